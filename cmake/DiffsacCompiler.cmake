@@ -1,0 +1,26 @@
+# Compiler settings shared by every target, in one interface library.
+add_library(diffsac_compiler INTERFACE)
+target_compile_features(diffsac_compiler INTERFACE cxx_std_20)
+target_compile_options(diffsac_compiler INTERFACE
+  $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-unknown-pragmas>)
+if(DIFFSAC_WARNINGS_AS_ERRORS)
+  target_compile_options(diffsac_compiler INTERFACE $<BUILD_INTERFACE:-Werror>)
+endif()
+if(DIFFSAC_NATIVE)
+  # Public: Eigen's alignment depends on it, so a consumer must use it as well.
+  target_compile_options(diffsac_compiler INTERFACE -march=native)
+endif()
+# Contraction of a*b+c into one rounding would make results depend on the processor.
+target_compile_options(diffsac_compiler INTERFACE $<BUILD_INTERFACE:-ffp-contract=off>)
+if(DIFFSAC_SANITIZE)
+  target_compile_options(diffsac_compiler INTERFACE
+    -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
+  target_link_options(diffsac_compiler INTERFACE -fsanitize=address,undefined)
+endif()
+
+find_program(DIFFSAC_CCACHE ccache)
+if(DIFFSAC_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  # Sloppiness: a precompiled header carries times and macros that ccache would otherwise refuse to cache.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${DIFFSAC_CCACHE})
+endif()

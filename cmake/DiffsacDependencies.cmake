@@ -1,0 +1,16 @@
+# Everything but LibTorch comes from the distribution's packages.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(TBB REQUIRED)
+set(HDF5_PREFER_PARALLEL FALSE)
+find_package(HDF5 REQUIRED COMPONENTS CXX)
+
+add_library(diffsac_hdf5 INTERFACE)
+target_include_directories(diffsac_hdf5 SYSTEM INTERFACE $<BUILD_INTERFACE:${HDF5_INCLUDE_DIRS}>)
+target_link_libraries(diffsac_hdf5 INTERFACE $<BUILD_INTERFACE:${HDF5_CXX_LIBRARIES}>)
+
+include(DiffsacTorch)

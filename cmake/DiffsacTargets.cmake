@@ -1,0 +1,40 @@
+# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH])
+# One library a folder: target diffsac_NAME, alias diffsac::NAME. TORCH precompiles torch/torch.h.
+function(diffsac_library name)
+  cmake_parse_arguments(ARG "TORCH" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  add_library(diffsac_${name} STATIC ${ARG_SOURCES})
+  add_library(diffsac::${name} ALIAS diffsac_${name})
+  set_target_properties(diffsac_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(diffsac_${name} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/lib> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(diffsac_${name} PUBLIC diffsac_compiler ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
+  set_property(GLOBAL APPEND PROPERTY DIFFSAC_LIBRARIES diffsac_${name})
+  if(ARG_TORCH)
+    diffsac_use_torch(diffsac_${name})
+  endif()
+endfunction()
+
+# Links LibTorch and reuses one precompiled torch/torch.h: parsing it costs about 40 s a file.
+function(diffsac_use_torch target)
+  target_link_libraries(${target} PUBLIC diffsac_torch)
+  if(NOT TARGET diffsac_torch_pch)
+    file(WRITE ${CMAKE_BINARY_DIR}/torch_pch.cpp "// Holds the precompiled header.\n")
+    add_library(diffsac_torch_pch OBJECT ${CMAKE_BINARY_DIR}/torch_pch.cpp)
+    target_link_libraries(diffsac_torch_pch PRIVATE diffsac_compiler diffsac_torch)
+    target_precompile_headers(diffsac_torch_pch PRIVATE <torch/torch.h>)
+  endif()
+  target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
+endfunction()
+
+# diffsac_test(NAME SOURCES ... DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
+function(diffsac_test name)
+  cmake_parse_arguments(ARG "TORCH" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name}_test ${ARG_SOURCES})
+  target_link_libraries(${name}_test PRIVATE diffsac_catch_main diffsac_compiler ${ARG_DEPENDS})
+  target_include_directories(${name}_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  if(ARG_TORCH)
+    diffsac_use_torch(${name}_test)
+  endif()
+  catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
+    PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
+endfunction()

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+namespace diffsac {
+
+/// How a hypothesis is judged; larger is better, always within [0, N].
+///   kInlierCount      Σ [r ≤ ε]                                       (Fischler and Bolles, 1981; the paper's default)
+///   kMsac             Σ max(0, 1 − r²/ε²)                             (Torr and Zisserman, MLESAC, CVIU 2000)
+///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian with σ,
+///                     an outlier uniform; k is the odds of the two densities at r = 0
+enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform };
+
+/// "inlier_count", "msac", "gaussian_uniform".
+ScoreKind ScoreKindFromString(const std::string& name);
+std::string ToString(ScoreKind kind);
+
+/// A score with its constants worked out once.
+class Score {
+ public:
+  /// threshold: ε, linear. sigma and odds are used by kGaussianUniform only.
+  Score(ScoreKind kind, double threshold, double sigma, double odds);
+  /// The contribution of one residual (linear), in [0, 1], never increasing in r.
+  double operator()(double residual) const;
+  ScoreKind kind() const { return kind_; }
+
+ private:
+  ScoreKind kind_;
+  double inverse_threshold_squared_;
+  double half_inverse_variance_;
+  double odds_;
+  double inverse_log_;
+};
+
+}  // namespace diffsac

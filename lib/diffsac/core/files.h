@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace diffsac {
+
+/// Writes a whole file or leaves the old one: temporary file beside it, fsync, rename. Throws Error naming the path
+/// and the cause (full disk, read-only folder).
+void WriteFileAtomically(const std::string& path, std::string_view content);
+
+/// The same for a library that writes to a path itself: `write` gets the temporary path (same extension).
+void WriteFileAtomically(const std::string& path, const std::function<void(const std::string& temporary)>& write);
+
+/// Throws Error naming the path and the cause.
+std::string ReadFile(const std::string& path);
+
+/// Creates a folder and its parents, and checks that files can be written there. Throws Error otherwise.
+void MakeWritableFolder(const std::string& path);
+
+}  // namespace diffsac

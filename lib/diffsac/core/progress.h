@@ -1,0 +1,27 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace diffsac {
+
+/// Progress of long work: a bar with rate and time left on a terminal, a plain line every few seconds in a log.
+/// Thread-safe; costs almost nothing when nothing is due to be printed.
+class Progress {
+ public:
+  Progress(std::string title, std::int64_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// `note` stands behind the rate ("loss 0.12").
+  void Advance(std::int64_t count = 1, const std::string& note = "");
+  void Finish();
+
+ private:
+  struct Impl;
+  Impl* impl_;
+};
+
+}  // namespace diffsac

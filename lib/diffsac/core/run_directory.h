@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace diffsac {
+
+/// The git revision that was built, "unknown" outside a checkout; with "-dirty" when the tree had changes.
+std::string GitRevision();
+/// "diffsac 0.1.0 (git 1234abcd)".
+std::string VersionText(const std::string& program);
+/// One line: processor, usable cores, memory, operating system.
+std::string MachineText();
+
+/// A folder for one run's results. Creates it and writes `config.yaml`: a comment block with program, git revision,
+/// seed, machine and date, then the resolved configuration.
+class RunDirectory {
+ public:
+  RunDirectory(const std::string& path, const std::string& program, const std::string& resolved_config,
+               std::uint64_t seed);
+  const std::string& path() const { return path_; }
+  /// `path()/name`.
+  std::string File(const std::string& name) const;
+
+ private:
+  std::string path_;
+};
+
+}  // namespace diffsac

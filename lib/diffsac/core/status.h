@@ -1,0 +1,26 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace diffsac {
+
+/// How an estimate ended. Estimators never throw for bad data: they return one of these.
+enum class Status {
+  kOk,             ///< A model was found.
+  kTooFewPoints,   ///< Fewer points than a minimal set needs.
+  kDegenerate,     ///< Non-finite values, or points that determine no model (all equal, all collinear).
+  kNoModel,        ///< Hypotheses were solved, but none was supported by the data.
+};
+
+/// "ok", "too_few_points", "degenerate" or "no_model".
+std::string_view ToString(Status status);
+
+/// A mistake of the user's (configuration, file, command line): one clear line for the terminal.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace diffsac

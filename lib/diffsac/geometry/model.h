@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <concepts>
+
+#include "diffsac/geometry/points.h"
+
+namespace diffsac {
+
+/// What the sample-consensus loop, the scores and the refits ask of a model. A model is stateless: static functions over
+/// a fixed-size parameter vector, so that the hot loop has no calls to look up.
+///
+///   Parameters                      fixed-size Eigen column vector of doubles
+///   kDimension                      values in a point (columns of the PointMatrix)
+///   kMinimalSize                    γ, points in a minimal set
+///   kMaxSolutions                   models that one minimal set can have at most
+///   SolveMinimal(points, set, out)  solves the γ rows `set[0..γ)`; writes up to kMaxSolutions models, returns how many;
+///                                   0 when the set is degenerate
+///   Fit(points, weights, out)       weighted non-minimal fit (weights >= 0, N values); false when the points with
+///                                   positive weight determine no model
+///   Residual(model, point)          unsigned distance, linear, in the data's unit; `point` has kDimension values
+template <class M>
+concept MinimalModel = requires(const PointMatrix& points, const int* set, typename M::Parameters* out,
+                                const Eigen::VectorXd& weights, const typename M::Parameters& model,
+                                const double* point) {
+  { M::kDimension } -> std::convertible_to<int>;
+  { M::kMinimalSize } -> std::convertible_to<int>;
+  { M::kMaxSolutions } -> std::convertible_to<int>;
+  { M::SolveMinimal(points, set, out) } -> std::same_as<int>;
+  { M::Fit(points, weights, out) } -> std::same_as<bool>;
+  { M::Residual(model, point) } -> std::same_as<double>;
+};
+
+}  // namespace diffsac

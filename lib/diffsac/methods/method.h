@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// What an estimate cost. Every model that was solved or scored counts, local optimisation and features included.
+struct EstimateReport {
+  int hypotheses = 0;
+  int unique_minimal_sets = 0;
+  double ms_features = 0.0;
+  double ms_denoise = 0.0;
+  double ms_consensus = 0.0;
+  double ms_total = 0.0;
+};
+
+/// The result of one method on one problem.
+struct Estimate {
+  Status status = Status::kNoModel;
+  ModelParameters model;               ///< Empty unless status is ok.
+  std::vector<std::uint8_t> inliers;   ///< N values: residual <= inlier_threshold under `model`.
+  double score = 0.0;                  ///< Of the score that chose the model.
+  EstimateReport report;
+};
+
+/// Every row of every table. Thread-safe: `Estimate` is const and all randomness comes from `seed`.
+class Method {
+ public:
+  virtual ~Method() = default;
+  /// Never throws for bad data; the status says what was wrong.
+  virtual diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const = 0;
+  /// Same results as one by one (bit for bit, or within the stated tolerance for a network's outputs).
+  virtual std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem> problems,
+                                                       std::span<const std::uint64_t> seeds) const;
+  /// Problems that a batch should hold; 1 when batching brings nothing.
+  virtual int PreferredBatch() const { return 1; }
+};
+
+}  // namespace diffsac
