@@ -3,6 +3,13 @@ add_library(diffsac_compiler INTERFACE)
 target_compile_features(diffsac_compiler INTERFACE cxx_std_20)
 target_compile_options(diffsac_compiler INTERFACE
   $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-unknown-pragmas>)
+# As an option rather than CMake's property: programs would get -fPIE, which cannot share a precompiled header with
+# libraries' -fPIC.
+target_compile_options(diffsac_compiler INTERFACE $<BUILD_INTERFACE:-fPIC>)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  # GCC bug 105651: a false alarm inside std::string's operator+.
+  target_compile_options(diffsac_compiler INTERFACE $<BUILD_INTERFACE:-Wno-restrict>)
+endif()
 if(DIFFSAC_WARNINGS_AS_ERRORS)
   target_compile_options(diffsac_compiler INTERFACE $<BUILD_INTERFACE:-Werror>)
 endif()

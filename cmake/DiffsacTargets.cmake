@@ -21,8 +21,11 @@ function(diffsac_use_torch target)
     file(WRITE ${CMAKE_BINARY_DIR}/torch_pch.cpp "// Holds the precompiled header.\n")
     add_library(diffsac_torch_pch OBJECT ${CMAKE_BINARY_DIR}/torch_pch.cpp)
     target_link_libraries(diffsac_torch_pch PRIVATE diffsac_compiler diffsac_torch)
+    target_compile_options(diffsac_torch_pch PRIVATE $<$<CONFIG:Release>:-O1>)
     target_precompile_headers(diffsac_torch_pch PRIVATE <torch/torch.h>)
   endif()
+  # These files hand their work to LibTorch or to libraries compiled at -O3: -O1 builds them a quarter faster.
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
 endfunction()
 

@@ -35,7 +35,8 @@ std::int64_t Combinations(int n, int k);
 /// How sets are taken from confidences.
 ///   kMaximum        the γ points of highest confidence; a copy whose set was already taken gives its next best set
 ///                   that is new (the worst member replaced by the next point in order), so that κ copies give κ sets
-///   kProbabilistic  γ points drawn without replacement with probability softmax(confidence / temperature) (Gumbel top-γ)
+///   kProbabilistic  γ points drawn without replacement with probability softmax(confidence / temperature) (Gumbel
+///   top-γ)
 enum class Selection { kMaximum, kProbabilistic };
 
 /// Sets from κ confidence vectors (the paper's source). Non-finite confidences rank last.

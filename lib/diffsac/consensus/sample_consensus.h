@@ -19,17 +19,23 @@ struct ConsensusOptions {
   double score_threshold_factor = 1.0;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
+  /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.
+  double inlier_prior = 0.3;
   /// Local optimisation of each new best hypothesis inside the loop: "none" | "lo_ransac" (inner sampling from its
-  /// inliers and iterated least squares; Chum, Matas, Kittler, 2003).
+  /// inliers and iterated least squares; Chum, Matas, Kittler, DAGM 2003); `local_samples` inner samples each time.
   std::string local_optimization = "none";
   int local_samples = 10;
   /// After the loop: "none" | "inliers" (least squares on the inliers, the paper's) | "iterated" (that, refit_rounds
   /// times, kept while the score does not fall) | "em" (Gaussian-uniform expectation maximisation with σ fixed and the
-  /// outlier ratio estimated; each iteration is a soft-weighted least squares).
+  /// outlier ratio estimated; each iteration is a soft-weighted least squares, see mixture.h).
+  /// Take "iterated" with a smooth final_score: by inlier count the raw hypothesis, chosen for its count, mostly stays.
+  /// A refit that fails, or that keeps fewer than γ inliers, leaves the hypothesis as it was.
   std::string refit = "inliers";
   int refit_rounds = 1;
   double refit_threshold_factor = 1.0;
-  /// How many of the best distinct hypotheses are refitted; the best result by `final_score` wins.
+  /// How many of the best distinct hypotheses (other inliers at the scoring threshold) are refitted; the best result by
+  /// `final_score` wins, the one that scored higher before the refit when they tie. As `final_score`, gaussian_uniform
+  /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
   int refit_candidates = 1;
   std::string final_score = "inlier_count";
   void Bind(OptionsBinder& b);
@@ -38,9 +44,9 @@ struct ConsensusOptions {
 struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
-  std::vector<std::uint8_t> inliers;   ///< residual ≤ threshold under the returned model, exactly
-  double score = 0.0;                  ///< of the returned model, by the score that chose it last
-  int hypotheses = 0;                  ///< models solved or scored, all stages
+  std::vector<std::uint8_t> inliers;  ///< residual ≤ threshold under the returned model, exactly
+  double score = 0.0;                 ///< of the returned model, by the score that chose it last
+  int hypotheses = 0;                 ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
 };
 
@@ -54,10 +60,14 @@ struct ConsensusHints {
 
 /// The loop: minimal sets → solve → score → (local optimisation) → refit. Sets are given, drawn before anything is
 /// scored, and the best is the highest score with the lowest index, so the result does not depend on threads or blocks.
-/// Never throws for bad data: fewer than γ points, non-finite values and degenerate data give a status.
+/// Never throws for bad data: fewer than γ points, non-finite values and degenerate data give a status; kNoModel means
+/// that every set was degenerate, that there were none, or that ε is not a positive number. A model supported by its
+/// own minimal set alone is still kOk. Sets with an index out of range are skipped as degenerate.
+/// Throws Error for an option that is none of the documented names.
 template <MinimalModel Model>
-ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, const std::vector<int>& minimal_sets,
-                                const ConsensusOptions& options, Rng rng, const ConsensusHints& hints = {});
+ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold,
+                                const std::vector<int>& minimal_sets, const ConsensusOptions& options, Rng rng,
+                                const ConsensusHints& hints = {});
 
 extern template ConsensusResult SampleConsensus<Line>(const PointMatrix&, double, const std::vector<int>&,
                                                       const ConsensusOptions&, Rng, const ConsensusHints&);

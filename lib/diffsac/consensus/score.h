@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace diffsac {
@@ -7,7 +8,8 @@ namespace diffsac {
 /// How a hypothesis is judged; larger is better, always within [0, N].
 ///   kInlierCount      Σ [r ≤ ε]                                       (Fischler and Bolles, 1981; the paper's default)
 ///   kMsac             Σ max(0, 1 − r²/ε²)                             (Torr and Zisserman, MLESAC, CVIU 2000)
-///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian with σ,
+///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian with
+///   σ,
 ///                     an outlier uniform; k is the odds of the two densities at r = 0
 enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform };
 
@@ -22,10 +24,15 @@ class Score {
   Score(ScoreKind kind, double threshold, double sigma, double odds);
   /// The contribution of one residual (linear), in [0, 1], never increasing in r.
   double operator()(double residual) const;
+  /// The sum over `count` residuals, the hot loop's form; an exact count for kInlierCount.
+  double Sum(const double* residuals, int count) const;
   ScoreKind kind() const { return kind_; }
 
  private:
+  double SumGaussianUniform(const double* residuals, int count) const;
+
   ScoreKind kind_;
+  double threshold_;
   double inverse_threshold_squared_;
   double half_inverse_variance_;
   double odds_;

@@ -7,10 +7,11 @@
 namespace diffsac {
 
 /// Writes a whole file or leaves the old one: temporary file beside it, fsync, rename. Throws Error naming the path
-/// and the cause (full disk, read-only folder).
+/// and the cause (full disk, read-only folder). A symbolic link stays one; a device or pipe is written in place.
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
 /// The same for a library that writes to a path itself: `write` gets the temporary path (same extension).
+/// A standard exception from `write` becomes an Error that names the path.
 void WriteFileAtomically(const std::string& path, const std::function<void(const std::string& temporary)>& write);
 
 /// Throws Error naming the path and the cause.

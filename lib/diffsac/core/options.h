@@ -38,13 +38,14 @@ class Config {
  public:
   /// An empty document: every option keeps its default.
   Config();
-  /// Reads a file. A top-level `include: other.yaml` (path relative to this file) is read first and overridden key by key.
-  /// Throws Error naming the file and line when it cannot be read or parsed.
+  /// Reads a file. A top-level `include: other.yaml` (path relative to this file) is read first and overridden key by
+  /// key. Throws Error naming the file and line when it cannot be read or parsed.
   static Config FromFile(const std::string& path);
   /// Parses text; `name` stands for the file in messages.
   static Config FromString(const std::string& text, const std::string& name = "<string>");
 
-  /// Applies `a.b.c=value` (value is YAML). Creates missing maps. Throws Error when the text has no '='.
+  /// Applies `a.b.c=value` (value is YAML) in place of the old value. Creates missing maps; a number in the path
+  /// indexes a sequence. Throws Error when the text has no '=' or the path runs through a plain value.
   void Set(const std::string& assignment);
 
   bool Has(const std::string& dotted_path) const;
@@ -123,7 +124,8 @@ Options ReadOptions(const Config& config, Options options = {}) {
   return options;
 }
 
-/// The resolved options as YAML.
+/// The resolved options as YAML; reads back to equal options. Throws std::logic_error for a number that is not finite,
+/// which no reader accepts.
 template <class Options>
 std::string WriteOptions(Options options) {
   return WriteOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });

@@ -24,4 +24,7 @@ class Progress {
   Impl* impl_;
 };
 
+/// The text of a progress line without its title: "57% 57/100 12.3/s, 0:35 left, note". A total of 0 is unknown.
+std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note = "");
+
 }  // namespace diffsac

@@ -16,13 +16,14 @@ struct FeatureSet {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values;
   /// Models solved and scored to make the features; they count in every budget.
   int hypotheses = 0;
-  /// The kept hypotheses, best first (M of them, empty for `coordinates`), and their MSAC scores in [0, N].
+  /// The kept hypotheses, best first (up to M, from distinct minimal sets; empty for `coordinates`), and their MSAC
+  /// scores in [0, N] at 1.5 ε.
   std::vector<ModelParameters> models;
   std::vector<double> scores;
 };
 
 struct PointFeaturesOptions {
-  /// Any of "coordinates", "preference"; their columns stand side by side in this order.
+  /// Any of "coordinates", "preference"; their columns stand side by side, coordinates first.
   std::vector<std::string> kinds = {"preference"};
   /// Preference: how many minimal sets are drawn, and how many of the best-scored are kept as columns (M).
   int preference_draws = 100;
@@ -31,6 +32,14 @@ struct PointFeaturesOptions {
 };
 
 /// Computes point features. Stateless and thread-safe.
+///
+/// `coordinates`, D columns: centred on the coordinate-wise median, divided by the median distance from it.
+/// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
+/// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:
+///   3j      exp(−r² / 2(ε/2)²), soft agreement
+///   3j + 1  log1p(r/ε) / 4, compressed distance
+///   3j + 2  the hypothesis's MSAC score / N, the same for all points
+/// With fewer than M distinct hypotheses the missing columns repeat the best one; with none they are 0.
 class PointFeatures {
  public:
   PointFeatures(PointFeaturesOptions options, Task task);
@@ -38,6 +47,9 @@ class PointFeatures {
   int width() const;
   /// `problem` must have at least γ finite points (callers check; see CheckProblem). rng decides the drawn hypotheses.
   FeatureSet Compute(const Problem& problem, Rng rng) const;
+  /// The same from given minimal sets (γ ascending indices each) instead of drawn ones. The features of permuted points
+  /// with correspondingly renamed sets are the permuted features.
+  FeatureSet ComputeFromSets(const Problem& problem, const std::vector<int>& sets) const;
 
  private:
   PointFeaturesOptions options_;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/core/status.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
@@ -26,6 +27,10 @@ struct Problem {
   PointMatrix points;              ///< N × PointDimension(task), in the data's unit.
   double inlier_threshold = 0.1;   ///< ε, in the data's unit, linear.
 };
+
+/// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
+/// model (all equal; collinear for planes).
+Status CheckProblem(const Problem& problem);
 
 /// What only labels, metrics and the oracle may see.
 struct GroundTruth {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-
 #include <cmath>
 
 #include "diffsac/geometry/model.h"
@@ -24,6 +23,12 @@ struct Hyperplane {
   /// (Pearson, "On lines and planes of closest fit to systems of points in space", 1901).
   /// False for fewer than D points of positive weight, or when they have no unique fit.
   static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out);
+
+  /// Whether the points as a whole determine a model: not all equal (lines), not all on one line (planes), finite.
+  static bool Determined(const PointMatrix& points);
+
+  /// Residuals of points [begin, end) given as D columns; equal, bit for bit, to `Residual` of each.
+  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out);
 
   /// |n · x + d|.
   static double Residual(const Parameters& model, const double* point) {

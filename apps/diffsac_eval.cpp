@@ -1,0 +1,65 @@
+// Runs the methods of an experiment on its data and prints the table. See docs/metrics.md.
+#include <CLI/CLI.hpp>
+
+#include <atomic>
+#include <csignal>
+#include <iostream>
+#include <optional>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/core/run_directory.h"
+#include "diffsac/core/status.h"
+#include "diffsac/eval/command_line.h"
+#include "diffsac/methods/diffsac_method.h"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+void RequestStop(int) { stop_requested = true; }
+
+/// The first copy's confidences of a diffusion method.
+std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, const diffsac::Problem& problem,
+                                              std::uint64_t seed) {
+  const auto* diffusion = dynamic_cast<const diffsac::DiffsacMethod*>(&method);
+  if (diffusion == nullptr || diffsac::CheckProblem(problem) != diffsac::Status::kOk) return std::nullopt;
+  const diffsac::ConfidenceSteps steps = diffusion->Trace(problem, seed);
+  diffsac::ConfidenceTrace trace{steps.timesteps, {}};
+  for (const auto& copies : steps.confidences)
+    trace.confidence.emplace_back(copies.begin(), copies.begin() + problem.points.rows());
+  return trace;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Evaluates robust estimators and prints a table"};
+  diffsac::EvalRequest request;
+  app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
+  app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)")->required();
+  app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
+  app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of every diffsac row");
+  app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
+  app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
+  app.add_option("--output", request.output, "Run folder (default: runs/<name>)");
+  app.add_option("--device", request.context.device, "auto, cpu or cuda");
+  app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "diffsac_eval: " << error.what() << std::endl;
+    return diffsac::kExitBadInput;
+  }
+  std::signal(SIGINT, RequestStop);
+  std::signal(SIGTERM, RequestStop);
+  try {
+    diffsac::InitLogging();
+    return diffsac::Evaluate(request, Trace, stop_requested, std::cout);
+  } catch (const std::exception& error) {
+    std::cerr << "diffsac_eval: " << error.what() << std::endl;
+    return diffsac::kExitBadInput;
+  }
+}

@@ -1,0 +1,52 @@
+// Trains a denoiser from a YAML configuration. See docs/configuration.md.
+#include <CLI/CLI.hpp>
+
+#include <atomic>
+#include <csignal>
+#include <iostream>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/run_directory.h"
+#include "diffsac/core/status.h"
+#include "diffsac/train/trainer.h"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+void RequestStop(int) { stop_requested = true; }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Trains a DiffSAC denoiser"};
+  std::string config_path, output;
+  std::vector<std::string> assignments;
+  diffsac::TrainRequest request;
+  std::int64_t seed = -1;
+  app.set_version_flag("--version", diffsac::VersionText("diffsac_train"));
+  app.add_option("--config", config_path, "Configuration (YAML)")->required();
+  app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
+  app.add_option("--output", output, "Run folder (default: runs/<name>)");
+  app.add_flag("--resume", request.resume, "Continue from the run folder's last checkpoint");
+  app.add_option("--device", request.device, "auto, cpu or cuda");
+  app.add_option("--threads", request.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
+  CLI11_PARSE(app, argc, argv);
+  std::signal(SIGINT, RequestStop);
+  std::signal(SIGTERM, RequestStop);
+  try {
+    request.config = diffsac::Config::FromFile(config_path);
+    for (const auto& assignment : assignments) request.config.Set(assignment);
+    if (seed >= 0) request.config.Set("train.seed=" + std::to_string(seed));
+    const auto options = diffsac::ReadOptions<diffsac::TrainConfig>(request.config);
+    request.output = output.empty() ? "runs/" + options.name : output;
+    diffsac::MakeWritableFolder(request.output);
+    diffsac::InitLogging(request.output + "/log.txt");
+    return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
+  } catch (const std::exception& error) {
+    std::cerr << "diffsac_train: " << error.what() << std::endl;
+    return 2;
+  }
+}

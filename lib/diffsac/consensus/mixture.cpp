@@ -1,0 +1,84 @@
+#include "diffsac/consensus/mixture.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace diffsac {
+namespace {
+
+constexpr double kSqrtTwoPi = 2.50662827463100050242;
+constexpr int kShareRounds = 100;
+constexpr double kShareTolerance = 1e-6;
+constexpr int kRefitRounds = 30;
+constexpr double kWeightTolerance = 1e-3;
+/// The share of inliers stays this far from 0 and 1, where expectation maximisation would be stuck.
+constexpr double kShareMargin = 1e-4;
+
+double ClampShare(double share) { return std::clamp(share, kShareMargin, 1.0 - kShareMargin); }
+
+/// ρ exp(−r²/2σ²) of each point.
+Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals) {
+  const double rate = -0.5 / (mixture.sigma * mixture.sigma);
+  return mixture.density_ratio * (rate * residuals.array().square()).exp();
+}
+
+double EstimateShareFrom(const Eigen::ArrayXd& ratios, double start) {
+  double share = ClampShare(start);
+  for (int round = 0; round < kShareRounds; ++round) {
+    const double next = ClampShare((share * ratios / ((1.0 - share) + share * ratios)).mean());
+    const bool settled = std::abs(next - share) < kShareTolerance;
+    share = next;
+    if (settled) break;
+  }
+  return share;
+}
+
+}  // namespace
+
+double Mixture::Odds(double inlier_share) const { return density_ratio * inlier_share / (1.0 - inlier_share); }
+
+Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma) {
+  const Eigen::RowVectorXd sides =
+      (points.colwise().maxCoeff() - points.colwise().minCoeff()).cwiseMax(2.0 * inlier_threshold);
+  const double mean_side = std::exp(sides.array().log().mean());
+  return {sigma, std::max(2.0, mean_side / (kSqrtTwoPi * sigma))};
+}
+
+double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start) {
+  return residuals.size() == 0 ? 0.0 : EstimateShareFrom(DensityRatios(mixture, residuals), start);
+}
+
+double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals) {
+  if (residuals.size() == 0) return 0.0;
+  const Eigen::ArrayXd ratios = DensityRatios(mixture, residuals);
+  // The likelihood is concave in w, so any start leads to its one maximum.
+  const double share = EstimateShareFrom(ratios, (ratios > 1.0).cast<double>().mean());
+  const double sum = ((1.0 - share) + share * ratios).log().sum();
+  return std::clamp(sum / std::log(mixture.density_ratio), 0.0, static_cast<double>(residuals.size()));
+}
+
+template <MinimalModel Model>
+int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model) {
+  const Eigen::Index size = points.rows();
+  Eigen::VectorXd residuals(size), weights = Eigen::VectorXd::Zero(size);
+  double share = ClampShare(start);
+  int fits = 0;
+  while (fits < kRefitRounds) {
+    for (Eigen::Index i = 0; i < size; ++i) residuals[i] = Model::Residual(*model, points.data() + i * points.cols());
+    const Eigen::ArrayXd ratios = share * DensityRatios(mixture, residuals);
+    const Eigen::VectorXd next = ratios / ((1.0 - share) + ratios);
+    if (fits > 0 && (next - weights).cwiseAbs().maxCoeff() <= kWeightTolerance) break;
+    weights = next;
+    share = ClampShare(weights.mean());
+    typename Model::Parameters fitted;
+    ++fits;
+    if (!Model::Fit(points, weights, &fitted)) break;
+    *model = fitted;
+  }
+  return fits;
+}
+
+template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*);
+template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*);
+
+}  // namespace diffsac

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/geometry/hyperplane.h"
+
+namespace diffsac {
+
+/// The Gaussian-uniform mixture of distances to a model (as in MLESAC: Torr and Zisserman, CVIU 2000, with σ known).
+///
+/// An inlier is Gaussian across the model and uniform along it, an outlier uniform in the points' bounding box of
+/// volume V. With the model's extent inside the box taken as V^((D−1)/D), the ratio of the two densities at distance r
+/// is ρ·exp(−r²/2σ²) with ρ = V^(1/D) / (√(2π) σ).
+struct Mixture {
+  double sigma = 0.0;          ///< σ, in the data's unit.
+  double density_ratio = 2.0;  ///< ρ, at least 2.
+  /// ρ·w/(1 − w): the odds of an inlier at r = 0 when the share of inliers is w.
+  double Odds(double inlier_share) const;
+};
+
+/// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
+Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma);
+
+/// The share of inliers w in [0, 1) of greatest likelihood given the residuals, from `start` (expectation maximisation
+/// on w alone, until it moves by less than 1e-6, at most 100 rounds).
+double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start);
+
+/// Σ log(1 − w + w ρ exp(−r²/2σ²)) / log ρ with the best w: the log-likelihood ratio of the mixture against "all
+/// outliers", in [0, N].
+double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals);
+
+/// Expectation maximisation over the model and w with σ fixed, from *model and the inlier share `start`. Each iteration
+/// weights every point by its posterior probability of being an inlier and fits by weighted total least squares; stops
+/// when no weight moves by more than 1e-3, after 30 iterations, or when the fit fails (the last model stays).
+/// Returns the number of fits; *model is the result.
+template <MinimalModel Model>
+int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model);
+
+extern template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*);
+extern template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*);
+
+}  // namespace diffsac

@@ -1,0 +1,84 @@
+#include "diffsac/consensus/score.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+
+ScoreKind ScoreKindFromString(const std::string& name) {
+  if (name == "inlier_count") return ScoreKind::kInlierCount;
+  if (name == "msac") return ScoreKind::kMsac;
+  if (name == "gaussian_uniform") return ScoreKind::kGaussianUniform;
+  throw Error("unknown score '" + name + "': expected inlier_count, msac or gaussian_uniform");
+}
+
+std::string ToString(ScoreKind kind) {
+  if (kind == ScoreKind::kMsac) return "msac";
+  return kind == ScoreKind::kGaussianUniform ? "gaussian_uniform" : "inlier_count";
+}
+
+Score::Score(ScoreKind kind, double threshold, double sigma, double odds)
+    : kind_(kind),
+      threshold_(threshold),
+      inverse_threshold_squared_(1.0 / (threshold * threshold)),
+      half_inverse_variance_(0.5 / (sigma * sigma)),
+      odds_(odds),
+      inverse_log_(1.0 / std::log1p(odds)) {}
+
+double Score::operator()(double residual) const {
+  // A comparison that is false for NaN comes first in each, so that NaN scores 0.
+  switch (kind_) {
+    case ScoreKind::kInlierCount:
+      return residual <= threshold_ ? 1.0 : 0.0;
+    case ScoreKind::kMsac:
+      return std::max(0.0, 1.0 - residual * residual * inverse_threshold_squared_);
+    case ScoreKind::kGaussianUniform:
+      break;
+  }
+  const double ratio = odds_ * std::exp(-residual * residual * half_inverse_variance_);
+  return ratio > 0.0 ? std::log1p(ratio) * inverse_log_ : 0.0;
+}
+
+double Score::Sum(const double* residuals, int count) const {
+  if (kind_ == ScoreKind::kInlierCount) {
+    std::int64_t inliers = 0;
+    for (int i = 0; i < count; ++i) inliers += residuals[i] <= threshold_ ? 1 : 0;
+    return static_cast<double>(inliers);
+  }
+  if (kind_ == ScoreKind::kMsac) {
+    // Four running sums: one would make every addition wait for the last.
+    double sums[4] = {0.0, 0.0, 0.0, 0.0};
+    int i = 0;
+    for (; i + 4 <= count; i += 4)
+      for (int lane = 0; lane < 4; ++lane) {
+        const double share = 1.0 - residuals[i + lane] * residuals[i + lane] * inverse_threshold_squared_;
+        sums[lane] += share > 0.0 ? share : 0.0;
+      }
+    for (; i < count; ++i) sums[0] += (*this)(residuals[i]);
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  }
+  return SumGaussianUniform(residuals, count);
+}
+
+double Score::SumGaussianUniform(const double* residuals, int count) const {
+  // exp(-45) is 3e-20: points farther away add nothing that a double could hold, and most points are farther away.
+  constexpr double kFar = 45.0;
+  constexpr int kChunk = 64;
+  double exponents[kChunk];
+  double sum = 0.0;
+  for (int begin = 0; begin < count; begin += kChunk) {
+    int near = 0;
+    for (int i = begin; i < std::min(begin + kChunk, count); ++i) {
+      exponents[near] = residuals[i] * residuals[i] * half_inverse_variance_;
+      near += exponents[near] < kFar ? 1 : 0;
+    }
+    const Eigen::Map<const Eigen::ArrayXd> x(exponents, near);
+    sum += (1.0 + odds_ * (-x).exp()).log().sum();
+  }
+  return sum * inverse_log_;
+}
+
+}  // namespace diffsac

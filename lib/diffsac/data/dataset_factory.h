@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// Builds a dataset from YAML. The key `type` chooses it, the other keys are its options:
+///   synthetic_line, synthetic_plane   SyntheticOptions (data/synthetic.h)
+///   point_sets                        PointSetsOptions (data/point_files.h)
+/// `seed` decides synthetic data. Throws Error: file, line, nearest valid key or type.
+std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed);
+
+/// The resolved options, `type` included, as YAML. Throws as MakeDataset does.
+std::string WriteDatasetOptions(const Config& config);
+
+}  // namespace diffsac

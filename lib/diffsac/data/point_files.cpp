@@ -1,0 +1,167 @@
+#include "diffsac/data/point_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "diffsac/core/random.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class FileKind { kUnknown, kHdf5, kPly, kText };
+
+FileKind KindOf(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".h5" || extension == ".hdf5") return FileKind::kHdf5;
+  if (extension == ".ply") return FileKind::kPly;
+  for (const char* text : {".csv", ".txt", ".xyz", ".dat", ".tsv"})
+    if (extension == text) return FileKind::kText;
+  return FileKind::kUnknown;
+}
+
+// The readable files of a folder in the order of their names.
+std::vector<std::string> FilesOf(const std::string& folder) {
+  std::error_code code;
+  std::vector<std::string> files;
+  for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code))
+    if (it->is_regular_file() && KindOf(it->path()) != FileKind::kUnknown) files.push_back(it->path().string());
+  if (code) throw Error(folder + ": cannot list this folder: " + code.message());
+  if (files.empty())
+    throw Error(folder + ": no point files here; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> ExpandPaths(const std::vector<std::string>& paths) {
+  std::vector<std::string> files;
+  for (const std::string& path : paths) {
+    const auto found = fs::is_directory(path) ? FilesOf(path) : std::vector<std::string>{path};
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+double BoxDiagonal(const PointMatrix& points) {
+  Eigen::RowVectorXd low = Eigen::RowVectorXd::Constant(points.cols(), std::numeric_limits<double>::infinity());
+  Eigen::RowVectorXd high = -low;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (!points.row(i).allFinite()) continue;
+    low = low.cwiseMin(points.row(i));
+    high = high.cwiseMax(points.row(i));
+  }
+  return high[0] >= low[0] ? (high - low).norm() : 0.0;
+}
+
+double ThresholdFor(const PointSetsOptions& options, const PointSet& set) {
+  if (options.inlier_threshold > 0.0) return options.inlier_threshold;
+  if (options.inlier_threshold_relative > 0.0) {
+    const double diagonal = BoxDiagonal(set.points);
+    // Equal or unusable points have no extent; any positive threshold lets the estimators report them.
+    return options.inlier_threshold_relative * (diagonal > 0.0 ? diagonal : 1.0);
+  }
+  if (set.inlier_threshold > 0.0) return set.inlier_threshold;
+  throw Error(set.name + ": no inlier threshold: set inlier_threshold (data units) or inlier_threshold_relative");
+}
+
+void KeepRandomSubset(int count, Rng rng, PointSet* set) {
+  const auto total = static_cast<int>(set->points.rows());
+  if (count <= 0 || total <= count) return;
+  std::vector<int> kept(count);
+  rng.Distinct(total, count, kept.data());
+  std::sort(kept.begin(), kept.end());
+  PointMatrix points(count, set->points.cols());
+  std::vector<std::uint8_t> inliers(set->truth.inliers.empty() ? 0 : count);
+  for (int i = 0; i < count; ++i) {
+    points.row(i) = set->points.row(kept[i]);
+    if (!inliers.empty()) inliers[i] = set->truth.inliers[kept[i]];
+  }
+  set->points = std::move(points);
+  set->truth.inliers = std::move(inliers);
+}
+
+class PointSetsDataset : public Dataset {
+ public:
+  explicit PointSetsDataset(const PointSetsOptions& options) : task_(TaskFromString(options.task)) {
+    if (options.paths.empty()) throw Error("paths: expected at least one file or folder of points");
+    for (const std::string& file : ExpandPaths(options.paths))
+      for (PointSet& set : ReadPointFile(file)) Add(options, file, std::move(set));
+    if (examples_.empty()) throw Error(options.paths.front() + ": no point sets in this file");
+  }
+
+  Task task() const override { return task_; }
+  std::int64_t size() const override { return static_cast<std::int64_t>(examples_.size()); }
+  Example Get(std::uint64_t index) const override { return examples_.at(index); }
+
+ private:
+  void Add(const PointSetsOptions& options, const std::string& file, PointSet set) {
+    if (set.points.cols() != PointDimension(task_))
+      throw Error(file + ": " + set.name + " has " + std::to_string(set.points.cols()) + " columns, but the task " +
+                  ToString(task_) + " needs " + std::to_string(PointDimension(task_)));
+    Example example;
+    example.index = examples_.size();
+    example.problem.inlier_threshold = ThresholdFor(options, set);
+    KeepRandomSubset(options.max_points, Rng(options.seed).Fork("max_points", example.index), &set);
+    example.id = UniqueId(set.name);
+    example.scene = std::move(set.scene);
+    example.problem.task = task_;
+    example.problem.points = std::move(set.points);
+    example.truth = std::move(set.truth);
+    examples_.push_back(std::move(example));
+  }
+
+  // Files of the same name in different folders get a number.
+  std::string UniqueId(const std::string& name) {
+    std::string id = name;
+    for (int i = 2; !ids_.insert(id).second; ++i) id = name + "#" + std::to_string(i);
+    return id;
+  }
+
+  Task task_;
+  std::vector<Example> examples_;
+  std::set<std::string> ids_;
+};
+
+}  // namespace
+
+std::vector<PointSet> ReadPointFile(const std::string& path) {
+  std::error_code code;
+  if (!fs::exists(path, code)) throw Error(path + ": no such file");
+  switch (KindOf(path)) {
+    case FileKind::kHdf5:
+      return ReadHdf5Points(path);
+    case FileKind::kPly:
+      return {ReadPlyPoints(path)};
+    case FileKind::kText:
+      return {ReadTextPoints(path)};
+    case FileKind::kUnknown:
+      break;
+  }
+  throw Error(path + ": unknown kind of file; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
+}
+
+void PointSetsOptions::Bind(OptionsBinder& b) {
+  b.Field("paths", paths);
+  b.Choice("task", task, {"line", "plane"});
+  b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0));
+  b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0));
+  b.Field("max_points", max_points, AtLeast(0));
+  b.Field("seed", seed);
+  b.Require(!paths.empty(), "paths", "at least one file or folder of points");
+  b.Require(inlier_threshold == 0.0 || inlier_threshold_relative == 0.0, "inlier_threshold_relative",
+            "only one of inlier_threshold and inlier_threshold_relative");
+}
+
+std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
+  return std::make_unique<PointSetsDataset>(options);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,223 @@
+#include <H5Cpp.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/point_files.h"
+
+namespace diffsac {
+namespace {
+
+// The HDF5 library is not thread-safe as distributions build it.
+std::mutex& Hdf5Mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+struct Numbers {
+  std::vector<hsize_t> shape;
+  std::vector<double> values;
+};
+
+void ReadInto(const H5::DataSet& source, double* out) { source.read(out, H5::PredType::NATIVE_DOUBLE); }
+void ReadInto(const H5::Attribute& source, double* out) { source.read(H5::PredType::NATIVE_DOUBLE, out); }
+
+// `place` names file and object in messages.
+template <class Source>
+Numbers ReadNumbers(const Source& source, const std::string& place) {
+  const H5T_class_t kind = source.getTypeClass();
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(place + ": expected numbers");
+  const H5::DataSpace space = source.getSpace();
+  Numbers numbers;
+  const int rank = space.getSimpleExtentNdims();
+  numbers.shape.resize(rank);
+  if (rank > 0) space.getSimpleExtentDims(numbers.shape.data());
+  numbers.values.resize(static_cast<std::size_t>(space.getSimpleExtentNpoints()));
+  if (!numbers.values.empty()) ReadInto(source, numbers.values.data());
+  return numbers;
+}
+
+std::string ShapeText(const Numbers& numbers) {
+  std::string text;
+  for (hsize_t size : numbers.shape) text += (text.empty() ? "" : "x") + std::to_string(size);
+  return text.empty() ? "a single number" : text;
+}
+
+PointMatrix ToPoints(const Numbers& numbers, const std::string& place) {
+  if (numbers.shape.size() != 2 || numbers.shape[1] < 2 || numbers.shape[1] > 3)
+    throw Error(place + ": expected a point set Nx2 or Nx3, found " + ShapeText(numbers));
+  return Eigen::Map<const PointMatrix>(numbers.values.data(), static_cast<Eigen::Index>(numbers.shape[0]),
+                                       static_cast<Eigen::Index>(numbers.shape[1]));
+}
+
+// What may stand beside the points: a data set of the group, or an attribute of the group or data set.
+class Companions {
+ public:
+  Companions(const H5::H5Object& object, const H5::Group* group, std::string place)
+      : object_(object), group_(group), place_(std::move(place)) {}
+
+  bool Read(const char* name, Numbers* numbers) const {
+    const std::string place = place_ + "/" + name;
+    if (group_ != nullptr && group_->nameExists(name)) {
+      *numbers = ReadNumbers(group_->openDataSet(name), place);
+    } else if (object_.attrExists(name)) {
+      *numbers = ReadNumbers(object_.openAttribute(name), place);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void ReadText(const char* name, std::string* text) const {
+    if (!object_.attrExists(name)) return;
+    const H5::Attribute attribute = object_.openAttribute(name);
+    if (attribute.getTypeClass() != H5T_STRING) throw Error(place_ + "/" + name + ": expected a string");
+    attribute.read(attribute.getStrType(), *text);
+  }
+
+  const std::string& place() const { return place_; }
+
+ private:
+  const H5::H5Object& object_;
+  const H5::Group* group_;
+  std::string place_;
+};
+
+ModelParameters ToModel(const Numbers& numbers, Eigen::Index dimension, const std::string& place) {
+  const auto size = static_cast<Eigen::Index>(numbers.values.size());
+  if (size != dimension + 1)
+    throw Error(place + "/model: expected " + std::to_string(dimension + 1) + " numbers, found " + std::to_string(size));
+  const Eigen::Map<const Eigen::VectorXd> raw(numbers.values.data(), size);
+  const double length = raw.head(dimension).norm();
+  if (!raw.allFinite() || !(length > 0.0)) throw Error(place + "/model: the normal must be finite and not zero");
+  // A model that is already normalised stays as it is, bit for bit.
+  return std::abs(length - 1.0) < 1e-12 ? ModelParameters(raw) : ModelParameters(raw / length);
+}
+
+void ReadCompanions(const Companions& companions, PointSet* set) {
+  Numbers numbers;
+  const std::string& place = companions.place();
+  if (companions.Read("model", &numbers)) set->truth.model = ToModel(numbers, set->points.cols(), place);
+  if (companions.Read("inliers", &numbers)) {
+    if (static_cast<Eigen::Index>(numbers.values.size()) != set->points.rows())
+      throw Error(place + "/inliers: expected " + std::to_string(set->points.rows()) + " values, one a point, found " +
+                  std::to_string(numbers.values.size()));
+    for (double value : numbers.values) set->truth.inliers.push_back(value != 0.0);
+  }
+  if (companions.Read("inlier_threshold", &numbers)) {
+    if (numbers.values.size() != 1 || !(numbers.values[0] > 0.0))
+      throw Error(place + "/inlier_threshold: expected one positive number");
+    set->inlier_threshold = numbers.values[0];
+  }
+  companions.ReadText("id", &set->name);
+  companions.ReadText("scene", &set->scene);
+}
+
+PointSet ReadSet(const H5::H5File& file, const std::string& key, const std::string& path) {
+  const std::string place = path + ": " + key;
+  PointSet set;
+  set.name = std::filesystem::path(path).filename().string() + ":" + key;
+  set.scene = std::filesystem::path(path).stem().string();
+  const H5O_type_t kind = file.childObjType(key);
+  if (kind == H5O_TYPE_DATASET) {
+    const H5::DataSet data = file.openDataSet(key);
+    set.points = ToPoints(ReadNumbers(data, place), place);
+    ReadCompanions(Companions(data, nullptr, place), &set);
+  } else if (kind == H5O_TYPE_GROUP) {
+    const H5::Group group = file.openGroup(key);
+    if (!group.nameExists("points")) throw Error(place + ": a group without a data set 'points'");
+    set.points = ToPoints(ReadNumbers(group.openDataSet("points"), place + "/points"), place + "/points");
+    ReadCompanions(Companions(group, &group, place), &set);
+  } else {
+    throw Error(place + ": expected a data set or a group");
+  }
+  return set;
+}
+
+std::string Describe(const H5::Exception& e) { return "HDF5: " + e.getDetailMsg() + " (" + e.getFuncName() + ")"; }
+
+void WriteNumbers(const H5::Group& group, const char* name, const double* values, std::vector<hsize_t> shape) {
+  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
+  std::size_t count = 1;
+  for (hsize_t size : shape) count *= size;
+  if (count > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
+}
+
+void WriteText(const H5::Group& group, const char* name, const std::string& text) {
+  const H5::StrType type(H5::PredType::C_S1, H5T_VARIABLE);
+  group.createAttribute(name, type, H5::DataSpace(H5S_SCALAR)).write(type, text);
+}
+
+void WriteExample(const H5::H5File& file, std::size_t position, const Example& example) {
+  // Padded numbers keep the order of the examples when the file is read in the order of the names.
+  char name[32];
+  std::snprintf(name, sizeof(name), "%08zu", position);
+  const H5::Group group = file.createGroup(name);
+  const PointMatrix& points = example.problem.points;
+  WriteNumbers(group, "points", points.data(),
+               {static_cast<hsize_t>(points.rows()), static_cast<hsize_t>(points.cols())});
+  const ModelParameters& model = example.truth.model;
+  if (model.size() > 0) WriteNumbers(group, "model", model.data(), {static_cast<hsize_t>(model.size())});
+  const auto& inliers = example.truth.inliers;
+  if (!inliers.empty()) {
+    const hsize_t count = inliers.size();
+    group.createDataSet("inliers", H5::PredType::STD_U8LE, H5::DataSpace(1, &count))
+        .write(inliers.data(), H5::PredType::NATIVE_UINT8);
+  }
+  group.createAttribute("inlier_threshold", H5::PredType::IEEE_F64LE, H5::DataSpace(H5S_SCALAR))
+      .write(H5::PredType::NATIVE_DOUBLE, &example.problem.inlier_threshold);
+  WriteText(group, "id", example.id);
+  WriteText(group, "scene", example.scene);
+}
+
+}  // namespace
+
+std::vector<PointSet> ReadHdf5Points(const std::string& path) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  std::string place = path;
+  try {
+    if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
+    const H5::H5File file(path, H5F_ACC_RDONLY);
+    std::vector<PointSet> sets;
+    for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
+      const std::string key = file.getObjnameByIdx(i);
+      place = path + ": " + key;
+      sets.push_back(ReadSet(file, key, path));
+    }
+    return sets;
+  } catch (const H5::FileIException& e) {
+    throw Error(place + ": not a readable HDF5 file, or truncated: " + Describe(e));
+  } catch (const H5::Exception& e) {
+    throw Error(place + ": " + Describe(e));
+  } catch (const std::bad_alloc&) {
+    throw Error(place + ": too large for the memory");
+  }
+}
+
+void WritePointSets(const std::string& path, const std::vector<Example>& examples) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    try {
+      H5::H5File file(temporary, H5F_ACC_TRUNC);
+      for (std::size_t i = 0; i < examples.size(); ++i) WriteExample(file, i, examples[i]);
+      // Closing by the destructor would hide a full disk.
+      file.flush(H5F_SCOPE_GLOBAL);
+      file.close();
+    } catch (const H5::Exception& e) {
+      throw Error("cannot write '" + path + "': " + Describe(e));
+    }
+  });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,208 @@
+#include "diffsac/data/synthetic.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "diffsac/core/random.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/box_section.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kSide = 10.0;
+
+// The second model of structured outliers has at most this share of the inliers' number: it stays the weaker one.
+constexpr double kWeakerShare = 0.75;
+
+template <class Section>
+using PointOf = typename Section::Point;
+
+template <class Section>
+Section DrawSection(double min_extent, Rng rng) {
+  for (;;) {
+    Section section = Section::Random(kSide, rng);
+    if (section.extent() > 0.0 && section.extent() >= min_extent) return section;
+  }
+}
+
+// Displacements along the normal.
+class NoiseSource {
+ public:
+  NoiseSource(const SyntheticOptions& options, Rng rng) : gaussian_(options.noise == "gaussian"), rng_(rng) {
+    const double standard = gaussian_ ? options.inlier_threshold / 3.0 : options.inlier_threshold;
+    scale_ = options.noise_scale > 0.0 ? options.noise_scale : standard;
+  }
+  double Next() { return gaussian_ ? scale_ * rng_.Normal() : rng_.Uniform(-scale_, scale_); }
+
+ private:
+  bool gaussian_;
+  double scale_ = 0.0;
+  Rng rng_;
+};
+
+template <class Section>
+void AppendOnSection(const Section& section, int count, NoiseSource noise, Rng rng,
+                     std::vector<PointOf<Section>>* points) {
+  for (int i = 0; i < count; ++i) {
+    PointOf<Section> p = section.Sample(rng);
+    const double displacement = noise.Next();
+    for (int k = 0; k < Section::kDimension; ++k) p[k] += displacement * section.normal()[k];
+    points->push_back(p);
+  }
+}
+
+template <class Point>
+Point UniformInBox(Rng& rng) {
+  Point p;
+  for (double& value : p) value = rng.Uniform(0.0, kSide);
+  return p;
+}
+
+template <class Point>
+void AppendUniform(int count, Rng rng, std::vector<Point>* points) {
+  for (int i = 0; i < count; ++i) points->push_back(UniformInBox<Point>(rng));
+}
+
+// A Gaussian value around `centre`, drawn again until it lies inside the box (coordinates are independent).
+double ClusterCoordinate(double centre, double sigma, Rng& rng) {
+  for (;;) {
+    const double value = centre + sigma * rng.Normal();
+    if (value >= 0.0 && value <= kSide) return value;
+  }
+}
+
+template <class Point>
+void AppendAggregated(const SyntheticOptions& options, int count, Rng rng, std::vector<Point>* points) {
+  std::vector<Point> centres;
+  AppendUniform(options.clusters, rng.Fork("centres"), &centres);
+  for (int i = 0; i < count; ++i) {
+    Point p = centres[rng.Below(centres.size())];
+    for (double& value : p) value = ClusterCoordinate(value, options.cluster_sigma, rng);
+    points->push_back(p);
+  }
+}
+
+template <class Section>
+void AppendStructured(const SyntheticOptions& options, int count, int inliers, Rng rng,
+                      std::vector<PointOf<Section>>* points) {
+  const int wanted = static_cast<int>(std::lround(options.structured_share * count));
+  const int on_second = std::min(wanted, static_cast<int>(kWeakerShare * inliers));
+  const Section second = DrawSection<Section>(options.min_extent, rng.Fork("second_model"));
+  AppendOnSection(second, on_second, NoiseSource(options, rng.Fork("second_noise")), rng.Fork("second"), points);
+  AppendUniform(count - on_second, rng.Fork("uniform"), points);
+}
+
+template <class Section>
+void AppendOutliers(const SyntheticOptions& options, int count, int inliers, Rng rng,
+                    std::vector<PointOf<Section>>* points) {
+  if (options.outliers == "aggregated") {
+    AppendAggregated(options, count, rng, points);
+  } else if (options.outliers == "structured") {
+    AppendStructured<Section>(options, count, inliers, rng, points);
+  } else {
+    AppendUniform(count, rng, points);
+  }
+}
+
+// One dataset for both tasks; Section is LineSection or PlaneSection.
+template <class Section>
+class SyntheticDataset : public Dataset {
+ public:
+  static constexpr int kDimension = Section::kDimension;
+  static constexpr Task kTask = kDimension == 2 ? Task::kLine : Task::kPlane;
+
+  SyntheticDataset(SyntheticOptions options, std::uint64_t seed)
+      : options_(std::move(options)),
+        prefix_(ToString(kTask) + "/" + options_.split),
+        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+
+  Task task() const override { return kTask; }
+  std::int64_t size() const override { return options_.size; }
+
+  Example Get(std::uint64_t index) const override {
+    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
+      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
+    // A stream for each purpose: changing the noise, say, leaves the models and the outliers as they were.
+    const Rng rng = root_.Fork("example", index);
+    const auto [total, inliers] = DrawCounts(rng.Fork("counts"));
+    const Section section = DrawSection<Section>(options_.min_extent, rng.Fork("model"));
+    std::vector<PointOf<Section>> points;
+    points.reserve(total);
+    AppendOnSection(section, inliers, NoiseSource(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
+    AppendOutliers<Section>(options_, total - inliers, inliers, rng.Fork("outliers"), &points);
+
+    Example example = Shuffled(points, inliers, rng.Fork("shuffle"));
+    example.index = index;
+    example.id = prefix_ + "/" + std::to_string(index);
+    example.scene = "all";
+    example.truth.model.resize(kDimension + 1);
+    for (int k = 0; k < kDimension; ++k) example.truth.model[k] = section.normal()[k];
+    example.truth.model[kDimension] = section.offset();
+    return example;
+  }
+
+ private:
+  // The number of points and of inliers.
+  std::pair<int, int> DrawCounts(Rng rng) const {
+    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
+    const int total = low + static_cast<int>(rng.Below(high - low + 1));
+    const double ratio = rng.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
+    const int inliers = static_cast<int>(std::lround(total * (1.0 - ratio)));
+    return {total, std::clamp(inliers, MinimalSetSize(kTask) + 1, total)};
+  }
+
+  Example Shuffled(const std::vector<PointOf<Section>>& points, int inliers, Rng rng) const {
+    const auto count = static_cast<int>(points.size());
+    Example example;
+    example.problem.task = kTask;
+    example.problem.inlier_threshold = options_.inlier_threshold;
+    example.problem.points.resize(count, kDimension);
+    example.truth.inliers.resize(count);
+    const std::vector<int> order = rng.Permutation(count);
+    for (int i = 0; i < count; ++i) {
+      for (int k = 0; k < kDimension; ++k) example.problem.points(i, k) = points[order[i]][k];
+      example.truth.inliers[i] = order[i] < inliers;
+    }
+    return example;
+  }
+
+  SyntheticOptions options_;
+  std::string prefix_;
+  Rng root_;
+};
+
+}  // namespace
+
+void SyntheticOptions::Bind(OptionsBinder& b) {
+  b.Field("num_points", num_points, Within(3, 1e7));
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0));
+  b.Field("inlier_threshold", inlier_threshold, Positive());
+  b.Choice("noise", noise, {"gaussian", "uniform"});
+  b.Field("noise_scale", noise_scale, AtLeast(0.0));
+  b.Choice("outliers", outliers, {"uniform", "aggregated", "structured"});
+  b.Field("clusters", clusters, AtLeast(1));
+  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true});
+  b.Field("structured_share", structured_share, Within(0.0, 1.0));
+  // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
+  b.Field("min_extent", min_extent, Within(0.0, kSide));
+  b.Field("size", size, AtLeast(-1));
+  b.Field("split", split);
+  b.Require(std::floor(num_points.low) == num_points.low && std::floor(num_points.high) == num_points.high,
+            "num_points", "whole numbers");
+}
+
+std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed) {
+  const int least = MinimalSetSize(task) + 1;
+  if (options.num_points.low < least)
+    throw Error("num_points: expected at least " + std::to_string(least) + " for the task " + ToString(task));
+  if (task == Task::kLine) return std::make_unique<SyntheticDataset<LineSection>>(options, seed);
+  return std::make_unique<SyntheticDataset<PlaneSection>>(options, seed);
+}
+
+}  // namespace diffsac

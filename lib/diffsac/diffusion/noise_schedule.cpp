@@ -1,0 +1,150 @@
+#include "diffsac/diffusion/noise_schedule.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "diffsac/core/status.h"
+#include "diffsac/diffusion/terminal_snr_warning.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kCosineOffset = 0.008;
+constexpr double kMaxBeta = 0.999;
+// The number of steps for which the linear schedule's ends were chosen.
+constexpr double kLinearReferenceSteps = 1000.0;
+// Above this signal-to-noise ratio the last step shows the labels, and sampling from pure noise starts elsewhere.
+constexpr double kMaxTerminalSnr = 0.01;
+
+double CosineAlphaBar(double fraction) {
+  const double c = std::cos((fraction + kCosineOffset) / (1.0 + kCosineOffset) * std::numbers::pi / 2.0);
+  return c * c;
+}
+
+std::vector<double> CosineBetas(int steps) {
+  std::vector<double> betas(steps);
+  for (int t = 0; t < steps; ++t) {
+    const double ratio = CosineAlphaBar((t + 1.0) / steps) / CosineAlphaBar(static_cast<double>(t) / steps);
+    betas[t] = std::min(1.0 - ratio, kMaxBeta);
+  }
+  return betas;
+}
+
+std::vector<double> LinearBetas(int steps, double start, double end) {
+  std::vector<double> betas(steps, start);
+  for (int t = 1; t < steps; ++t) betas[t] = start + (end - start) * t / (steps - 1);
+  return betas;
+}
+
+std::vector<double> Betas(const NoiseScheduleOptions& options) {
+  if (options.kind == "cosine") return CosineBetas(options.steps);
+  const double scale = options.kind == "linear_scaled" ? kLinearReferenceSteps / options.steps : 1.0;
+  return LinearBetas(options.steps, scale * options.beta_start, scale * options.beta_end);
+}
+
+void RescaleToZeroTerminalSnr(std::vector<double>& alphas_bar) {
+  const double first = std::sqrt(alphas_bar.front());
+  const double last = std::sqrt(alphas_bar.back());
+  for (double& alpha_bar : alphas_bar) {
+    const double root = (std::sqrt(alpha_bar) - last) * first / (first - last);
+    alpha_bar = root * root;
+  }
+  alphas_bar.back() = 0.0;
+}
+
+}  // namespace
+
+void NoiseScheduleOptions::Bind(OptionsBinder& b) {
+  b.Choice("kind", kind, {"cosine", "linear", "linear_scaled"});
+  b.Field("steps", steps, AtLeast(1));
+  b.Field("beta_start", beta_start, {0.0, 0.999, true});
+  b.Field("beta_end", beta_end, {0.0, 0.999, true});
+  b.Field("zero_terminal_snr", zero_terminal_snr);
+  b.Require(beta_end >= beta_start, "beta_end", "at least beta_start");
+  b.Require(kind != "linear_scaled" || kLinearReferenceSteps / steps * beta_end < 1.0, "steps",
+            "more steps for linear_scaled, so that beta_end * 1000 / steps is below 1");
+  b.Require(!zero_terminal_snr || steps >= 2, "steps", "at least 2 with zero_terminal_snr");
+}
+
+void NoiseScheduleOptions::Check() const {
+  const auto require = [](bool ok, const char* message) {
+    if (!ok) throw Error(std::string("noise schedule: ") + message);
+  };
+  if (kind != "cosine" && kind != "linear" && kind != "linear_scaled") {
+    throw Error("noise schedule: kind '" + kind + "' is not one of cosine, linear, linear_scaled");
+  }
+  require(steps >= 1, "steps must be at least 1");
+  require(beta_start > 0.0 && beta_start < 1.0, "beta_start must be in (0, 1)");
+  require(beta_end >= beta_start && beta_end < 1.0, "beta_end must be in [beta_start, 1)");
+  require(kind != "linear_scaled" || kLinearReferenceSteps / steps * beta_end < 1.0,
+          "linear_scaled needs more steps: beta_end * 1000 / steps must be below 1");
+  require(!zero_terminal_snr || steps >= 2, "zero_terminal_snr needs at least 2 steps");
+}
+
+NoiseSchedule::NoiseSchedule(const NoiseScheduleOptions& options) : options_(options) {
+  options_.Check();
+  betas_ = Betas(options_);
+  double product = 1.0;
+  for (const double beta : betas_) alphas_bar_.push_back(product *= 1.0 - beta);
+  if (options_.zero_terminal_snr) {
+    RescaleToZeroTerminalSnr(alphas_bar_);
+    for (std::size_t t = 1; t < betas_.size(); ++t) betas_[t] = 1.0 - alphas_bar_[t] / alphas_bar_[t - 1];
+  }
+  for (const double beta : betas_) alphas_.push_back(1.0 - beta);
+
+  const auto alphas_bar = torch::tensor(alphas_bar_, torch::kFloat64);
+  signal_scales_ = alphas_bar.sqrt();
+  noise_scales_ = (1.0 - alphas_bar).sqrt();
+  if (TerminalSnr() > kMaxTerminalSnr) {
+    WarnOfTerminalSnr(options_.kind, steps(), TerminalSnr());
+  }
+}
+
+std::size_t NoiseSchedule::Index(int t) const {
+  if (t < 0 || t >= steps()) {
+    throw Error("noise schedule: timestep " + std::to_string(t) + " is outside [0, " + std::to_string(steps()) + ")");
+  }
+  return static_cast<std::size_t>(t);
+}
+
+double NoiseSchedule::alpha(int t) const { return std::sqrt(alphas_bar_[Index(t)]); }
+double NoiseSchedule::sigma(int t) const { return std::sqrt(1.0 - alphas_bar_[Index(t)]); }
+
+double NoiseSchedule::lambda(int t) const {
+  const double alpha_bar = alphas_bar_[Index(t)];
+  return 0.5 * std::log(alpha_bar / (1.0 - alpha_bar));
+}
+
+double NoiseSchedule::TerminalSnr() const { return alphas_bar_.back() / (1.0 - alphas_bar_.back()); }
+
+double NoiseSchedule::TimestepOfLambda(double value) const {
+  int low = 0;
+  int high = steps() - 1;
+  if (value >= lambda(low)) return low;
+  if (value <= lambda(high)) return high;
+  while (high - low > 1) {  // lambda(low) > value > lambda(high)
+    const int middle = (low + high) / 2;
+    (lambda(middle) > value ? low : high) = middle;
+  }
+  // The interval down to no signal at all has no slope; its noisy end is the better description of what is in it.
+  if (std::isinf(lambda(high))) return high;
+  return low + (lambda(low) - value) / (lambda(low) - lambda(high));
+}
+
+torch::Tensor NoiseSchedule::AddNoise(const torch::Tensor& c0, const torch::Tensor& noise,
+                                      const torch::Tensor& t) const {
+  TORCH_CHECK(c0.dim() >= 1 && c0.sizes() == noise.sizes(), "AddNoise: noise must have the shape of c0, ", c0.sizes());
+  TORCH_CHECK(t.dim() == 1 && t.size(0) == c0.size(0), "AddNoise: t must have one timestep for each of ", c0.size(0));
+  std::vector<std::int64_t> shape(c0.dim(), 1);
+  shape[0] = c0.size(0);
+  const auto gather = [&](const torch::Tensor& table) {
+    return table.to(t.device()).index_select(0, t).to(c0.options()).view(shape);
+  };
+  return gather(signal_scales_) * c0 + gather(noise_scales_) * noise;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "diffsac/eval/runner.h"
+#include "diffsac/methods/registry.h"
+
+namespace diffsac {
+
+/// What the command line of diffsac_eval says.
+struct EvalRequest {
+  std::string config_path;
+  std::vector<std::string> assignments;  ///< --set
+  std::vector<std::string> methods;      ///< --methods; empty: all rows
+  int limit = 0;                         ///< --limit: at most so many problems a condition; 0: as configured
+  std::string output;                    ///< --output; empty: runs/<name>
+  std::int64_t seed = -1;                ///< --seed; negative: as configured
+  MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+};
+
+/// Exit codes of the programs.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitBadInput = 2;
+inline constexpr int kExitInterrupted = 130;
+
+/// Reads the configuration with the command line on top. Throws Error.
+ExperimentOptions ReadRequest(const EvalRequest& request);
+
+/// Runs the experiment, writes the folder and prints the tables to `out`. Returns kExitOk, or kExitInterrupted after
+/// writing partial results when `stop` turned true. Throws Error for bad input.
+int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
+             std::ostream& out);
+
+}  // namespace diffsac

@@ -1,0 +1,313 @@
+#include "diffsac/eval/experiment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "diffsac/core/status.h"
+#include "diffsac/core/yaml_tree.h"
+#include "diffsac/data/dataset_factory.h"
+
+namespace diffsac {
+namespace {
+
+using Kind = YamlTree::Kind;
+
+constexpr const char* kRowKeys[] = {"name", "label", "conditions", "max_problems"};
+
+// A document of its own, with the places of its parts kept for messages.
+Config ConfigOf(YamlTree tree) {
+  Config config;
+  if (tree.kind == Kind::kNull) tree.kind = Kind::kMap;
+  config.impl_->document->root = std::move(tree);
+  return config;
+}
+
+YamlTree TreeOf(const Config& config) {
+  const YamlTree* tree = config.impl_->Get();
+  return tree == nullptr ? YamlTree() : *tree;
+}
+
+YamlTree Text(const std::string& text) {
+  YamlTree tree;
+  tree.kind = Kind::kScalar;
+  tree.scalar = text;
+  tree.quoted = true;
+  return tree;
+}
+
+YamlTree Number(double value) {
+  YamlTree tree;
+  tree.kind = Kind::kScalar;
+  tree.scalar = DoubleText(value);
+  return tree;
+}
+
+void Put(YamlTree* map, const std::string& key, YamlTree value) {
+  map->kind = Kind::kMap;
+  std::erase_if(map->entries, [&](const YamlEntry& entry) { return entry.key == key; });
+  map->entries.push_back({key, std::move(value)});
+}
+
+template <class Item>
+std::vector<std::string> Names(const std::vector<Item>& items) {
+  std::vector<std::string> names;
+  for (const Item& item : items) names.push_back(item.name);
+  return names;
+}
+
+template <class Item>
+void CheckNames(const Config& config, const std::string& list, const std::vector<Item>& items) {
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string where = config.Where(list + "." + std::to_string(i));
+    if (items[i].name.empty()) throw Error(where + ": expected a name");
+    if (!seen.insert(items[i].name).second) throw Error(where + ": the name '" + items[i].name + "' stands twice");
+  }
+}
+
+void CheckKnown(const Config& config, const std::string& key, const std::string& what,
+                const std::vector<std::string>& asked, const std::vector<std::string>& known) {
+  for (const std::string& name : asked) {
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw Error(config.Where(key) + ": no " + what + " is named '" + name + "'; did you mean '" +
+                NearestWord(name, known) + "'?");
+  }
+}
+
+Condition ReadCondition(const Config& config, const YamlTree& base) {
+  Condition condition;
+  ReadOptionsWith(config, [&](OptionsBinder& b) {
+    b.Field("name", condition.name);
+    b.Field("label", condition.label);
+    b.Field("value", condition.value);
+    b.Ignore("data");
+  });
+  if (condition.label.empty()) condition.label = condition.name;
+  YamlTree data = base;
+  MergeYaml(data, TreeOf(config.Sub("data")));
+  condition.data = ConfigOf(std::move(data));
+  return condition;
+}
+
+MethodRow ReadMethodRow(const Config& config) {
+  MethodRow row;
+  YamlTree own = TreeOf(config), rest = own;
+  if (own.kind != Kind::kMap) throw Error(config.Where() + ": expected a map {name, type, ...}");
+  const auto is_row_key = [](const YamlEntry& entry) {
+    return std::find(std::begin(kRowKeys), std::end(kRowKeys), entry.key) != std::end(kRowKeys);
+  };
+  std::erase_if(own.entries, [&](const YamlEntry& entry) { return !is_row_key(entry) && entry.key != "type"; });
+  std::erase_if(rest.entries, is_row_key);
+  ReadOptionsWith(ConfigOf(own), [&](OptionsBinder& b) {
+    b.Field("name", row.name);
+    b.Field("type", row.type);
+    b.Field("label", row.label);
+    b.Field("conditions", row.conditions);
+    b.Field("max_problems", row.max_problems, AtLeast(0));
+  });
+  if (row.type.empty()) throw Error(config.Where() + ": expected a type (ransac, diffsac, oracle, ...)");
+  if (row.name.empty()) row.name = row.type;
+  if (row.label.empty()) row.label = row.name;
+  row.config = ConfigOf(std::move(rest));
+  return row;
+}
+
+// A number (the accuracy), [accuracy, median], or `~` for what the paper leaves out.
+PaperValue ReadPaperValue(const Config& config, const std::string& key, const YamlTree& tree) {
+  PaperValue value;
+  std::vector<double*> slots = {&value.accuracy, &value.median_deg};
+  const std::vector<YamlTree> items = tree.kind == Kind::kSequence ? tree.items : std::vector<YamlTree>{tree};
+  if (items.empty() || items.size() > slots.size())
+    throw Error(config.Where(key) + ": expected mAA, or [mAA, median in degrees]");
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (items[i].kind == Kind::kNull) continue;
+    char* end = nullptr;
+    *slots[i] = std::strtod(items[i].scalar.c_str(), &end);
+    if (items[i].kind != Kind::kScalar || items[i].scalar.empty() || *end != '\0')
+      throw Error(config.Where(key) + ": expected a number, got '" + items[i].scalar + "'");
+  }
+  return value;
+}
+
+// Condition names may hold dots, so the tree is walked instead of paths being looked up.
+std::vector<PaperRow> ReadPaper(const Config& config, const std::vector<std::string>& conditions) {
+  std::vector<PaperRow> rows;
+  const YamlTree paper = TreeOf(config.Sub("paper"));
+  for (const YamlEntry& method : paper.entries) {
+    PaperRow row;
+    row.label = method.key;
+    for (const YamlEntry& entry : method.value.entries) {
+      CheckKnown(config, "paper." + method.key, "condition", {entry.key}, conditions);
+      row.values[entry.key] = ReadPaperValue(config, "paper." + method.key, entry.value);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<BudgetSeries> ReadBudget(const Config& config) {
+  std::vector<BudgetSeries> series;
+  for (const Config& item : config.Sequence("figures.budget.series")) {
+    BudgetSeries one;
+    ReadOptionsWith(item, [&](OptionsBinder& b) {
+      b.Field("label", one.label);
+      b.Field("methods", one.methods);
+    });
+    series.push_back(std::move(one));
+  }
+  return series;
+}
+
+void CheckReferences(const Config& config, const ExperimentOptions& experiment) {
+  const auto methods = Names(experiment.methods), conditions = Names(experiment.conditions);
+  for (std::size_t i = 0; i < experiment.methods.size(); ++i)
+    CheckKnown(config, "methods." + std::to_string(i), "condition", experiment.methods[i].conditions, conditions);
+  CheckKnown(config, "reference", "method", {experiment.reference}, methods);
+  const FigureOptions& figures = experiment.figures;
+  CheckKnown(config, "figures.qualitative_method", "method", {figures.qualitative_method}, methods);
+  CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
+  CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
+  for (const BudgetSeries& series : figures.budget)
+    CheckKnown(config, "figures.budget", "method", series.methods, methods);
+}
+
+YamlTree TextList(const std::vector<std::string>& texts) {
+  YamlTree list;
+  list.kind = Kind::kSequence;
+  for (const std::string& text : texts) list.items.push_back(Text(text));
+  return list;
+}
+
+YamlTree ConditionTree(const Condition& condition) {
+  YamlTree tree;
+  Put(&tree, "name", Text(condition.name));
+  Put(&tree, "label", Text(condition.label));
+  if (!std::isnan(condition.value)) Put(&tree, "value", Number(condition.value));
+  Put(&tree, "data", ParseYaml(WriteDatasetOptions(condition.data), {}));
+  return tree;
+}
+
+YamlTree MethodTree(const MethodRow& row) {
+  YamlTree tree;
+  Put(&tree, "name", Text(row.name));
+  Put(&tree, "label", Text(row.label));
+  if (!row.conditions.empty()) Put(&tree, "conditions", TextList(row.conditions));
+  if (row.max_problems > 0) Put(&tree, "max_problems", Number(row.max_problems));
+  for (const YamlEntry& entry : TreeOf(row.config).entries) tree.entries.push_back(entry);
+  return tree;
+}
+
+YamlTree PaperTree(const PaperRow& row) {
+  YamlTree tree;
+  tree.kind = Kind::kMap;
+  for (const auto& [condition, value] : row.values) {
+    YamlTree pair;
+    pair.kind = Kind::kSequence;
+    pair.items.push_back(std::isnan(value.accuracy) ? YamlTree() : Number(value.accuracy));
+    if (!std::isnan(value.median_deg)) pair.items.push_back(Number(value.median_deg));
+    Put(&tree, condition, std::move(pair));
+  }
+  return tree;
+}
+
+YamlTree BudgetTree(const std::vector<BudgetSeries>& all) {
+  YamlTree list, budget;
+  list.kind = Kind::kSequence;
+  for (const BudgetSeries& series : all) {
+    YamlTree one;
+    Put(&one, "label", Text(series.label));
+    Put(&one, "methods", TextList(series.methods));
+    list.items.push_back(std::move(one));
+  }
+  Put(&budget, "series", std::move(list));
+  return budget;
+}
+
+}  // namespace
+
+bool MethodRow::RunsOn(const std::string& condition) const {
+  return conditions.empty() || std::find(conditions.begin(), conditions.end(), condition) != conditions.end();
+}
+
+void FigureOptions::Bind(OptionsBinder& b) {
+  b.Field("curve", curve);
+  b.Field("qualitative", qualitative, Within(0, 8));
+  b.Field("qualitative_method", qualitative_method);
+  b.Field("qualitative_conditions", qualitative_conditions);
+  b.Field("confidence_condition", confidence_condition);
+  b.Ignore("budget");
+}
+
+void ExperimentOptions::Bind(OptionsBinder& b) {
+  b.Field("name", name);
+  b.Field("title", title);
+  b.Choice("task", task, {"line", "plane"});
+  b.Field("seed", seed);
+  b.Field("problems", problems, AtLeast(1));
+  b.Field("threads", threads, AtLeast(0));
+  b.GroupWith("metric", [this](OptionsBinder& metric) { metric.Field("threshold_deg", threshold_deg, Positive()); });
+  b.Field("condition_label", condition_label);
+  b.Field("reference", reference);
+  b.Field("notes", notes);
+  b.Field("optional_data", optional_data);
+  b.Group("figures", figures);
+  for (const char* key : {"data", "conditions", "methods", "paper"}) b.Ignore(key);
+}
+
+ExperimentOptions ReadExperiment(const Config& config) {
+  auto experiment = ReadOptions<ExperimentOptions>(config);
+  if (experiment.name.empty() || experiment.name.find('/') != std::string::npos)
+    throw Error(config.Where("name") + ": expected a name without '/'");
+  const YamlTree base = TreeOf(config.Sub("data"));
+  for (const Config& item : config.Sequence("conditions")) experiment.conditions.push_back(ReadCondition(item, base));
+  if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nan(""), ConfigOf(base)});
+  for (const Config& item : config.Sequence("methods")) experiment.methods.push_back(ReadMethodRow(item));
+  if (experiment.methods.empty()) throw Error(config.Where("methods") + ": expected a list of methods");
+  CheckNames(config, "conditions", experiment.conditions);
+  CheckNames(config, "methods", experiment.methods);
+  experiment.figures.budget = ReadBudget(config);
+  CheckReferences(config, experiment);
+  experiment.paper = ReadPaper(config, Names(experiment.conditions));
+  return experiment;
+}
+
+void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment) {
+  if (names.empty()) return;
+  const auto known = Names(experiment->methods);
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
+  }
+  const auto kept = [&](const std::string& name) {
+    return name.empty() || std::find(names.begin(), names.end(), name) != names.end();
+  };
+  std::erase_if(experiment->methods, [&](const MethodRow& row) { return !kept(row.name); });
+  if (!kept(experiment->reference)) experiment->reference.clear();
+  if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
+  for (BudgetSeries& series : experiment->figures.budget)
+    std::erase_if(series.methods, [&](const std::string& name) { return !kept(name); });
+}
+
+std::string WriteExperiment(const ExperimentOptions& experiment) {
+  YamlTree tree = ParseYaml(WriteOptions(experiment), {}), conditions, methods, paper;
+  conditions.kind = methods.kind = Kind::kSequence;
+  paper.kind = Kind::kMap;
+  for (const Condition& condition : experiment.conditions) conditions.items.push_back(ConditionTree(condition));
+  for (const MethodRow& row : experiment.methods) methods.items.push_back(MethodTree(row));
+  for (const PaperRow& row : experiment.paper) Put(&paper, row.label, PaperTree(row));
+  if (!experiment.figures.budget.empty()) Put(tree.Find("figures"), "budget", BudgetTree(experiment.figures.budget));
+  Put(&tree, "conditions", std::move(conditions));
+  Put(&tree, "methods", std::move(methods));
+  if (!paper.entries.empty()) Put(&tree, "paper", std::move(paper));
+  return DumpYaml(tree);
+}
+
+std::string MetricName(const std::string& metric, double threshold_deg) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%s@%gdeg", metric.c_str(), threshold_deg);
+  return text;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// A column of the table: the base data with some options changed.
+struct Condition {
+  std::string name;                                         ///< Short and unique: "0.5".
+  std::string label;                                        ///< Heading; the name when empty.
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< Position on the curve's axis; NaN: not on it.
+  Config data;                                              ///< The base data merged with this condition's overrides.
+};
+
+/// A row of the table.
+struct MethodRow {
+  std::string name;                     ///< Unique; `--methods` and the output files use it.
+  std::string type;                     ///< For the registry; `oracle` is computed by the runner.
+  std::string label;                    ///< In tables and pictures; the name when empty.
+  std::vector<std::string> conditions;  ///< Only these; all when empty.
+  int max_problems = 0;  ///< Only the first so many problems (slow rows); 0: all. Shown as n in the table.
+  Config config;         ///< type and the method's own options, without the keys above.
+  bool RunsOn(const std::string& condition) const;
+};
+
+/// What the paper reports for one method and condition; NaN where it reports nothing.
+struct PaperValue {
+  double accuracy = std::numeric_limits<double>::quiet_NaN();
+  double median_deg = std::numeric_limits<double>::quiet_NaN();
+};
+struct PaperRow {
+  std::string label;
+  std::map<std::string, PaperValue> values;  ///< By the condition's name.
+};
+
+/// Several budgets of one method, joined in the picture of mAA against the number of hypotheses.
+struct BudgetSeries {
+  std::string label;
+  std::vector<std::string> methods;
+};
+
+struct FigureOptions {
+  bool curve = true;                                ///< mAA against the conditions' values.
+  int qualitative = 1;                              ///< Problems a condition in the picture of fits; 0: none.
+  std::string qualitative_method;                   ///< Whose fits; empty: the first that is not `oracle`.
+  std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
+  std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
+  std::vector<BudgetSeries> budget;                 ///< `figures.budget.series`.
+  void Bind(OptionsBinder& b);
+};
+
+/// One table or figure: every method on every condition. See docs/metrics.md and configs/tables/.
+struct ExperimentOptions {
+  std::string name = "experiment";
+  std::string title;
+  std::string task = "line";
+  std::uint64_t seed = 0;
+  int problems = 2000;                        ///< For each condition; fewer when the dataset is smaller.
+  int threads = 0;                            ///< 0: all cores.
+  double threshold_deg = 0.5;                 ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
+  std::string condition_label = "condition";  ///< Name of the conditions' axis.
+  std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
+  std::string notes;                          ///< A paragraph under the table.
+  /// The data may be absent: then the run says so and ends well.
+  bool optional_data = false;
+  FigureOptions figures;
+  void Bind(OptionsBinder& b);
+
+  // Lists, read by ReadExperiment.
+  std::vector<Condition> conditions;
+  std::vector<MethodRow> methods;
+  std::vector<PaperRow> paper;
+};
+
+/// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods
+/// and conditions that don't exist.
+ExperimentOptions ReadExperiment(const Config& config);
+
+/// Keeps the named rows, in the experiment's order. Throws Error naming the nearest row for an unknown name.
+void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment);
+
+/// The whole experiment with every option of the data and the experiment filled in; reads back to the same.
+std::string WriteExperiment(const ExperimentOptions& experiment);
+
+/// "mAA@0.5deg": a metric's name with its threshold.
+std::string MetricName(const std::string& metric, double threshold_deg);
+
+}  // namespace diffsac

@@ -1,0 +1,270 @@
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+
+#include "diffsac/eval/gnuplot.h"
+#include "diffsac/eval/plots.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kMostPoints = 5000;  // More only make a picture of a scan slow.
+constexpr int kMeshLines = 9;
+constexpr int kMostPanels = 8;
+constexpr const char* kInlierColour = "#0072B2";
+constexpr const char* kOutlierColour = "#A0A0A0";
+constexpr const char* kEstimateColour = "#D55E00";
+constexpr const char* kViridis =
+    "set palette defined (0 \"#440154\", 0.25 \"#3B528B\", 0.5 \"#21918C\", 0.75 \"#5EC962\", 1 \"#FDE725\")\n";
+
+std::string RowText(const Eigen::RowVectorXd& row) {
+  std::string text;
+  for (const double value : row) text += GnuplotNumber(value) + " ";
+  return text + "\n";
+}
+
+// The points for which `kept(i)` holds, thinned evenly; a row that no range shows where there are none.
+template <class Kept>
+std::string PointBlock(const std::string& name, const PointMatrix& points, const Kept& kept) {
+  const Eigen::Index stride = std::max<Eigen::Index>(1, points.rows() / kMostPoints);
+  std::string text = "$" + name + " << EOD\n";
+  bool any = false;
+  for (Eigen::Index i = 0; i < points.rows(); i += stride) {
+    if (!kept(i) || !points.row(i).allFinite()) continue;
+    text += RowText(points.row(i));
+    any = true;
+  }
+  if (!any) text += points.cols() == 2 ? "NaN NaN\n" : "NaN NaN NaN\n";
+  return text + "EOD\n";
+}
+
+// The box around the finite points, a little larger.
+struct Box {
+  Eigen::VectorXd low;
+  Eigen::VectorXd high;
+  explicit Box(const PointMatrix& points)
+      : low(Eigen::VectorXd::Constant(points.cols(), 1e300)), high(Eigen::VectorXd::Constant(points.cols(), -1e300)) {
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+      if (!points.row(i).allFinite()) continue;
+      low = low.cwiseMin(points.row(i).transpose());
+      high = high.cwiseMax(points.row(i).transpose());
+    }
+    if ((low.array() > high.array()).any()) {
+      low.setZero();
+      high.setOnes();
+    }
+    const double margin = std::max(1e-9, 0.04 * (high - low).maxCoeff());
+    low.array() -= margin;
+    high.array() += margin;
+  }
+  std::string Ranges() const {
+    static constexpr const char* kAxes[] = {"x", "y", "z"};
+    std::string text;
+    for (Eigen::Index d = 0; d < low.size(); ++d)
+      text += std::string("set ") + kAxes[d] + "range [" + GnuplotNumber(low[d]) + ":" + GnuplotNumber(high[d]) + "]\n";
+    return text;
+  }
+};
+
+// A line drawn beyond the box, which clips it.
+std::string LineBlock(const std::string& name, const ModelParameters& model, const Box& box) {
+  const Eigen::Vector2d normal = model.head(2), centre = 0.5 * (box.low + box.high);
+  const Eigen::Vector2d direction(-normal[1], normal[0]), foot = centre - (normal.dot(centre) + model[2]) * normal;
+  const double reach = (box.high - box.low).norm();
+  return "$" + name + " << EOD\n" + RowText((foot - reach * direction).transpose()) +
+         RowText((foot + reach * direction).transpose()) + "EOD\n";
+}
+
+// Where the mesh lies: the extent of the inliers along two directions in the plane.
+std::string MeshBlock(const std::string& name, const Estimate& estimate, const PointMatrix& points) {
+  const Eigen::Vector3d normal = estimate.model.head(3);
+  Eigen::Vector3d u = normal.unitOrthogonal();
+  // Along the axis that the plane contains best, so that the mesh follows the box.
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().minCoeff(&axis);
+  u = (Eigen::Vector3d::Unit(axis) - normal[axis] * normal).normalized();
+  const Eigen::Vector3d v = normal.cross(u), origin = -estimate.model[3] * normal;
+  double low_u = 1e300, high_u = -1e300, low_v = 1e300, high_v = -1e300;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (estimate.inliers.size() != static_cast<std::size_t>(points.rows()) || !estimate.inliers[i]) continue;
+    const Eigen::Vector3d offset = points.row(i).transpose() - origin;
+    low_u = std::min(low_u, offset.dot(u));
+    high_u = std::max(high_u, offset.dot(u));
+    low_v = std::min(low_v, offset.dot(v));
+    high_v = std::max(high_v, offset.dot(v));
+  }
+  std::string text = "$" + name + " << EOD\n";
+  if (low_u > high_u) return text + "NaN NaN NaN\nEOD\n";
+  for (int a = 0; a < kMeshLines; ++a) {
+    for (int b = 0; b < kMeshLines; ++b) {
+      const double at_u = low_u + (high_u - low_u) * a / (kMeshLines - 1);
+      const double at_v = low_v + (high_v - low_v) * b / (kMeshLines - 1);
+      text += RowText((origin + at_u * u + at_v * v).transpose());
+    }
+    text += "\n";
+  }
+  return text + "EOD\n";
+}
+
+std::string FitTitle(const KeptFit& fit, const ExperimentResults& results) {
+  const EstimateError error = MeasureError(fit.estimate, fit.example);
+  const auto inliers = std::count(fit.estimate.inliers.begin(), fit.estimate.inliers.end(), 1);
+  const Condition& condition = results.experiment.conditions[fit.condition];
+  std::string title = results.experiment.conditions.size() > 1
+                          ? results.experiment.condition_label + " " + condition.label
+                          : fit.example.id;
+  if (error.failed) return title + ": " + std::string(ToString(fit.estimate.status));
+  if (!std::isnan(error.angle_deg)) {
+    char text[32];
+    std::snprintf(text, sizeof(text), ": error %.2f°", error.angle_deg);
+    return title + text;
+  }
+  return title + ": " + std::to_string(inliers) + " of " + std::to_string(fit.example.problem.points.rows()) +
+         " inliers";
+}
+
+std::string InlierBlocks(const KeptFit& fit, const std::string& prefix) {
+  const auto is_inlier = [&](Eigen::Index i) {
+    return static_cast<std::size_t>(i) < fit.estimate.inliers.size() && fit.estimate.inliers[i] != 0;
+  };
+  return PointBlock(prefix + "_out", fit.example.problem.points, [&](Eigen::Index i) { return !is_inlier(i); }) +
+         PointBlock(prefix + "_in", fit.example.problem.points, is_inlier);
+}
+
+std::string LinePanel(const KeptFit& fit, const std::string& prefix) {
+  const Box box(fit.example.problem.points);
+  std::string text = box.Ranges() + InlierBlocks(fit, prefix);
+  std::string plot = "plot $" + prefix + "_out with points pt 7 ps 0.6 lc rgb \"" + kOutlierColour +
+                     "\" title \"outliers\", $" + prefix + "_in with points pt 7 ps 0.6 lc rgb \"" + kInlierColour +
+                     "\" title \"inliers\"";
+  if (fit.estimate.model.size() == 3) {
+    text += LineBlock(prefix + "_est", fit.estimate.model, box);
+    plot += ", $" + prefix + "_est with lines lw 2 lc rgb \"" + kEstimateColour + "\" title \"estimate\"";
+  }
+  if (fit.example.truth.model.size() == 3) {
+    text += LineBlock(prefix + "_true", fit.example.truth.model, box);
+    plot += ", $" + prefix + "_true with lines lw 1.5 dt 2 lc rgb \"#000000\" title \"true line\"";
+  }
+  return text + plot + "\n";
+}
+
+std::string PlanePanel(const KeptFit& fit, const std::string& prefix) {
+  const std::string size = fit.example.problem.points.rows() > 1000 ? "0.2" : "0.6";
+  std::string text = Box(fit.example.problem.points).Ranges() + InlierBlocks(fit, prefix);
+  std::string plot = "splot $" + prefix + "_out with points pt 7 ps " + size + " lc rgb \"" + kOutlierColour +
+                     "\" title \"outliers\", $" + prefix + "_in with points pt 7 ps " + size + " lc rgb \"" +
+                     kInlierColour + "\" title \"inliers\"";
+  if (fit.estimate.model.size() == 4) {
+    text += MeshBlock(prefix + "_est", fit.estimate, fit.example.problem.points);
+    plot += ", $" + prefix + "_est with lines lw 1 lc rgb \"" + kEstimateColour + "\" title \"estimated plane\"";
+  }
+  return text + plot + "\n";
+}
+
+// The steps to show: all, or kMostPanels evenly spread with the first and the last.
+std::vector<std::size_t> ShownSteps(std::size_t steps) {
+  const std::size_t shown = std::min<std::size_t>(steps, kMostPanels);
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < shown; ++i) indices.push_back(shown == 1 ? 0 : i * (steps - 1) / (shown - 1));
+  return indices;
+}
+
+std::vector<int> MostConfident(const std::vector<float>& confidence, int count) {
+  std::vector<int> order(confidence.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto middle = order.begin() + std::min<std::ptrdiff_t>(count, order.size());
+  std::partial_sort(order.begin(), middle, order.end(), [&](int a, int b) {
+    return confidence[a] != confidence[b] ? confidence[a] > confidence[b] : a < b;
+  });
+  order.erase(middle, order.end());
+  return order;
+}
+
+// Bright points are drawn last, so that they are not hidden.
+std::string ConfidencePanel(const Problem& problem, const std::vector<float>& confidence, const std::string& prefix) {
+  const std::vector<int> order = MostConfident(confidence, static_cast<int>(confidence.size()));
+  std::string points = "$" + prefix + " << EOD\n", top = "$" + prefix + "_top << EOD\n";
+  for (auto i = order.rbegin(); i != order.rend(); ++i) {
+    std::string row = RowText(problem.points.row(*i));
+    row.insert(row.size() - 1, GnuplotNumber(confidence[*i]));
+    points += row;
+  }
+  for (const int i : MostConfident(confidence, MinimalSetSize(problem.task))) top += RowText(problem.points.row(i));
+  const bool line = problem.task == Task::kLine;
+  return points + "EOD\n" + top + "EOD\n" + (line ? "plot $" : "splot $") + prefix + " using " +
+         (line ? "1:2:3" : "1:2:3:4") + " with points pt 7 ps 0.9 lc palette notitle, $" + prefix +
+         "_top with points pt 6 ps 1.9 lw 2 lc rgb \"" + kEstimateColour + "\" notitle\n";
+}
+
+std::string CommonSettings(Task task, bool ratio) {
+  std::string text = "set clip two\nset tics font \",9\" nomirror\nset grid ls 100\n";
+  if (task == Task::kLine) return text + (ratio ? "set size ratio -1\n" : "");
+  return text + "set view 62,35\nset xyplane 0\nset ticslevel 0\nset view equal xyz\nset xtics offset 0,-0.3\n" +
+         "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
+}
+
+bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
+  if (trace.confidence.empty() || trace.timesteps.size() != trace.confidence.size()) return false;
+  return std::all_of(trace.confidence.begin(), trace.confidence.end(), [&](const auto& values) {
+    return !values.empty() && static_cast<Eigen::Index>(values.size()) == problem.points.rows();
+  });
+}
+
+}  // namespace
+
+bool PlotFits(const ExperimentResults& results, const std::string& folder) {
+  if (results.fits.empty()) return false;
+  const Task task = TaskFromString(results.experiment.task);
+  const bool one_condition = results.experiment.conditions.size() == 1;
+  const int fits = static_cast<int>(results.fits.size());
+  const int columns = std::min(4, one_condition ? fits : std::max(1, fits / results.experiment.figures.qualitative));
+  const int rows = (fits + columns - 1) / columns;
+  const std::string title = results.fits_label + (task == Task::kLine ? ": line fits" : ": plane fits") +
+                            (results.partial ? " (partial)" : "");
+  std::string script = CommonSettings(task, true) + "set multiplot layout " + std::to_string(rows) + "," +
+                       std::to_string(columns) + " title " + GnuplotText(title) + " font \",14\"\n" +
+                       "set key below horizontal samplen 1.5 font \",9\"\n";
+  // Row by row in the grid: the first problem of every condition, then the second.
+  std::vector<const KeptFit*> ordered;
+  for (const KeptFit& fit : results.fits) ordered.push_back(&fit);
+  std::vector<int> seen(results.experiment.conditions.size(), 0);
+  std::vector<int> rank;
+  for (const KeptFit& fit : results.fits) rank.push_back(seen[fit.condition]++);
+  std::stable_sort(ordered.begin(), ordered.end(), [&](const KeptFit* a, const KeptFit* b) {
+    return rank[a - results.fits.data()] < rank[b - results.fits.data()];
+  });
+  for (int i = 0; i < fits; ++i) {
+    script += "set title " + GnuplotText(FitTitle(*ordered[i], results)) + " font \",11\"\n";
+    const std::string prefix = "fit" + std::to_string(i);
+    script += task == Task::kLine ? "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(*ordered[i], prefix)
+                                  : PlanePanel(*ordered[i], prefix);
+  }
+  return DrawPicture(folder, "fits", script + "unset multiplot\n", 380 * columns + 20, 420 * rows + 50);
+}
+
+bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path) {
+  if (!HasPoints(trace, problem)) return false;
+  const std::vector<std::size_t> steps = ShownSteps(trace.confidence.size());
+  const int panels = static_cast<int>(steps.size()), columns = panels <= 4 ? panels : (panels + 1) / 2;
+  const int rows = (panels + columns - 1) / columns;
+  std::string script = CommonSettings(problem.task, true) + kViridis + Box(problem.points).Ranges() +
+                       "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
+                       std::to_string(rows) + "," + std::to_string(columns) +
+                       " title \"Confidence over the reverse steps (circled: the minimal set)\" font \",14\"\n";
+  for (int i = 0; i < panels; ++i) {
+    const std::size_t step = steps[i];
+    char title[64];
+    std::snprintf(title, sizeof(title), "step %d of %d, t = %.3g", static_cast<int>(step) + 1,
+                  static_cast<int>(trace.confidence.size()), trace.timesteps[step]);
+    script += "set title " + GnuplotText(title) + " font \",11\"\n" +
+              ConfidencePanel(problem, trace.confidence[step], "step" + std::to_string(i));
+  }
+  const std::filesystem::path file(path);
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  return DrawPicture(folder, file.stem().string(), script + "unset multiplot\n", 390 * columns + 20, 360 * rows + 50);
+}
+
+}  // namespace diffsac

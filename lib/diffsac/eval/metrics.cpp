@@ -1,0 +1,96 @@
+#include "diffsac/eval/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "diffsac/geometry/hyperplane.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kBins = 10;
+
+double OffsetDifference(const ModelParameters& a, const ModelParameters& b, const PointMatrix& points) {
+  const Eigen::Index d = points.cols();
+  const Eigen::VectorXd centroid = points.colwise().mean();
+  const double side = a.head(d).dot(b.head(d)) < 0.0 ? -1.0 : 1.0;
+  return std::abs(a.head(d).dot(centroid) + a[d] - side * (b.head(d).dot(centroid) + b[d]));
+}
+
+double BoundingDiagonal(const PointMatrix& points) {
+  if (points.rows() == 0) return 0.0;
+  return (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
+}
+
+}  // namespace
+
+EstimateError MeasureError(const Estimate& estimate, const Example& example) {
+  const ModelParameters& truth = example.truth.model;
+  const PointMatrix& points = example.problem.points;
+  EstimateError error;
+  error.failed =
+      estimate.status != Status::kOk || estimate.model.size() != points.cols() + 1 || !estimate.model.allFinite();
+  if (truth.size() == 0) {
+    error.angle_deg = error.offset = kNaN;
+  } else if (error.failed) {
+    error.angle_deg = kWorstAngleDeg;
+    error.offset = BoundingDiagonal(points);
+  } else {
+    error.angle_deg = AngleBetweenDegrees(estimate.model, truth);
+    error.offset = OffsetDifference(estimate.model, truth, points);
+  }
+  return error;
+}
+
+double AverageAccuracy(double error, double threshold) {
+  int accurate = 0;
+  for (int k = 1; k <= kBins; ++k) accurate += error <= k * threshold / kBins;
+  return static_cast<double>(accurate) / kBins;
+}
+
+double MeanAverageAccuracy(std::span<const double> errors, double threshold) {
+  if (errors.empty()) return kNaN;
+  double sum = 0.0;
+  for (const double error : errors) sum += AverageAccuracy(error, threshold);
+  return sum / static_cast<double>(errors.size());
+}
+
+double AreaUnderCurve(std::span<const double> errors, double threshold) {
+  if (errors.empty()) return kNaN;
+  std::vector<double> sorted;
+  for (const double error : errors)
+    if (error < threshold) sorted.push_back(error);
+  std::sort(sorted.begin(), sorted.end());
+  double area = 0.0, last_error = 0.0, last_recall = 0.0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const double recall = static_cast<double>(i + 1) / static_cast<double>(errors.size());
+    area += (sorted[i] - last_error) * (recall + last_recall) / 2.0;
+    last_error = sorted[i];
+    last_recall = recall;
+  }
+  return (area + (threshold - last_error) * last_recall) / threshold;
+}
+
+double AccuracyWithin(std::span<const double> errors, double threshold) {
+  if (errors.empty()) return kNaN;
+  const auto within = std::count_if(errors.begin(), errors.end(), [&](double error) { return error <= threshold; });
+  return static_cast<double>(within) / static_cast<double>(errors.size());
+}
+
+double Median(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  if (values.empty()) return kNaN;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2.0;
+}
+
+double Mean(std::span<const double> values) {
+  if (values.empty()) return kNaN;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+}  // namespace diffsac

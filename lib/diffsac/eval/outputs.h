@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/eval/results.h"
+
+namespace diffsac {
+
+/// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
+std::string ResultsCsv(const ExperimentResults& results);
+
+/// problems.csv: id,scene,condition,method,status,angle_deg,offset,inliers,hypotheses,ms_features,ms_denoise,
+/// ms_consensus,ms_total.
+std::string ProblemsCsv(const ExperimentResults& results);
+
+/// results.json: what was run, and for each method and condition the metrics of every scene, the bootstrap interval of
+/// mAA and that of the reference method's mAA minus its own. Unknown values are null.
+std::string ResultsJson(const ExperimentResults& results);
+
+/// Writes all of these, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
+void WriteResults(const ExperimentResults& results, const std::string& folder);
+
+}  // namespace diffsac

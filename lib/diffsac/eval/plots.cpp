@@ -1,0 +1,154 @@
+#include "diffsac/eval/plots.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diffsac/eval/gnuplot.h"
+
+namespace diffsac {
+namespace {
+
+double CellAccuracy(const ExperimentResults& results, std::size_t condition, std::size_t method) {
+  const Cell* cell = results.Find(condition, method);
+  const double c = results.experiment.threshold_deg;
+  return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, c), "mean", MetricName("mAA", c));
+}
+
+double CellHypotheses(const ExperimentResults& results, std::size_t condition, std::size_t method) {
+  const Cell* cell = results.Find(condition, method);
+  return cell == nullptr ? std::nan("")
+                         : FindMetric(CellMetrics(*cell, results.experiment.threshold_deg), "mean", "hypotheses");
+}
+
+struct Point {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+// One curve: its data block and how it is drawn.
+struct Curve {
+  std::string label;
+  std::string style;
+  std::vector<Point> points;
+};
+
+std::string Block(const std::string& name, const std::vector<Point>& points) {
+  std::string text = "$" + name + " << EOD\n";
+  for (const Point& point : points) text += GnuplotNumber(point.x) + " " + GnuplotNumber(point.y) + "\n";
+  return text + "EOD\n";
+}
+
+std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& curves) {
+  std::string blocks, command = "plot ";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::string name = prefix + std::to_string(i);
+    blocks += Block(name, curves[i].points);
+    command += (i == 0 ? "" : ", \\\n  ") + ("$" + name) + " using 1:2 " + curves[i].style + " title " +
+               GnuplotText(curves[i].label);
+  }
+  return blocks + command + "\n";
+}
+
+std::string SeriesStyle(std::size_t index, bool strong) {
+  static constexpr int kMarks[] = {7, 5, 9, 11, 13, 4, 6};
+  return "with linespoints lc rgb \"" + std::string(SeriesColour(index)) + "\" lw " + (strong ? "3" : "2") + " pt " +
+         std::to_string(kMarks[index % 7]) + " ps 1.2";
+}
+
+constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
+
+// The lines of one condition's budget panel; the ceiling spans the whole axis.
+std::vector<Curve> BudgetCurves(const ExperimentResults& results, std::size_t condition) {
+  std::vector<Curve> curves;
+  const auto& methods = results.experiment.methods;
+  double low = 1e300, high = 0.0;
+  for (const BudgetSeries& series : results.experiment.figures.budget) {
+    Curve curve{series.label, SeriesStyle(curves.size(), curves.empty()), {}};
+    for (const std::string& name : series.methods) {
+      for (std::size_t m = 0; m < methods.size(); ++m) {
+        if (methods[m].name != name) continue;
+        const Point point{CellHypotheses(results, condition, m), CellAccuracy(results, condition, m)};
+        if (std::isnan(point.x) || std::isnan(point.y)) continue;
+        curve.points.push_back(point);
+        low = std::min(low, point.x);
+        high = std::max(high, point.x);
+      }
+    }
+    std::sort(curve.points.begin(), curve.points.end(), [](Point a, Point b) { return a.x < b.x; });
+    if (!curve.points.empty()) curves.push_back(std::move(curve));
+  }
+  for (std::size_t m = 0; m < methods.size() && !curves.empty(); ++m) {
+    const double ceiling = CellAccuracy(results, condition, m);
+    if (methods[m].type == "oracle" && !std::isnan(ceiling))
+      curves.push_back({methods[m].label, kCeilingStyle, {{low, ceiling}, {high, ceiling}}});
+  }
+  return curves;
+}
+
+std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
+  std::vector<Curve> curves;
+  const ExperimentOptions& experiment = results.experiment;
+  for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
+    const MethodRow& row = experiment.methods[m];
+    const std::string style = row.type == "oracle" ? kCeilingStyle : SeriesStyle(curves.size(), row.type == "diffsac");
+    Curve curve{row.label, style, {}};
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const Point point{experiment.conditions[c].value, CellAccuracy(results, c, m)};
+      if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
+    }
+    if (curve.points.size() >= 2) curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+std::string AxisTexts(const ExperimentResults& results, const std::string& x_label) {
+  return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " +
+         GnuplotText(MetricName("mAA", results.experiment.threshold_deg)) + "\nset grid ls 100\nset tics nomirror\n";
+}
+
+std::string Title(const ExperimentResults& results) {
+  const ExperimentOptions& experiment = results.experiment;
+  return (experiment.title.empty() ? experiment.name : experiment.title) + (results.partial ? " (partial)" : "");
+}
+
+}  // namespace
+
+bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
+  const std::vector<Curve> curves = ConditionCurves(results);
+  if (curves.empty()) return false;
+  const std::string script = "set title " + GnuplotText(Title(results)) + " font \",13\"\n" +
+                             AxisTexts(results, results.experiment.condition_label) +
+                             "set key outside right center samplen 2 spacing 1.2\nset yrange [0:1]\n" +
+                             "set offsets graph 0.02, graph 0.02, 0, 0\n" + PlotCommand("curve", curves);
+  return DrawPicture(folder, "curve", script, 960, 560);
+}
+
+bool PlotBudget(const ExperimentResults& results, const std::string& folder) {
+  std::string panels;
+  int count = 0;
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
+    const std::vector<Curve> curves = BudgetCurves(results, c);
+    if (curves.empty()) continue;
+    panels += "set title " +
+              GnuplotText(results.experiment.condition_label + " " + results.experiment.conditions[c].label) + "\n" +
+              PlotCommand("budget" + std::to_string(c) + "_", curves);
+    ++count;
+  }
+  if (count == 0) return false;
+  const std::string script =
+      "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
+      " font \",13\" margins " + GnuplotNumber(count > 2 ? 0.06 : 0.1) + ",0.98,0.13,0.85 spacing 0.07\n" +
+      AxisTexts(results, "hypotheses (models solved or scored)") +
+      "set logscale x\nset yrange [0:1]\nset key bottom right samplen 2\n" + panels + "unset multiplot\n";
+  return DrawPicture(folder, "budget", script, 240 + 380 * count, 480);
+}
+
+void DrawFigures(const ExperimentResults& results, const std::string& folder) {
+  if (results.experiment.figures.curve) PlotCurve(results, folder);
+  PlotBudget(results, folder);
+  PlotFits(results, folder);
+  for (const KeptTrace& kept : results.traces)
+    PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
+}
+
+}  // namespace diffsac

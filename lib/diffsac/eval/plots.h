@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/eval/results.h"
+
+namespace diffsac {
+
+/// mAA against the conditions' values, one curve a method, the oracle as a dashed ceiling: `curve.png`. Nothing to draw
+/// (fewer than two conditions with a value, no ground truth) is no picture and no warning; so for all of these.
+bool PlotCurve(const ExperimentResults& results, const std::string& folder);
+
+/// mAA against the number of hypotheses, one panel a condition, one curve a series: `budget.png`.
+bool PlotBudget(const ExperimentResults& results, const std::string& folder);
+
+/// The kept fits, a column a condition: points (inliers of the estimate coloured), the estimate and, where known, the
+/// true model: `fits.png`. Planes are shown in perspective with the estimate as a mesh.
+bool PlotFits(const ExperimentResults& results, const std::string& folder);
+
+/// Points coloured by one copy's confidence, one panel a step (up to eight), the γ most confident points circled:
+/// `path` (ending in .png).
+bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path);
+
+/// Every picture that the experiment has something for.
+void DrawFigures(const ExperimentResults& results, const std::string& folder);
+
+}  // namespace diffsac

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diffsac/eval/bootstrap.h"
+#include "diffsac/eval/confidence_trace.h"
+#include "diffsac/eval/experiment.h"
+#include "diffsac/eval/metrics.h"
+
+namespace diffsac {
+
+/// A line of problems.csv: one method on one problem.
+struct ProblemRecord {
+  std::uint64_t index = 0;
+  std::string id;
+  std::string scene;
+  Status status = Status::kNoModel;
+  EstimateError error;
+  int points = 0;
+  int inliers = 0;
+  EstimateReport report;
+  bool done = false;  ///< False only for what an interrupt left out.
+};
+
+/// One method on one condition: records in the order of the dataset, only those that were done.
+struct Cell {
+  std::size_t condition = 0;  ///< Index into ExperimentOptions::conditions.
+  std::size_t method = 0;     ///< Index into ExperimentOptions::methods.
+  std::vector<ProblemRecord> records;
+};
+
+/// A problem with its fit, kept for pictures.
+struct KeptFit {
+  std::size_t condition = 0;
+  Example example;
+  diffsac::Estimate estimate;
+};
+
+struct KeptTrace {
+  Example example;
+  ConfidenceTrace trace;
+  std::string method_label;
+};
+
+struct ExperimentResults {
+  ExperimentOptions experiment;
+  std::string dataset;      ///< The data's type.
+  std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
+  std::vector<KeptFit> fits;
+  std::string fits_label;         ///< The method of `fits`.
+  std::vector<KeptTrace> traces;  ///< At most one.
+  bool partial = false;           ///< An interrupt stopped the run.
+
+  const Cell* Find(std::size_t condition, std::size_t method) const;
+};
+
+/// A named number of one method, condition and scene.
+struct MetricValue {
+  std::string scene;
+  std::string metric;
+  double value = 0.0;  ///< NaN: unknown (no ground truth).
+};
+
+/// The metrics of one scene's records, in the order of the files (docs/metrics.md).
+std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                                      double threshold_deg);
+
+/// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed).
+std::vector<MetricValue> CellMetrics(const Cell& cell, double threshold_deg);
+
+/// The value of one metric in a list; NaN when it is not there.
+double FindMetric(const std::vector<MetricValue>& metrics, const std::string& scene, const std::string& metric);
+
+/// Each problem's AverageAccuracy by scene; empty when no problem has ground truth. `limit` > 0: first problems only.
+SceneValues SceneAccuracies(const Cell& cell, double threshold_deg, std::size_t limit = 0);
+
+/// The row that differences are taken from: `reference`, or the first of type diffsac; -1 for none.
+int ReferenceRow(const ExperimentOptions& experiment);
+
+}  // namespace diffsac

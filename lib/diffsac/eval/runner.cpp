@@ -1,0 +1,233 @@
+#include "diffsac/eval/runner.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/progress.h"
+#include "diffsac/core/random.h"
+#include "diffsac/data/dataset_factory.h"
+#include "diffsac/methods/oracle.h"
+
+namespace diffsac {
+namespace {
+
+bool Stopped(const RunInputs& inputs) { return inputs.stop != nullptr && inputs.stop->load(); }
+
+struct DataType {
+  std::string type;
+  std::vector<std::string> paths;
+};
+
+DataType PeekData(const Config& data) {
+  DataType peek;
+  if (data.Has("type")) {
+    peek.type = data.Sub("type").Dump();
+    while (!peek.type.empty() && (peek.type.back() == '\n' || peek.type.back() == '"')) peek.type.pop_back();
+    if (peek.type.starts_with('"')) peek.type.erase(0, 1);
+  }
+  for (const Config& item : data.Sequence("paths")) {
+    std::string path = item.Dump();
+    std::erase_if(path, [](char c) { return c == '\n' || c == '"' || c == '\''; });
+    peek.paths.push_back(path);
+  }
+  return peek;
+}
+
+std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& experiment) {
+  std::vector<std::unique_ptr<Dataset>> datasets;
+  for (const Condition& condition : experiment.conditions) {
+    datasets.push_back(MakeDataset(condition.data, experiment.seed));
+    if (ToString(datasets.back()->task()) != experiment.task)
+      throw Error("condition '" + condition.name + "': its data is for task '" + ToString(datasets.back()->task()) +
+                  "', the experiment for '" + experiment.task + "'");
+  }
+  return datasets;
+}
+
+// Null for the oracle, which is no Method.
+std::vector<std::unique_ptr<Method>> MakeMethods(const ExperimentOptions& experiment, const MethodFactory& make) {
+  std::vector<std::unique_ptr<Method>> methods;
+  const Task task = TaskFromString(experiment.task);
+  for (const MethodRow& row : experiment.methods)
+    methods.push_back(row.type == "oracle" ? nullptr : make(row.config, task));
+  return methods;
+}
+
+std::vector<Example> LoadExamples(const Dataset& dataset, const ExperimentOptions& experiment) {
+  std::int64_t count = experiment.problems;
+  if (dataset.size() >= 0) count = std::min(count, dataset.size());
+  std::vector<Example> examples(static_cast<std::size_t>(count));
+  ParallelFor(count, experiment.threads, [&](std::int64_t i) { examples[i] = dataset.Get(i); });
+  return examples;
+}
+
+ProblemRecord MakeRecord(const Example& example, const Estimate& estimate) {
+  ProblemRecord record;
+  record.index = example.index;
+  record.id = example.id;
+  record.scene = example.scene;
+  record.status = estimate.status;
+  record.error = MeasureError(estimate, example);
+  record.points = static_cast<int>(example.problem.points.rows());
+  record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+  record.report = estimate.report;
+  record.done = true;
+  return record;
+}
+
+/// Everything that one cell's loop needs.
+struct CellRun {
+  const ExperimentOptions& experiment;
+  const RunInputs& inputs;
+  const std::vector<Example>& examples;
+  const Method* method;  // null: the oracle
+  Progress& progress;
+
+  Estimate EstimateOne(const Example& example) const {
+    if (method == nullptr) return OracleEstimate(example.problem, example.truth);
+    return method->Estimate(example.problem, ProblemSeed(experiment.seed, example.index));
+  }
+};
+
+void RunOneByOne(const CellRun& run, std::vector<ProblemRecord>* records) {
+  ParallelFor(static_cast<std::int64_t>(records->size()), run.experiment.threads, [&](std::int64_t i) {
+    if (Stopped(run.inputs)) return;
+    (*records)[i] = MakeRecord(run.examples[i], run.EstimateOne(run.examples[i]));
+    run.progress.Advance();
+  });
+}
+
+void RunInBatches(const CellRun& run, std::vector<ProblemRecord>* records) {
+  const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
+  for (std::size_t first = 0; first < records->size() && !Stopped(run.inputs); first += batch) {
+    const std::size_t last = std::min(first + batch, records->size());
+    std::vector<Problem> problems;
+    std::vector<std::uint64_t> seeds;
+    for (std::size_t i = first; i < last; ++i) {
+      problems.push_back(run.examples[i].problem);
+      seeds.push_back(ProblemSeed(run.experiment.seed, run.examples[i].index));
+    }
+    const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
+    for (std::size_t i = first; i < last; ++i) (*records)[i] = MakeRecord(run.examples[i], estimates[i - first]);
+    run.progress.Advance(static_cast<std::int64_t>(last - first));
+  }
+}
+
+std::vector<ProblemRecord> RunCell(const CellRun& run, int max_problems) {
+  std::size_t count = run.examples.size();
+  if (max_problems > 0) count = std::min(count, static_cast<std::size_t>(max_problems));
+  std::vector<ProblemRecord> records(count);
+  // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
+  if (count > 0 && !Stopped(run.inputs)) run.EstimateOne(run.examples.front());
+  if (run.method != nullptr && run.method->PreferredBatch() > 1) {
+    RunInBatches(run, &records);
+  } else {
+    RunOneByOne(run, &records);
+  }
+  std::erase_if(records, [](const ProblemRecord& record) { return !record.done; });
+  return records;
+}
+
+// The row whose fits are shown: the named one, or the first that is not the oracle; -1 for none.
+int FitsRow(const ExperimentOptions& experiment) {
+  for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
+    const std::string& asked = experiment.figures.qualitative_method;
+    const bool fits = asked.empty() ? experiment.methods[i].type != "oracle" : experiment.methods[i].name == asked;
+    if (fits) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// Up to four conditions, evenly spread, or the named ones.
+bool ShowsFits(const ExperimentOptions& experiment, std::size_t condition) {
+  const auto& named = experiment.figures.qualitative_conditions;
+  const auto& all = experiment.conditions;
+  if (!named.empty()) return std::find(named.begin(), named.end(), all[condition].name) != named.end();
+  const std::size_t shown = std::min<std::size_t>(4, all.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::size_t at = shown == 1 ? 0 : i * (all.size() - 1) / (shown - 1);
+    if (at == condition) return true;
+  }
+  return false;
+}
+
+bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
+  const std::string& named = experiment.figures.confidence_condition;
+  return named.empty() ? condition == experiment.conditions.size() / 2 : experiment.conditions[condition].name == named;
+}
+
+void KeepFits(const CellRun& run, std::size_t condition, ExperimentResults* results) {
+  const std::size_t count = std::min<std::size_t>(run.experiment.figures.qualitative, run.examples.size());
+  for (std::size_t i = 0; i < count && !Stopped(run.inputs); ++i)
+    results->fits.push_back({condition, run.examples[i], run.EstimateOne(run.examples[i])});
+}
+
+void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* results) {
+  if (!run.inputs.trace || !results->traces.empty() || run.examples.empty() || Stopped(run.inputs)) return;
+  const Example& example = run.examples.front();
+  auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example.index));
+  if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
+}
+
+std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets) {
+  std::int64_t total = 0;
+  for (std::size_t c = 0; c < datasets.size(); ++c) {
+    for (const MethodRow& row : experiment.methods) {
+      std::int64_t count = experiment.problems;
+      if (datasets[c]->size() >= 0) count = std::min(count, datasets[c]->size());
+      if (row.max_problems > 0) count = std::min<std::int64_t>(count, row.max_problems);
+      if (row.RunsOn(experiment.conditions[c].name)) total += count;
+    }
+  }
+  return total;
+}
+
+void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
+                  const Dataset& dataset, const std::vector<std::unique_ptr<Method>>& methods, Progress& progress,
+                  ExperimentResults* results) {
+  const std::vector<Example> examples = LoadExamples(dataset, experiment);
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    const MethodRow& row = experiment.methods[m];
+    if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
+    const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
+    Cell cell{condition, m, RunCell(run, row.max_problems)};
+    if (!cell.records.empty()) results->cells.push_back(std::move(cell));
+    if (static_cast<int>(m) == FitsRow(experiment) && ShowsFits(experiment, condition))
+      KeepFits(run, condition, results);
+    if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
+  }
+}
+
+}  // namespace
+
+std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_index) {
+  return Rng(experiment_seed).Fork("estimate", problem_index).Seed();
+}
+
+std::vector<std::string> MissingData(const ExperimentOptions& experiment) {
+  std::vector<std::string> missing;
+  for (const Condition& condition : experiment.conditions)
+    for (const std::string& path : PeekData(condition.data).paths)
+      if (!std::filesystem::exists(path) && std::find(missing.begin(), missing.end(), path) == missing.end())
+        missing.push_back(path);
+  return missing;
+}
+
+ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
+  ExperimentResults results;
+  results.experiment = experiment;
+  const auto datasets = MakeDatasets(experiment);
+  const auto methods = MakeMethods(experiment, inputs.make_method);
+  results.dataset = PeekData(experiment.conditions.front().data).type;
+  const int fits_row = FitsRow(experiment);
+  if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
+  Progress progress(experiment.name, TotalWork(experiment, datasets));
+  for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
+    RunCondition(experiment, inputs, c, *datasets[c], methods, progress, &results);
+  progress.Finish();
+  results.partial = Stopped(inputs);
+  return results;
+}
+
+}  // namespace diffsac

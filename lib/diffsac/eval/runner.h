@@ -1,0 +1,33 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "diffsac/eval/results.h"
+
+namespace diffsac {
+
+/// Builds the method of a row (methods/registry.h, or a test's own).
+using MethodFactory = std::function<std::unique_ptr<Method>(const Config& row, Task task)>;
+
+struct RunInputs {
+  MethodFactory make_method;
+  TraceConfidence trace;                    ///< May be empty.
+  const std::atomic<bool>* stop = nullptr;  ///< Polled before each problem or batch.
+};
+
+/// The seed of a problem: the same for every method, condition, batch and thread count, and whatever else runs.
+std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_index);
+
+/// The paths of a condition's data that don't exist, for `optional_data`; empty for generated data.
+std::vector<std::string> MissingData(const ExperimentOptions& experiment);
+
+/// Runs every method on the same problems of every condition. Methods without batches run in parallel over problems,
+/// batched ones batch after batch. Results depend on the experiment alone, times excepted. When `*stop` turns true the
+/// running problems or batch are finished and the rest is left out (`partial`).
+/// Throws Error for wrong data or method options before anything runs.
+ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs);
+
+}  // namespace diffsac

@@ -1,0 +1,234 @@
+#include "diffsac/methods/diffsac_method.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/core/parallel.h"
+#include "diffsac/methods/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Standard normal noise [B, κ, N]; a problem's noise depends on its own seed, never on its batch mates or padding.
+torch::Tensor DrawNoise(std::span<const std::uint64_t> seeds, const std::vector<std::int64_t>& lengths,
+                        std::int64_t copies, std::int64_t points, const char* name, int step) {
+  auto noise = torch::zeros({static_cast<std::int64_t>(seeds.size()), copies, points});
+  float* out = noise.data_ptr<float>();
+  for (std::size_t b = 0; b < seeds.size(); ++b) {
+    Rng rng = Rng(seeds[b]).Fork(name, static_cast<std::uint64_t>(step));
+    for (std::int64_t k = 0; k < copies; ++k) {
+      float* row = out + (static_cast<std::int64_t>(b) * copies + k) * points;
+      for (std::int64_t i = 0; i < lengths[b]; ++i) row[i] = static_cast<float>(rng.Normal());
+    }
+  }
+  return noise;
+}
+
+// Keeps the `count` points of highest inlier logit. Returns their indices [B, count].
+torch::Tensor KeepLikelyPoints(Context& context, std::int64_t count) {
+  auto logits = context.inlier_logits;
+  if (context.mask.defined()) logits = logits.masked_fill(context.mask.logical_not(), -1e9);
+  const auto kept = std::get<1>(logits.topk(count, -1));
+  context.points = context.points.gather(1, kept.unsqueeze(-1).expand({-1, -1, context.points.size(2)}));
+  if (context.mask.defined()) context.mask = context.mask.gather(1, kept);
+  return kept;
+}
+
+}  // namespace
+
+void DiffsacOptions::Bind(OptionsBinder& b) {
+  b.Field("copies", copies, Within(1, 10000));
+  b.Group("sampler", sampler);
+  b.Choice("selection", selection, {"maximum", "probabilistic"});
+  b.Field("temperature", temperature, Positive());
+  b.Field("unique_sets", unique_sets);
+  b.Field("intermediate_sets", intermediate_sets);
+  b.Field("feature_hypotheses", feature_hypotheses);
+  b.Field("learned_refit", learned_refit);
+  b.Field("max_decoded_points", max_decoded_points, AtLeast(0));
+  b.Field("batch", batch, Within(1, 4096));
+  b.Group("consensus", consensus);
+}
+
+DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, DiffsacOptions options, int threads)
+    : network_(std::move(network)),
+      options_(std::move(options)),
+      threads_(threads),
+      sampler_(MakeReverseSampler(options_.sampler, network_->schedule)) {
+  const bool head = network_->options.denoiser.inlier_head;
+  if (options_.learned_refit && !head)
+    throw Error("inference.learned_refit: the network has no inlier head (network.denoiser.inlier_head is false)");
+  if (options_.max_decoded_points > 0 && !head)
+    throw Error("inference.max_decoded_points: the network has no inlier head (network.denoiser.inlier_head is false)");
+}
+
+diffsac::Estimate DiffsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+  return EstimateBatch({&problem, 1}, {&seed, 1})[0];
+}
+
+std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Problem* const> problems,
+                                                              std::span<const std::uint64_t> seeds,
+                                                              double* ms_features, double* ms_denoise,
+                                                              ConfidenceSteps* steps) const {
+  const c10::InferenceMode inference;
+  const auto start = Clock::now();
+  const std::int64_t count = static_cast<std::int64_t>(problems.size()), copies = options_.copies;
+  std::vector<Prediction> predictions(problems.size());
+  ParallelFor(count, threads_, [&](std::int64_t b) {
+    predictions[b].features = network_->features.Compute(*problems[b], Rng(seeds[b]).Fork("features"));
+  });
+  *ms_features = MillisecondsSince(start);
+
+  const auto network_start = Clock::now();
+  std::vector<const FeatureSet*> sets;
+  for (const auto& prediction : predictions) sets.push_back(&prediction.features);
+  const auto batch = MakePointBatch(sets);
+  const auto& device = network_->device;
+  auto context = network_->denoiser->Encode(batch.To(device));
+  torch::Tensor probability;
+  if (context.inlier_logits.defined()) probability = context.inlier_logits.sigmoid().to(torch::kCPU).contiguous();
+
+  const std::int64_t points = batch.max_points();
+  torch::Tensor kept;
+  const std::int64_t limit = options_.max_decoded_points;
+  if (limit > 0 && limit < points && limit >= MinimalSetSize(network_->task)) kept = KeepLikelyPoints(context, limit);
+  const auto select = [&](const torch::Tensor& full) {
+    return kept.defined() ? full.to(device).gather(2, kept.unsqueeze(1).expand({-1, copies, -1})) : full.to(device);
+  };
+  const bool self_conditioning = network_->options.denoiser.self_conditioning;
+  torch::Tensor previous;
+  const auto denoise = [&](const torch::Tensor& c_t, double t) {
+    const auto time = torch::full({1, 1}, t, c_t.options());
+    auto confidence = network_->Confidence(network_->denoiser->Denoise(context, c_t, time, previous));
+    if (self_conditioning) previous = confidence;
+    return confidence;
+  };
+  const auto noise = [&](int step) { return select(DrawNoise(seeds, batch.lengths, copies, points, "step_noise", step)); };
+  std::vector<torch::Tensor> rows;
+  const auto observe = [&](int, double t, const torch::Tensor&, const torch::Tensor& prediction) {
+    if (!options_.intermediate_sets && steps == nullptr) return;
+    rows.push_back(prediction.to(torch::kCPU));
+    if (steps != nullptr) steps->timesteps.push_back(t);
+  };
+  const auto c_T = select(DrawNoise(seeds, batch.lengths, copies, points, "c_T", 0));
+  auto final = sampler_->Sample(denoise, c_T, noise, observe).to(torch::kCPU);
+  std::reverse(rows.begin(), rows.end());
+  rows.insert(rows.begin(), final);
+
+  const auto lowest = -std::numeric_limits<float>::infinity();
+  const auto kept_cpu = kept.defined() ? kept.to(torch::kCPU) : kept;
+  for (auto& row : rows) {
+    row = row.to(torch::kFloat);
+    if (kept.defined())
+      row = torch::full({count, copies, points}, lowest).scatter(2, kept_cpu.unsqueeze(1).expand({-1, copies, -1}), row);
+    row = row.contiguous();
+  }
+  for (std::int64_t b = 0; b < count; ++b) {
+    auto& prediction = predictions[b];
+    const std::int64_t length = batch.lengths[b];
+    prediction.confidences.resize(rows.size() * copies * length);
+    float* out = prediction.confidences.data();
+    for (const auto& row : rows)
+      for (std::int64_t k = 0; k < copies; ++k, out += length)
+        std::memcpy(out, row.data_ptr<float>() + (b * copies + k) * points, sizeof(float) * length);
+    if (probability.defined()) {
+      const float* values = probability.data_ptr<float>() + b * points;
+      prediction.inlier_probability.assign(values, values + length);
+    }
+  }
+  *ms_denoise = MillisecondsSince(network_start);
+  return predictions;
+}
+
+diffsac::Estimate DiffsacMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
+                                              std::uint64_t seed) const {
+  const auto start = Clock::now();
+  const int points = static_cast<int>(problem.points.rows()), gamma = MinimalSetSize(problem.task);
+  const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
+  const std::span<const float> all(prediction.confidences);
+  const bool more = options_.intermediate_sets && options_.unique_sets && options_.selection == "maximum";
+  const ConfidenceSource source(more ? all : all.subspan(0, own),
+                                options_.selection == "maximum" ? Selection::kMaximum : Selection::kProbabilistic,
+                                options_.unique_sets, options_.temperature);
+  std::vector<int> sets;
+  source.Draw(points, gamma, options_.copies, Rng(seed).Fork("selection"), &sets);
+
+  ConsensusHints hints;
+  if (options_.feature_hypotheses) hints.models = prediction.features.models;
+  if (options_.learned_refit)
+    hints.fit_weights = Eigen::Map<const Eigen::VectorXf>(prediction.inlier_probability.data(), points).cast<double>();
+  const auto result = DispatchTask(problem.task, [&]<class Model>() {
+    return SampleConsensus<Model>(problem.points, problem.inlier_threshold, sets, options_.consensus,
+                                  Rng(seed).Fork("consensus"), hints);
+  });
+
+  diffsac::Estimate estimate;
+  estimate.status = result.status;
+  estimate.model = result.model;
+  estimate.inliers = result.inliers;
+  estimate.score = result.score;
+  estimate.report.hypotheses = prediction.features.hypotheses + result.hypotheses;
+  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
+  estimate.report.ms_consensus = MillisecondsSince(start);
+  return estimate;
+}
+
+std::vector<diffsac::Estimate> DiffsacMethod::EstimateBatch(std::span<const Problem> problems,
+                                                            std::span<const std::uint64_t> seeds) const {
+  const auto start = Clock::now();
+  std::vector<diffsac::Estimate> estimates(problems.size());
+  std::vector<const Problem*> good;
+  std::vector<std::uint64_t> good_seeds;
+  std::vector<std::size_t> place;
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    estimates[i].status = CheckProblem(problems[i]);
+    if (estimates[i].status != Status::kOk) continue;
+    good.push_back(&problems[i]);
+    good_seeds.push_back(seeds[i]);
+    place.push_back(i);
+  }
+  if (good.empty()) return estimates;
+
+  double ms_features = 0.0, ms_denoise = 0.0;
+  const auto predictions = Predict(good, good_seeds, &ms_features, &ms_denoise, nullptr);
+  ParallelFor(static_cast<std::int64_t>(good.size()), threads_, [&](std::int64_t b) {
+    estimates[place[b]] = EstimateFrom(*good[b], predictions[b], good_seeds[b]);
+  });
+  const double share = 1.0 / static_cast<double>(good.size());
+  const double ms_total = MillisecondsSince(start);
+  for (const std::size_t i : place) {
+    estimates[i].report.ms_features = ms_features * share;
+    estimates[i].report.ms_denoise = ms_denoise * share;
+    estimates[i].report.ms_total = ms_total * share;
+  }
+  return estimates;
+}
+
+ConfidenceSteps DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
+  if (const auto status = CheckProblem(problem); status != Status::kOk)
+    throw Error("these points cannot be estimated from: " + std::string(ToString(status)));
+  ConfidenceSteps steps;
+  steps.copies = options_.copies;
+  const Problem* one = &problem;
+  double ms_features = 0.0, ms_denoise = 0.0;
+  const auto prediction = Predict({&one, 1}, {&seed, 1}, &ms_features, &ms_denoise, &steps)[0];
+  const std::size_t size = static_cast<std::size_t>(options_.copies) * problem.points.rows();
+  // Rows stand final first, then latest to earliest; the trace runs forward in reverse time.
+  for (std::size_t row = prediction.confidences.size() / size; row-- > 1;)
+    steps.confidences.emplace_back(prediction.confidences.begin() + row * size,
+                                   prediction.confidences.begin() + (row + 1) * size);
+  return steps;
+}
+
+}  // namespace diffsac

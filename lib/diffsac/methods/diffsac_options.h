@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/core/options.h"
+#include "diffsac/diffusion/reverse_sampler.h"
+
+namespace diffsac {
+
+/// How a trained network is used: the group `inference` of a training configuration (kept in the checkpoint), any key of
+/// which a row of an experiment may override.
+struct DiffsacOptions {
+  int copies = 20;                       ///< κ: noise vectors, and minimal sets, for each problem
+  SamplerOptions sampler;                ///< which reverse process, and how many network steps
+  std::string selection = "maximum";     ///< "maximum" (top-γ) | "probabilistic" (drawn by the confidences)
+  double temperature = 0.25;             ///< probabilistic: softmax(confidence / temperature)
+  bool unique_sets = true;               ///< no minimal set is solved twice
+  /// Fill the places of repeated sets from the predictions of earlier reverse steps, latest first.
+  bool intermediate_sets = true;
+  /// Score the hypotheses that the features were made from as well (they are paid for and counted).
+  bool feature_hypotheses = false;
+  /// Add one weighted least-squares hypothesis with the network's inlier probabilities as weights.
+  bool learned_refit = false;
+  /// Decode only this many points of highest inlier probability; 0 decodes all. Needs the inlier head.
+  int max_decoded_points = 0;
+  int batch = 32;                        ///< problems a network call
+  ConsensusOptions consensus;
+  void Bind(OptionsBinder& b);
+};
+
+}  // namespace diffsac

@@ -1,0 +1,52 @@
+#include "diffsac/methods/registry.h"
+
+#include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/classical.h"
+#include "diffsac/methods/diffsac_method.h"
+
+namespace diffsac {
+namespace {
+
+const std::vector<std::string> kTypes = {"diffsac", "ransac", "lo_ransac", "exhaustive", "theil_sen", "oracle"};
+
+// A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
+struct DiffsacRow {
+  std::string checkpoint;
+  DiffsacOptions options;
+  void Bind(OptionsBinder& b) {
+    for (const char* key : {"name", "type", "label", "paper", "conditions", "max_problems"}) b.Ignore(key);
+    b.Field("checkpoint", checkpoint);
+    options.Bind(b);
+  }
+};
+
+std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
+  std::string checkpoint = context.checkpoint_override;
+  if (checkpoint.empty()) checkpoint = ReadOptions<DiffsacRow>(config).checkpoint;
+  if (checkpoint.empty()) throw Error(config.Where() + ": method 'diffsac' needs a checkpoint (key, or --checkpoint)");
+  const auto network = LoadNetwork(checkpoint, task, DeviceFromString(context.device));
+  const auto trained = Config::FromString(ReadCheckpointInfo(checkpoint).config, checkpoint + " (its configuration)");
+  DiffsacRow row;
+  row.options = ReadOptions<DiffsacOptions>(trained.Sub("inference"));
+  row = ReadOptions<DiffsacRow>(config, row);
+  return std::make_unique<DiffsacMethod>(network, row.options, context.threads);
+}
+
+// One scalar of a map whose other keys are another reader's.
+std::string ScalarText(const Config& config, const std::string& key) {
+  if (!config.Has(key)) throw Error(config.Where() + ": a method needs '" + key + "'");
+  return config.Sub(key).Dump();
+}
+
+}  // namespace
+
+std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context) {
+  const std::string type = ScalarText(config, "type");
+  if (type == "diffsac") return MakeDiffsac(config, task, context);
+  if (auto method = MakeClassicalMethod(type, config, task)) return method;
+  throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +
+              "'?");
+}
+
+}  // namespace diffsac

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/core/options.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// What a program says about all its methods.
+struct MethodContext {
+  std::string checkpoint_override;   ///< --checkpoint: replaces the checkpoint of every row that has one
+  std::string device = "cpu";
+  int threads = 0;                   ///< 0: all cores
+};
+
+/// Builds the row that `type` names. Throws Error: unknown type (with the nearest), bad option, bad checkpoint.
+std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context);
+
+}  // namespace diffsac

@@ -1,0 +1,101 @@
+#include "diffsac/methods/theil_sen.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "diffsac/consensus/sample_consensus.h"
+
+namespace diffsac {
+namespace {
+
+/// The middle value, or the mean of the two middle values. `values` is reordered and must not be empty.
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  if (values->size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values->begin(), middle));
+}
+
+std::vector<int> DrawSets(int num_points, int set_size, int budget, std::uint64_t seed) {
+  std::vector<int> sets;
+  const Rng rng = Rng(seed).Fork("theil_sen");
+  if (Combinations(num_points, set_size) <= budget) {
+    ExhaustiveSource().Draw(num_points, set_size, 0, rng, &sets);
+  } else {
+    UniformSource().Draw(num_points, set_size, budget, rng, &sets);
+  }
+  return sets;
+}
+
+/// The slopes of a model, −n_i / n_D; false when it is parallel to the last axis.
+template <int D>
+bool Slopes(const typename Hyperplane<D>::Parameters& model, std::array<double, D - 1>* slopes) {
+  constexpr double kParallel = 1e-12;
+  const double last = model[D - 1];
+  if (std::abs(last) <= kParallel) return false;
+  for (int i = 0; i < D - 1; ++i) (*slopes)[i] = -model[i] / last;
+  return true;
+}
+
+/// The hyperplane of given slopes whose intercept is the median one.
+template <int D>
+typename Hyperplane<D>::Parameters FromSlopes(const PointMatrix& points, const std::array<double, D - 1>& slopes) {
+  std::vector<double> intercepts(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    intercepts[i] = points(i, D - 1);
+    for (int j = 0; j < D - 1; ++j) intercepts[i] -= slopes[j] * points(i, j);
+  }
+  typename Hyperplane<D>::Parameters model;
+  for (int j = 0; j < D - 1; ++j) model[j] = slopes[j];
+  model[D - 1] = -1.0;
+  model[D] = Median(&intercepts);
+  return model / model.template head<D>().norm();
+}
+
+template <int D>
+Estimate EstimateHyperplane(const Problem& problem, int budget, std::uint64_t seed) {
+  using Model = Hyperplane<D>;
+  Estimate estimate;
+  estimate.status = CheckPoints<Model>(problem.points);
+  if (estimate.status != Status::kOk) return estimate;
+  const std::vector<int> sets = DrawSets(static_cast<int>(problem.points.rows()), D, budget, seed);
+  std::array<std::vector<double>, D - 1> samples;
+  typename Model::Parameters solved;
+  std::array<double, D - 1> slopes;
+  for (std::size_t start = 0; start < sets.size(); start += D) {
+    if (Model::SolveMinimal(problem.points, sets.data() + start, &solved) == 0 || !Slopes<D>(solved, &slopes)) continue;
+    for (int i = 0; i < D - 1; ++i) samples[i].push_back(slopes[i]);
+  }
+  estimate.report.hypotheses = static_cast<int>(sets.size() / D);
+  estimate.report.unique_minimal_sets = CountUniqueSets(sets, D);
+  estimate.status = Status::kNoModel;
+  if (samples[0].empty()) return estimate;
+  for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
+  const typename Model::Parameters model = FromSlopes<D>(problem.points, slopes);
+  if (!model.allFinite()) return estimate;
+  estimate.status = Status::kOk;
+  estimate.model = model;
+  estimate.inliers = InlierMask<Model>(problem.points, model, problem.inlier_threshold);
+  for (std::uint8_t inlier : estimate.inliers) estimate.score += inlier;
+  return estimate;
+}
+
+}  // namespace
+
+void TheilSenOptions::Bind(OptionsBinder& b) {
+  b.Field("hypotheses", hypotheses, AtLeast(1));
+  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+}
+
+Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+  const auto start = std::chrono::steady_clock::now();
+  diffsac::Estimate estimate = problem.task == Task::kLine ? EstimateHyperplane<2>(problem, options_.hypotheses, seed)
+                                                           : EstimateHyperplane<3>(problem, options_.hypotheses, seed);
+  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+  estimate.report.ms_consensus = estimate.report.ms_total = elapsed.count();
+  return estimate;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,67 @@
+#include "diffsac/train/metrics_log.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "diffsac/core/files.h"
+
+namespace diffsac {
+
+MetricsLog::MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration)
+    : folder_(std::move(folder)), columns_(std::move(columns)) {
+  const std::string path = folder_ + "/metrics.csv";
+  if (last_iteration > 0 && std::filesystem::exists(path)) {
+    std::istringstream old(ReadFile(path));
+    std::string line;
+    std::getline(old, line);
+    while (std::getline(old, line))
+      if (std::atoll(line.c_str()) <= last_iteration) rows_.push_back(line);
+  }
+  Write();
+}
+
+void MetricsLog::Append(std::int64_t iteration, const std::vector<double>& values) {
+  std::string row = std::to_string(iteration);
+  for (const double value : values) {
+    char text[32] = "";
+    if (!std::isnan(value)) std::snprintf(text, sizeof text, "%.6g", value);
+    row += std::string(",") + text;
+  }
+  rows_.push_back(row);
+  Write();
+}
+
+void MetricsLog::Write() const {
+  std::string text = "iteration";
+  for (const auto& column : columns_) text += "," + column;
+  for (const auto& row : rows_) text += "\n" + row;
+  WriteFileAtomically(folder_ + "/metrics.csv", text + "\n");
+}
+
+void MetricsLog::Draw() const {
+  std::string script =
+      "set terminal pngcairo size 1000,640 font 'DejaVu Sans,13' background '#ffffff'\n"
+      "set output '" + folder_ + "/training_curve.png'\n"
+      "set datafile separator ','\nset datafile missing ''\nset key outside right top\nset grid lc rgb '#dddddd'\n"
+      "set title 'Training curve'\nset xlabel 'iteration'\nset ylabel 'loss'\nset y2label 'validation mAA'\n"
+      "set y2tics\nset ytics nomirror\nset y2range [0:1]\nplot ";
+  std::string separator;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const bool loss = columns_[i].find("loss") != std::string::npos;
+    const bool accuracy = columns_[i].find("mAA") != std::string::npos;
+    if (!loss && !accuracy) continue;
+    const std::string column = std::to_string(i + 2);
+    script += separator + "'" + folder_ + "/metrics.csv' every ::1 using 1:" + column +
+              (accuracy ? " axes x1y2 with linespoints pt 7 ps 0.5" : " with lines lw 1.5") + " title \"" + columns_[i] +
+              "\" noenhanced";
+    separator = ", ";
+  }
+  WriteFileAtomically(folder_ + "/training_curve.gp", script + "\n");
+  const std::string command = "gnuplot '" + folder_ + "/training_curve.gp' >/dev/null 2>&1";
+  if (std::system(command.c_str()) != 0) return;   // no gnuplot: metrics.csv has everything
+}
+
+}  // namespace diffsac

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace diffsac {
+
+/// metrics.csv of a training run, and a picture of it (training_curve.png, through gnuplot when it is there).
+class MetricsLog {
+ public:
+  /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder.
+  MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration);
+  /// values: one for each column; NaN leaves the cell empty.
+  void Append(std::int64_t iteration, const std::vector<double>& values);
+  /// Redraws the picture. Does nothing when gnuplot is missing.
+  void Draw() const;
+
+ private:
+  void Write() const;
+
+  std::string folder_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> rows_;
+};
+
+}  // namespace diffsac

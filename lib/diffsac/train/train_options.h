@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/labels.h"
+#include "diffsac/methods/diffsac_network.h"
+#include "diffsac/methods/diffsac_options.h"
+
+namespace diffsac {
+
+struct TrainOptions {
+  std::int64_t iterations = 20000;      ///< optimiser steps
+  int batch_size = 64;                  ///< problems a step
+  int noise_copies = 4;                 ///< draws of (label, t, noise) for each problem; the encoder runs once for them
+  double learning_rate = 1e-4;          ///< peak; cosine to 0
+  std::int64_t warmup_iterations = 200;
+  double clip_norm = 1.0;               ///< largest gradient norm; 0 does not clip
+  double ema_decay = 0.999;
+  double inlier_weight = 1.0;           ///< weight of the inlier head's cross-entropy beside the diffusion loss
+  double positive_weight = 1.0;         ///< weight of the minimal set's points in the diffusion loss
+  double self_conditioning_probability = 0.5;
+  std::string precision = "auto";       ///< "auto" | "float32" | "bfloat16"; auto: bfloat16 on CUDA and CPUs that have it
+  std::int64_t log_every = 100;
+  std::int64_t validate_every = 1000;
+  std::int64_t checkpoint_every = 1000;
+  int workers = 1;                      ///< data threads
+  std::uint64_t seed = 1;
+  void Bind(OptionsBinder& b);
+};
+
+struct ValidationOptions {
+  int problems = 256;                            ///< for each outlier ratio
+  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};
+  double threshold_deg = 0.5;                    ///< mAA threshold
+  void Bind(OptionsBinder& b);
+};
+
+/// A whole training configuration (configs/line.yaml).
+struct TrainConfig {
+  std::string name = "run";
+  std::string task = "line";
+  NetworkOptions network;
+  LabelOptions labels;
+  TrainOptions train;
+  ValidationOptions validation;
+  DiffsacOptions inference;
+  /// The key `data` is the dataset factory's.
+  void Bind(OptionsBinder& b);
+};
+
+/// The resolved configuration as YAML, with the `data` group as it was given.
+std::string ResolvedConfig(const TrainConfig& options, const Config& config);
+
+}  // namespace diffsac

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "diffsac/core/options.h"
+#include "diffsac/train/train_options.h"
+
+namespace diffsac {
+
+struct TrainRequest {
+  Config config;
+  std::string output;             ///< run folder
+  bool resume = false;            ///< continue from output/checkpoints/last.pt
+  std::string device = "auto";
+  int threads = 0;                ///< of LibTorch and of validation; 0: all cores
+};
+
+enum class TrainOutcome { kFinished, kStopped };
+
+/// Trains a denoiser (the paper's Algorithm 1) and writes config.yaml, metrics.csv, training_curve.png, log.txt and
+/// checkpoints/{last,best}.pt under request.output. `stop` ends it at the next step with a checkpoint written. Throws Error
+/// on bad configuration, and when the loss is not finite: the last good checkpoint is kept.
+TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop);
+
+}  // namespace diffsac

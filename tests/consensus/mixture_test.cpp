@@ -1,0 +1,99 @@
+#include "diffsac/consensus/mixture.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "consensus/random_problems.h"
+
+namespace diffsac {
+namespace {
+
+double LogLikelihoodRatio(const Mixture& mixture, const Eigen::VectorXd& residuals, double share) {
+  double sum = 0.0;
+  for (double r : residuals)
+    sum += std::log(1.0 - share +
+                    share * mixture.density_ratio * std::exp(-0.5 * r * r / (mixture.sigma * mixture.sigma)));
+  return sum;
+}
+
+Eigen::VectorXd MixedResiduals(int inliers, int outliers, double sigma, Rng& rng) {
+  Eigen::VectorXd residuals(inliers + outliers);
+  for (int i = 0; i < inliers; ++i) residuals[i] = std::abs(sigma * rng.Normal());
+  for (int i = 0; i < outliers; ++i) residuals[inliers + i] = rng.Uniform(0.0, 5.0);
+  return residuals;
+}
+
+TEST_CASE("The density ratio follows from the bounding box") {
+  PointMatrix points(3, 2);
+  points << 0, 0, 10, 2.5, 4, 1;
+  const Mixture mixture = MakeMixture(points, 0.1, 0.03);
+  CHECK(mixture.density_ratio == Approx(5.0 / (std::sqrt(2.0 * 3.14159265358979) * 0.03)));
+  CHECK(mixture.Odds(0.5) == Approx(mixture.density_ratio));
+  CHECK(mixture.Odds(0.2) == Approx(mixture.density_ratio / 4.0));
+  // A flat box counts as 2 ε high, and the ratio has a floor.
+  points.col(1).setZero();
+  CHECK(MakeMixture(points, 0.1, 0.03).density_ratio ==
+        Approx(std::sqrt(10.0 * 0.2) / (std::sqrt(2.0 * 3.14159265358979) * 0.03)));
+  CHECK(MakeMixture(points, 0.1, 100.0).density_ratio == 2.0);
+}
+
+TEST_CASE("The estimated share of inliers is the most likely one and close to the truth") {
+  Rng rng(1);
+  const Mixture mixture{0.05, 5.0 / (std::sqrt(2.0 * 3.14159265358979) * 0.05)};
+  for (int inliers : {200, 500, 900}) {
+    const Eigen::VectorXd residuals = MixedResiduals(inliers, 1000 - inliers, 0.05, rng);
+    const double share = EstimateInlierShare(mixture, residuals, 0.5);
+    CHECK(share == Approx(inliers / 1000.0).margin(0.05));
+    const double best = LogLikelihoodRatio(mixture, residuals, share);
+    CHECK(best >= LogLikelihoodRatio(mixture, residuals, share + 0.01));
+    CHECK(best >= LogLikelihoodRatio(mixture, residuals, share - 0.01));
+    CHECK(MixtureScore(mixture, residuals) == Approx(best / std::log(mixture.density_ratio)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("The mixture score lies in [0, N] and rises as residuals fall") {
+  Rng rng(2);
+  const Mixture mixture{0.05, 40.0};
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::VectorXd residuals = MixedResiduals(10, 30, 0.05, rng);
+    const double score = MixtureScore(mixture, residuals);
+    CHECK(score >= 0.0);
+    CHECK(score <= 40.0);
+    CHECK(MixtureScore(mixture, 0.8 * residuals) >= score - 1e-6);
+  }
+  CHECK(MixtureScore(mixture, Eigen::VectorXd::Zero(10)) == Approx(10.0).epsilon(1e-3));
+  CHECK(MixtureScore(mixture, Eigen::VectorXd::Constant(10, 5.0)) == Approx(0.0).margin(1e-12));
+  CHECK(MixtureScore(mixture, Eigen::VectorXd(0)) == 0.0);
+}
+
+TEMPLATE_TEST_CASE_SIG("A mixture refit never lowers the mixture's likelihood", "", ((int D), D), 2, 3) {
+  using Model = Hyperplane<D>;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto problem = testing::MakeRandomProblem<D>(80, 0.5, 0.04, Rng(100 + trial));
+    const Mixture mixture = MakeMixture(problem.points, 0.12, 0.04);
+    typename Model::Parameters model = problem.truth;
+    for (double& value : model) value += 0.02 * Rng(trial).Fork("shift").Normal();
+    model /= model.template head<D>().norm();
+    const auto score = [&] {
+      Eigen::VectorXd residuals(80);
+      for (int i = 0; i < 80; ++i) residuals[i] = Model::Residual(model, problem.points.data() + i * D);
+      return MixtureScore(mixture, residuals);
+    };
+    const double before = score();
+    const int fits = MixtureRefit<Model>(problem.points, mixture, 0.5, &model);
+    CHECK(fits >= 1);
+    CHECK(fits <= 30);
+    CHECK(score() >= before - 1e-3);
+  }
+}
+
+TEST_CASE("A refit without any point near keeps a finite model") {
+  PointMatrix points(4, 2);
+  points << 0, 0, 1, 0, 0, 1, 1, 1;
+  Line::Parameters model(1.0, 0.0, 1e6);
+  MixtureRefit<Line>(points, {1e-3, 100.0}, 0.0, &model);
+  CHECK(model.allFinite());
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "diffsac/consensus/sample_consensus.h"
+
+namespace diffsac::testing {
+
+/// Points on a random hyperplane with Gaussian noise across it, and uniform outliers in a box of side 10.
+template <int D>
+struct RandomProblem {
+  PointMatrix points;
+  ModelParameters truth;
+  std::vector<std::uint8_t> inliers;
+};
+
+template <int D>
+RandomProblem<D> MakeRandomProblem(int num_points, double outlier_ratio, double sigma, Rng rng) {
+  using Vector = Eigen::Matrix<double, D, 1>;
+  RandomProblem<D> problem;
+  Vector normal, center;
+  for (double& value : normal) value = rng.Normal();
+  normal.normalize();
+  for (double& value : center) value = rng.Uniform(-1.0, 1.0);
+  problem.truth.resize(D + 1);
+  problem.truth << normal, -normal.dot(center);
+  problem.points.resize(num_points, D);
+  problem.inliers.assign(num_points, 0);
+  const int outliers = static_cast<int>(std::lround(outlier_ratio * num_points));
+  for (int i = 0; i < num_points; ++i) {
+    Vector point;
+    for (double& value : point) value = rng.Uniform(-5.0, 5.0);
+    if (i >= outliers) {
+      point += (sigma * rng.Normal() - normal.dot(point - center)) * normal;
+      problem.inliers[i] = 1;
+    }
+    for (int j = 0; j < D; ++j) problem.points(i, j) = point[j];
+  }
+  return problem;
+}
+
+inline std::vector<int> AllSets(int num_points, int set_size) {
+  std::vector<int> sets;
+  ExhaustiveSource().Draw(num_points, set_size, 0, Rng(0), &sets);
+  return sets;
+}
+
+inline std::vector<int> RandomSets(int num_points, int set_size, int count, std::uint64_t seed) {
+  std::vector<int> sets;
+  UniformSource().Draw(num_points, set_size, count, Rng(seed), &sets);
+  return sets;
+}
+
+}  // namespace diffsac::testing

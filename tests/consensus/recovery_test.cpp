@@ -1,0 +1,78 @@
+// What the loop is for: many random problems with noise and outliers, and the model must come out right.
+
+#include <catch2/catch.hpp>
+
+#include "consensus/random_problems.h"
+#include "diffsac/consensus/sample_consensus.h"
+
+namespace diffsac {
+namespace {
+
+using testing::AllSets;
+using testing::MakeRandomProblem;
+using testing::RandomSets;
+
+constexpr double kThreshold = 0.1;
+constexpr double kSigma = kThreshold / 3.0;
+
+template <int D>
+int CountRecovered(double outlier_ratio, int num_sets, const ConsensusOptions& options, double degrees) {
+  int recovered = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto problem = MakeRandomProblem<D>(100, outlier_ratio, kSigma, Rng(trial).Fork("recovery"));
+    const auto result = SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, num_sets, trial),
+                                                       options, Rng(trial));
+    if (result.status == Status::kOk && AngleBetweenDegrees(result.model, problem.truth) < degrees) ++recovered;
+  }
+  return recovered;
+}
+
+TEMPLATE_TEST_CASE_SIG("Models are recovered from 10 to 60 % outliers by every refit", "", ((int D), D), 2, 3) {
+  for (const char* refit : {"none", "inliers", "iterated", "em"}) {
+    for (double ratio : {0.1, 0.3, 0.6}) {
+      CAPTURE(refit, ratio);
+      ConsensusOptions options;
+      options.refit = refit;
+      options.final_score = "msac";
+      CHECK(CountRecovered<D>(ratio, 500, options, refit == std::string("none") ? 3.0 : 1.5) >= 196);
+    }
+  }
+}
+
+TEST_CASE("Without noise the model is exact") {
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto line = MakeRandomProblem<2>(60, 0.5, 0.0, Rng(trial));
+    const auto found = SampleConsensus<Line>(line.points, 1e-6, AllSets(60, 2), {}, Rng(1));
+    REQUIRE(found.status == Status::kOk);
+    CHECK(AngleBetweenDegrees(found.model, line.truth) < 1e-6);
+    const auto plane = MakeRandomProblem<3>(30, 0.4, 0.0, Rng(trial));
+    const auto solved = SampleConsensus<Plane>(plane.points, 1e-6, AllSets(30, 3), {}, Rng(1));
+    REQUIRE(solved.status == Status::kOk);
+    CHECK(AngleBetweenDegrees(solved.model, plane.truth) < 1e-6);
+  }
+}
+
+TEST_CASE("Expectation maximisation is more accurate than a refit on hard inliers at 80 % outliers") {
+  ConsensusOptions hard, soft;
+  hard.score = soft.score = "msac";
+  hard.score_threshold_factor = soft.score_threshold_factor = 1.5;
+  soft.refit = "em";
+  const auto sets = AllSets(100, 2);
+  int hard_good = 0, soft_good = 0, soft_better = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const auto problem = MakeRandomProblem<2>(100, 0.8, kSigma, Rng(trial).Fork("refit"));
+    const auto a = SampleConsensus<Line>(problem.points, kThreshold, sets, hard, Rng(1));
+    const auto b = SampleConsensus<Line>(problem.points, kThreshold, sets, soft, Rng(1));
+    const double hard_error = AngleBetweenDegrees(a.model, problem.truth);
+    const double soft_error = AngleBetweenDegrees(b.model, problem.truth);
+    hard_good += hard_error < 0.25;
+    soft_good += soft_error < 0.25;
+    soft_better += soft_error < hard_error;
+  }
+  CAPTURE(hard_good, soft_good, soft_better);
+  CHECK(soft_good > hard_good);
+  CHECK(soft_better > 265);
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,279 @@
+#include "diffsac/consensus/sample_consensus.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "consensus/random_problems.h"
+#include "diffsac/consensus/mixture.h"
+
+namespace diffsac {
+namespace {
+
+using testing::AllSets;
+using testing::MakeRandomProblem;
+using testing::RandomSets;
+
+constexpr double kThreshold = 0.1;
+
+ConsensusOptions Plain() {
+  ConsensusOptions options;
+  options.refit = "none";
+  return options;
+}
+
+int Count(const std::vector<std::uint8_t>& mask) { return std::accumulate(mask.begin(), mask.end(), 0); }
+
+/// The loop in its plainest form: solve each set, count, keep the first best.
+template <int D>
+std::pair<ModelParameters, int> BestByHand(const PointMatrix& points, const std::vector<int>& sets) {
+  std::pair<ModelParameters, int> best{{}, -1};
+  for (std::size_t i = 0; i < sets.size(); i += D) {
+    typename Hyperplane<D>::Parameters model;
+    if (Hyperplane<D>::SolveMinimal(points, sets.data() + i, &model) == 0) continue;
+    const int count = Count(InlierMask<Hyperplane<D>>(points, model, kThreshold));
+    if (count > best.second) best = {model, count};
+  }
+  return best;
+}
+
+TEMPLATE_TEST_CASE_SIG("The loop finds the first hypothesis of most inliers", "", ((int D), D), 2, 3) {
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto problem = MakeRandomProblem<D>(150, 0.6, 0.04, Rng(trial));
+    const std::vector<int> sets = RandomSets(150, D, 200, trial);
+    const auto [model, count] = BestByHand<D>(problem.points, sets);
+    const ConsensusResult result =
+        SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, sets, Plain(), Rng(trial));
+    REQUIRE(result.status == Status::kOk);
+    CHECK(result.model == model);
+    CHECK(result.score == count);
+    CHECK(Count(result.inliers) == count);
+    CHECK(result.inliers == InlierMask<Hyperplane<D>>(problem.points, result.model, kThreshold));
+    CHECK(result.hypotheses == 200);
+    CHECK(result.unique_minimal_sets == CountUniqueSets(sets, D));
+  }
+}
+
+TEST_CASE("Keeping more candidates does not change the best hypothesis, for any score") {
+  for (const char* score : {"inlier_count", "msac", "gaussian_uniform"}) {
+    for (int trial = 0; trial < 20; ++trial) {
+      const auto problem = MakeRandomProblem<2>(130, 0.7, 0.04, Rng(trial));
+      ConsensusOptions one = Plain();
+      one.score = score;
+      // The final score must be the loop's, so that the first candidate wins again.
+      one.final_score = score == std::string("gaussian_uniform") ? "msac" : score;
+      ConsensusOptions many = one;
+      many.refit_candidates = 10;
+      const auto sets = AllSets(130, 2);
+      const auto a = SampleConsensus<Line>(problem.points, kThreshold, sets, one, Rng(1));
+      const auto b = SampleConsensus<Line>(problem.points, kThreshold, sets, many, Rng(1));
+      if (score == one.final_score) CHECK(a.model == b.model);
+      CHECK(b.score >= a.score);
+    }
+  }
+}
+
+TEST_CASE("Equal scores: the lowest index wins") {
+  PointMatrix points(4, 2);
+  points << 0, 0, 10, 0, 0, 10, 10, 10;
+  const auto result = SampleConsensus<Line>(points, kThreshold, {2, 3, 0, 1, 0, 2}, Plain(), Rng(1));
+  REQUIRE(result.status == Status::kOk);
+  CHECK(result.inliers == std::vector<std::uint8_t>{0, 0, 1, 1});
+  CHECK(result.score == 2.0);
+}
+
+TEST_CASE("A model that only its own minimal set supports is still a model") {
+  PointMatrix points(2, 2);
+  points << 0, 0, 3, 4;
+  for (const char* refit : {"none", "inliers", "iterated", "em"}) {
+    ConsensusOptions options;
+    options.refit = refit;
+    const auto result = SampleConsensus<Line>(points, kThreshold, {0, 1}, options, Rng(1));
+    REQUIRE(result.status == Status::kOk);
+    CHECK(Count(result.inliers) == 2);
+  }
+}
+
+TEMPLATE_TEST_CASE_SIG("Too few points", "", ((int D), D), 2, 3) {
+  for (int size = 0; size < D; ++size) {
+    const PointMatrix points = PointMatrix::Random(size, D);
+    const auto result = SampleConsensus<Hyperplane<D>>(points, kThreshold, {}, {}, Rng(1));
+    CHECK(result.status == Status::kTooFewPoints);
+    CHECK(result.model.size() == 0);
+    CHECK(result.hypotheses == 0);
+  }
+}
+
+TEMPLATE_TEST_CASE_SIG("Degenerate points give a status", "", ((int D), D), 2, 3) {
+  const auto status = [](const PointMatrix& points) {
+    ConsensusHints hints;
+    hints.fit_weights = Eigen::VectorXd::Ones(points.rows());
+    return SampleConsensus<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1),
+                                          hints)
+        .status;
+  };
+  PointMatrix points = MakeRandomProblem<D>(20, 0.5, 0.04, Rng(1)).points;
+  CHECK(status(points) == Status::kOk);
+  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    PointMatrix broken = points;
+    broken(7, 1) = bad;
+    CHECK(status(broken) == Status::kDegenerate);
+  }
+  CHECK(status(PointMatrix(points.row(0).replicate(20, 1))) == Status::kDegenerate);
+  CHECK(status(PointMatrix::Zero(20, D)) == Status::kDegenerate);
+  CHECK(status(PointMatrix::Zero(20, D + 1)) == Status::kDegenerate);
+}
+
+TEST_CASE("Collinear points: a line, but no plane") {
+  PointMatrix line(20, 2), space(20, 3);
+  for (int i = 0; i < 20; ++i) {
+    line.row(i) << 0.1 * i + 1e3, 0.3 * i;
+    space.row(i) << 0.1 * i + 1e3, 0.3 * i, 7.0 - 0.2 * i;
+  }
+  CHECK(CheckPoints<Line>(line) == Status::kOk);
+  CHECK(CheckPoints<Plane>(space) == Status::kDegenerate);
+  const auto result = SampleConsensus<Line>(line, kThreshold, AllSets(20, 2), {}, Rng(1));
+  REQUIRE(result.status == Status::kOk);
+  CHECK(Count(result.inliers) == 20);
+}
+
+TEST_CASE("No usable hypothesis or threshold: no model") {
+  const auto problem = MakeRandomProblem<2>(20, 0.5, 0.04, Rng(1));
+  CHECK(SampleConsensus<Line>(problem.points, kThreshold, {}, {}, Rng(1)).status == Status::kNoModel);
+  for (double threshold : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    CHECK(SampleConsensus<Line>(problem.points, threshold, {0, 1}, {}, Rng(1)).status == Status::kNoModel);
+  PointMatrix twins(3, 2);
+  twins << 0, 0, 0, 0, 1, 1;
+  const auto result = SampleConsensus<Line>(twins, kThreshold, {0, 1}, {}, Rng(1));
+  CHECK(result.status == Status::kNoModel);
+  CHECK(result.hypotheses == 1);
+  CHECK(SampleConsensus<Line>(twins, kThreshold, {0, 9, -1, 2}, {}, Rng(1)).status == Status::kNoModel);
+}
+
+TEST_CASE("Hints join the hypotheses: models free of charge, the weighted fit for one") {
+  const auto problem = MakeRandomProblem<2>(60, 0.5, 0.03, Rng(5));
+  const std::vector<int> bad_set{0, 1};  // Two outliers.
+  ConsensusHints models;
+  models.models = {problem.truth, ModelParameters(), Eigen::Vector3d::Constant(std::nan(""))};
+  const auto with_models = SampleConsensus<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1), models);
+  REQUIRE(with_models.status == Status::kOk);
+  CHECK(with_models.model == problem.truth);
+  CHECK(with_models.hypotheses == 1);
+
+  ConsensusHints weights;
+  weights.fit_weights = Eigen::Map<const Eigen::Matrix<std::uint8_t, -1, 1>>(problem.inliers.data(), 60).cast<double>();
+  const auto with_weights = SampleConsensus<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1), weights);
+  REQUIRE(with_weights.status == Status::kOk);
+  CHECK(AngleBetweenDegrees(with_weights.model, problem.truth) < 0.5);
+  CHECK(with_weights.hypotheses == 2);
+  // A hint alone is enough, and a poor one does no harm.
+  CHECK(SampleConsensus<Line>(problem.points, kThreshold, {}, {}, Rng(1), weights).status == Status::kOk);
+  weights.fit_weights.setConstant(-1.0);
+  CHECK(SampleConsensus<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1), weights).model ==
+        SampleConsensus<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1)).model);
+}
+
+TEST_CASE("Every fit is in the budget") {
+  const auto problem = MakeRandomProblem<2>(60, 0.5, 0.03, Rng(6));
+  const auto sets = RandomSets(60, 2, 50, 1);
+  const auto hypotheses = [&](ConsensusOptions options) {
+    return SampleConsensus<Line>(problem.points, kThreshold, sets, options, Rng(1)).hypotheses;
+  };
+  ConsensusOptions options;
+  CHECK(hypotheses(options) == 51);
+  options.refit_candidates = 5;
+  CHECK(hypotheses(options) == 55);
+  options.refit = "em";
+  CHECK(hypotheses(options) > 55);
+  CHECK(hypotheses(options) <= 50 + 5 * 30);
+  options = Plain();
+  options.local_optimization = "lo_ransac";
+  const int optimized = hypotheses(options);
+  CHECK(optimized > 50);
+  CHECK((optimized - 50) <= 50 * 10 * 5);
+  options.local_samples = 0;
+  CHECK(hypotheses(options) == 50);
+}
+
+TEST_CASE("Local optimisation never lowers the score") {
+  for (const char* score : {"inlier_count", "msac", "gaussian_uniform"}) {
+    double gain = 0.0;
+    for (int trial = 0; trial < 50; ++trial) {
+      const auto problem = MakeRandomProblem<3>(100, 0.5, 0.04, Rng(trial));
+      const auto sets = RandomSets(100, 3, 100, trial);
+      ConsensusOptions options = Plain();
+      options.score = score;
+      options.final_score = score == std::string("msac") ? "msac" : "inlier_count";
+      const auto plain = SampleConsensus<Plane>(problem.points, kThreshold, sets, options, Rng(1));
+      options.local_optimization = "lo_ransac";
+      const auto optimized = SampleConsensus<Plane>(problem.points, kThreshold, sets, options, Rng(1));
+      if (options.final_score == score) CHECK(optimized.score >= plain.score);
+      gain += optimized.score - plain.score;
+    }
+    CHECK(gain > 0.0);
+  }
+}
+
+TEST_CASE("Iterated refits never lower the final score") {
+  for (const char* score : {"inlier_count", "msac", "gaussian_uniform"}) {
+    for (int trial = 0; trial < 100; ++trial) {
+      const auto problem = MakeRandomProblem<2>(100, 0.7, 0.04, Rng(trial));
+      const auto sets = RandomSets(100, 2, 100, trial);
+      ConsensusOptions options = Plain();
+      options.score = "msac";
+      options.final_score = score;
+      const auto plain = SampleConsensus<Line>(problem.points, kThreshold, sets, options, Rng(1));
+      options.refit = "iterated";
+      options.refit_rounds = 5;
+      const auto refitted = SampleConsensus<Line>(problem.points, kThreshold, sets, options, Rng(1));
+      CHECK(refitted.score >= plain.score);
+    }
+  }
+}
+
+TEST_CASE("Same seed, same estimate; the seed is used by local optimisation alone") {
+  const auto problem = MakeRandomProblem<3>(100, 0.6, 0.04, Rng(8));
+  const auto sets = RandomSets(100, 3, 100, 1);
+  ConsensusOptions options;
+  options.local_optimization = "lo_ransac";
+  const auto run = [&](std::uint64_t seed) {
+    return SampleConsensus<Plane>(problem.points, kThreshold, sets, options, Rng(seed));
+  };
+  const auto first = run(1), second = run(1);
+  CHECK(first.model == second.model);
+  CHECK(first.inliers == second.inliers);
+  CHECK(first.score == second.score);
+  CHECK(first.hypotheses == second.hypotheses);
+  options.local_optimization = "none";
+  CHECK(run(1).model == run(2).model);
+}
+
+TEST_CASE("Unknown option names are refused") {
+  const auto problem = MakeRandomProblem<2>(20, 0.5, 0.04, Rng(1));
+  const auto run = [&](ConsensusOptions options) {
+    return SampleConsensus<Line>(problem.points, kThreshold, {0, 1}, options, Rng(1));
+  };
+  ConsensusOptions score, refit, local, final_score;
+  score.score = refit.refit = local.local_optimization = final_score.final_score = "best";
+  CHECK_THROWS_AS(run(score), Error);
+  CHECK_THROWS_AS(run(refit), Error);
+  CHECK_THROWS_AS(run(local), Error);
+  CHECK_THROWS_AS(run(final_score), Error);
+}
+
+TEST_CASE("Consensus options read from YAML and come back out") {
+  const auto options =
+      ReadOptions<ConsensusOptions>(Config::FromString("score: msac\nrefit: em\nrefit_candidates: 7\n"));
+  CHECK(options.score == "msac");
+  CHECK(options.refit == "em");
+  CHECK(options.refit_candidates == 7);
+  const auto again = ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)));
+  CHECK(WriteOptions(again) == WriteOptions(options));
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit: least\n")), Error);
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit_candidates: 0\n")), Error);
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refits: em\n")), Error);
+}
+
+}  // namespace
+}  // namespace diffsac

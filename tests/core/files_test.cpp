@@ -1,0 +1,90 @@
+#include "diffsac/core/files.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+
+using Catch::Contains;
+
+TEST_CASE("WriteFileAtomically writes and replaces, leaving nothing else behind") {
+  const TemporaryFolder folder;
+  const std::string file = folder.File("a.txt"), binary("x\0y\n", 4);
+  WriteFileAtomically(file, "old");
+  WriteFileAtomically(file, binary);
+  CHECK(ReadFile(file) == binary);
+  WriteFileAtomically(file, "");
+  CHECK(ReadFile(file).empty());
+  CHECK(folder.NumEntries() == 1);
+}
+
+TEST_CASE("A writer gets a temporary path with the same extension") {
+  const TemporaryFolder folder;
+  const std::string file = folder.File("model.pt");
+  WriteFileAtomically(file, [&](const std::string& temporary) {
+    CHECK(temporary != file);
+    CHECK(std::filesystem::path(temporary).extension() == ".pt");
+    std::ofstream(temporary) << "weights";
+  });
+  CHECK(ReadFile(file) == "weights");
+}
+
+TEST_CASE("A writer that fails leaves the old file and no temporary one") {
+  const TemporaryFolder folder;
+  const std::string file = folder.File("model.pt");
+  WriteFileAtomically(file, "old");
+  const auto fail = [](const std::string& temporary) {
+    std::ofstream(temporary) << "half";
+    throw std::runtime_error("broken\nbacktrace");
+  };
+  CHECK_THROWS_WITH(WriteFileAtomically(file, fail), "cannot write '" + file + "': broken");
+  CHECK_THROWS_AS(WriteFileAtomically(file, fail), Error);
+  CHECK(ReadFile(file) == "old");
+  CHECK(folder.NumEntries() == 1);
+}
+
+TEST_CASE("A link is written through") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("real"), "old");
+  std::filesystem::create_symlink("real", folder.File("link"));
+  WriteFileAtomically(folder.File("link"), "new");
+  CHECK(std::filesystem::is_symlink(folder.File("link")));
+  CHECK(ReadFile(folder.File("real")) == "new");
+}
+
+TEST_CASE("Writing where it cannot be done names path and cause") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("file"), "x");
+  const std::string below = folder.File("file/below");
+  CHECK_THROWS_WITH(WriteFileAtomically(below, "x"), "cannot write '" + below + "': Not a directory");
+  CHECK_THROWS_WITH(MakeWritableFolder(below), Contains(below) && Contains("Not a directory"));
+  CHECK_THROWS_WITH(MakeWritableFolder(folder.File("file")), Contains(folder.File("file")));
+  CHECK_THROWS_WITH(WriteFileAtomically(folder.path(), "x"), Contains("it is a folder"));
+  const std::string absent = folder.File("none/file");
+  CHECK_THROWS_WITH(WriteFileAtomically(absent, "x"), Contains(absent) && Contains("No such file"));
+  if (std::filesystem::exists("/dev/full")) {
+    CHECK_THROWS_WITH(WriteFileAtomically("/dev/full", "x"), "cannot write '/dev/full': No space left on device");
+  }
+}
+
+TEST_CASE("ReadFile names path and cause") {
+  const TemporaryFolder folder;
+  const std::string absent = folder.File("none");
+  CHECK_THROWS_WITH(ReadFile(absent), "cannot read '" + absent + "': No such file or directory");
+  CHECK_THROWS_WITH(ReadFile(folder.path()), Contains("Is a directory"));
+}
+
+TEST_CASE("MakeWritableFolder creates parents and leaves them empty") {
+  const TemporaryFolder folder;
+  MakeWritableFolder(folder.File("a/b/c"));
+  MakeWritableFolder(folder.File("a/b/c"));
+  CHECK(std::filesystem::is_directory(folder.File("a/b/c")));
+  CHECK(std::filesystem::is_empty(folder.File("a/b/c")));
+}
+
+}  // namespace diffsac

@@ -1,0 +1,40 @@
+#include "diffsac/core/run_directory.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/options.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+
+using Catch::Contains;
+
+TEST_CASE("RunDirectory records where a result comes from and stays readable YAML") {
+  const TemporaryFolder folder;
+  const RunDirectory run(folder.File("a/run"), "diffsac_train", "model:\n  width: 64\n", 42);
+  const std::string text = ReadFile(run.File("config.yaml"));
+  CHECK_THAT(text, Contains("# program: diffsac_train\n") && Contains("# seed: 42\n") && Contains("# machine: ") &&
+                       Contains("# date: 20") && Contains("# git revision: " + GitRevision() + "\n"));
+  CHECK(Config::FromFile(run.File("config.yaml")).Dump() == "model:\n  width: 64\n");
+  CHECK(std::filesystem::path(run.File("x.csv")).parent_path() == run.path());
+}
+
+TEST_CASE("RunDirectory below a file is a clear error") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("file"), "");
+  CHECK_THROWS_AS(RunDirectory(folder.File("file/run"), "p", "", 0), Error);
+}
+
+TEST_CASE("Version and machine are one line each") {
+  CHECK_THAT(VersionText("diffsac_eval"),
+             Catch::StartsWith("diffsac_eval ") && Contains("(git " + GitRevision() + ")"));
+  CHECK_FALSE(GitRevision().empty());
+  const std::string machine = MachineText();
+  CHECK_THAT(machine, Contains("core") && Contains("GiB"));
+  CHECK(machine.find('\n') == std::string::npos);
+}
+
+}  // namespace diffsac

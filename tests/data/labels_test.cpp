@@ -1,0 +1,185 @@
+#include "diffsac/data/labels.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "diffsac/data/synthetic.h"
+#include "diffsac/geometry/hyperplane.h"
+
+namespace diffsac {
+namespace {
+
+Example MakeExample(Task task, int points, double ratio, std::uint64_t index) {
+  SyntheticOptions options;
+  options.num_points = points;
+  options.outlier_ratio = ratio;
+  return MakeSynthetic(task, options, 21)->Get(index);
+}
+
+// The distance by its definition, one inlier at a time: an independent route to what labels.cpp gets from moments.
+template <class Model>
+double DistanceByDefinition(const Example& example, const std::vector<int>& set) {
+  typename Model::Parameters candidate;
+  if (Model::SolveMinimal(example.problem.points, set.data(), &candidate) == 0) return 1e300;
+  constexpr int kD = Model::kDimension;
+  const auto& truth = example.truth.model;
+  double sum = 0.0;
+  int count = 0;
+  for (Eigen::Index i = 0; i < example.problem.points.rows(); ++i) {
+    if (!example.truth.inliers[i]) continue;
+    Eigen::VectorXd p = example.problem.points.row(i);
+    p -= (p.dot(truth.head(kD)) + truth[kD]) * truth.head(kD);
+    sum += std::pow(Model::Residual(candidate, p.data()), 2);
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+std::vector<int> TrueInliers(const Example& example) {
+  std::vector<int> inliers;
+  for (int i = 0; i < static_cast<int>(example.truth.inliers.size()); ++i)
+    if (example.truth.inliers[i]) inliers.push_back(i);
+  return inliers;
+}
+
+std::vector<RankedSet> Sorted(std::vector<RankedSet> sets) {
+  std::sort(sets.begin(), sets.end(), [](const auto& a, const auto& b) { return a.distance < b.distance; });
+  return sets;
+}
+
+std::vector<RankedSet> AllSets(const Example& example) {
+  const std::vector<int> in = TrueInliers(example);
+  std::vector<RankedSet> sets;
+  for (std::size_t i = 0; i < in.size(); ++i)
+    for (std::size_t j = i + 1; j < in.size(); ++j) {
+      if (example.problem.task == Task::kLine) {
+        const std::vector<int> set = {in[i], in[j]};
+        sets.push_back({set, DistanceByDefinition<Line>(example, set)});
+        continue;
+      }
+      for (std::size_t k = j + 1; k < in.size(); ++k) {
+        const std::vector<int> set = {in[i], in[j], in[k]};
+        sets.push_back({set, DistanceByDefinition<Plane>(example, set)});
+      }
+    }
+  return Sorted(sets);
+}
+
+void CheckAgainstAll(const Example& example, const LabelOptions& options, int count) {
+  const auto found = OptimalMinimalSets(example, options, count);
+  const auto all = AllSets(example);
+  REQUIRE(found.size() == std::min<std::size_t>(count, all.size()));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(found[i].distance == Approx(all[i].distance).epsilon(1e-6).margin(1e-9));
+    CHECK(std::is_sorted(found[i].points.begin(), found[i].points.end()));
+    for (int point : found[i].points) CHECK(example.truth.inliers[point] == 1);
+  }
+  CHECK(found[0].points == all[0].points);
+}
+
+}  // namespace
+
+TEST_CASE("line labels are the exhaustive optimum, ranked") {
+  for (int i = 0; i < 20; ++i) CheckAgainstAll(MakeExample(Task::kLine, 60, 0.4, i), {}, 10);
+  CheckAgainstAll(MakeExample(Task::kLine, 10, 0.5, 0), {}, 100);  // more asked than there are
+}
+
+TEST_CASE("plane labels are the exhaustive optimum where the budget allows") {
+  for (int i = 0; i < 10; ++i) CheckAgainstAll(MakeExample(Task::kPlane, 40, 0.5, i), {}, 8);
+}
+
+TEST_CASE("the bounded plane search comes near the exhaustive optimum") {
+  LabelOptions bounded, exhaustive;
+  exhaustive.search_budget = 1 << 30;
+  // Two measures: how far the found optimum is from the best there is, and from what one plane fitted to n inliers of
+  // this noise can reach at all (about σ·√(3/n)), against which both are small.
+  int near = 0, small = 0;
+  const int problems = 200;
+  for (int i = 0; i < problems; ++i) {
+    const int points = i % 2 == 0 ? 100 : 60;
+    const Example example = MakeExample(Task::kPlane, points, 0.1 + 0.1 * (i % 4), i);
+    const double best = OptimalMinimalSets(example, exhaustive, 1)[0].distance;
+    const auto found = OptimalMinimalSets(example, bounded, 1);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].distance >= best * (1.0 - 1e-9));
+    CHECK(found[0].distance == Approx(DistanceByDefinition<Plane>(example, found[0].points)).epsilon(1e-6));
+    near += found[0].distance <= 3.0 * best;
+    small += found[0].distance <= 0.25 * (0.1 / 3.0) * std::sqrt(3.0 / TrueInliers(example).size());
+  }
+  CHECK(near >= 0.95 * problems);
+  CHECK(small >= 0.95 * problems);
+}
+
+TEST_CASE("the bounded search stays ranked and distinct") {
+  const Example example = MakeExample(Task::kPlane, 200, 0.2, 1);
+  const auto found = OptimalMinimalSets(example, {}, 32);
+  REQUIRE(found.size() == 32);
+  std::set<std::vector<int>> distinct;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    distinct.insert(found[i].points);
+    if (i > 0) CHECK(found[i].distance >= found[i - 1].distance);
+  }
+  CHECK(distinct.size() == 32);
+}
+
+TEST_CASE("labels are +1 on the drawn set and -1 elsewhere") {
+  for (Task task : {Task::kLine, Task::kPlane}) {
+    const Example example = MakeExample(task, 80, 0.5, 2);
+    LabelOptions options;
+    const auto label = DrawLabel(example, options, Rng(1));
+    REQUIRE(label.size() == 80);
+    CHECK(std::count(label.begin(), label.end(), 1.0f) == MinimalSetSize(task));
+    CHECK(std::count(label.begin(), label.end(), -1.0f) == 80 - MinimalSetSize(task));
+    const auto best = OptimalMinimalSets(example, options, 1)[0];
+    for (int point : best.points) CHECK(label[point] == 1.0f);
+    CHECK(DrawLabel(example, options, Rng(2)) == label);  // top_m 1: nothing to draw
+  }
+}
+
+TEST_CASE("top_m draws every one of the best sets about equally often") {
+  const Example example = MakeExample(Task::kLine, 50, 0.5, 3);
+  LabelOptions options;
+  options.top_m = 4;
+  const auto best = OptimalMinimalSets(example, options, 4);
+  std::vector<int> seen(4, 0);
+  for (int draw = 0; draw < 4000; ++draw) {
+    const auto label = DrawLabel(example, options, Rng(draw).Fork("label"));
+    for (int k = 0; k < 4; ++k)
+      seen[k] += label[best[k].points[0]] == 1.0f && label[best[k].points[1]] == 1.0f;
+  }
+  for (int count : seen) CHECK(count == Approx(1000).margin(130));
+  CHECK(DrawLabel(example, options, Rng(5)) == DrawLabel(example, options, Rng(5)));
+}
+
+TEST_CASE("without enough usable inliers there is no label") {
+  for (Task task : {Task::kLine, Task::kPlane}) {
+    Example example = MakeExample(task, 20, 0.2, 0);
+    const auto none = [&](const Example& e) {
+      CHECK(OptimalMinimalSets(e, {}, 3).empty());
+      const auto label = DrawLabel(e, {}, Rng(1));
+      CHECK(std::count(label.begin(), label.end(), -1.0f) == static_cast<long>(label.size()));
+    };
+    Example few = example;
+    int left = MinimalSetSize(task) - 1;
+    for (auto& mark : few.truth.inliers) mark = mark && left-- > 0;
+    none(few);
+    Example unknown = example;
+    unknown.truth = {};
+    none(unknown);
+    Example equal = example;
+    for (Eigen::Index i = 1; i < equal.problem.points.rows(); ++i) equal.problem.points.row(i) = equal.problem.points.row(0);
+    none(equal);
+    Example empty = example;
+    empty.problem.points.resize(0, PointDimension(task));
+    empty.truth.inliers.clear();
+    none(empty);
+    Example broken = example;
+    broken.problem.points.setConstant(std::nan(""));
+    none(broken);
+  }
+}
+
+}  // namespace diffsac

@@ -1,0 +1,94 @@
+#include <catch2/catch.hpp>
+
+#include "denoiser/test_networks.h"
+
+namespace diffsac {
+namespace {
+
+torch::Tensor Run(Denoiser& network, const PointBatch& batch, const torch::Tensor& c_t) {
+  const torch::NoGradGuard no_grad;
+  return network.Denoise(network.Encode(batch), c_t, torch::full({1, 1}, 42.0f));
+}
+
+}  // namespace
+
+TEST_CASE("a new network predicts zero everywhere") {
+  for (const char* kind : {"point_transformer", "pooled"}) {
+    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    const auto batch = BatchOf({RandomFeatures(9, 6, Rng(2))});
+    CHECK(Run(*network, batch, RandomTensor({1, 3, 9}, Rng(3))).abs().max().item<float>() == 0.0f);
+    CHECK(network->Encode(batch).inlier_logits.abs().max().item<float>() == 0.0f);
+  }
+}
+
+TEST_CASE("permuting the points permutes the output") {
+  for (const char* kind : {"point_transformer", "pooled"}) {
+    for (const int encoder_layers : {0, 2}) {
+      auto network = MakeDenoiser(SmallOptions(kind, encoder_layers), 6, Rng(1));
+      FillWithWave(*network);
+      auto set = RandomFeatures(11, 6, Rng(2));
+      const auto c_t = RandomTensor({1, 2, 11}, Rng(3));
+      const auto order = Rng(4).Fork("order").Permutation(11);
+      auto permuted = set;
+      for (int i = 0; i < 11; ++i) permuted.values.row(i) = set.values.row(order[i]);
+      const auto index = torch::tensor(std::vector<std::int64_t>(order.begin(), order.end()));
+      const auto expected = Run(*network, BatchOf({set}), c_t).index_select(2, index);
+      CHECK(MaxDifference(Run(*network, BatchOf({permuted}), c_t.index_select(2, index)), expected) < 1e-4);
+      CHECK(expected.std().item<float>() > 1e-4);
+    }
+  }
+}
+
+TEST_CASE("a problem's output does not depend on its batch mates or on padding") {
+  for (const char* kind : {"point_transformer", "pooled"}) {
+    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    FillWithWave(*network);
+    const auto small = RandomFeatures(5, 6, Rng(2)), large = RandomFeatures(12, 6, Rng(3));
+    const auto c_t = RandomTensor({1, 2, 5}, Rng(5));
+    const auto alone = Run(*network, BatchOf({small}), c_t);
+    const torch::NoGradGuard no_grad;
+    auto padded = torch::full({2, 2, 12}, 7.0f);   // what stands in the padding must not matter
+    padded.slice(0, 0, 1).slice(2, 0, 5).copy_(c_t);
+    const auto batch = BatchOf({small, large});
+    const auto context = network->Encode(batch);
+    const auto together = network->Denoise(context, padded, torch::full({1, 1}, 42.0f));
+    CHECK(MaxDifference(together.slice(0, 0, 1).slice(2, 0, 5), alone) < 1e-4);
+    CHECK(MaxDifference(context.inlier_logits[0].slice(0, 0, 5), network->Encode(BatchOf({small})).inlier_logits[0]) <
+          1e-4);
+  }
+}
+
+TEST_CASE("weights depend on the seed alone") {
+  torch::manual_seed(1);
+  auto a = MakeDenoiser(SmallOptions("pooled"), 6, Rng(7));
+  torch::manual_seed(2);
+  auto b = MakeDenoiser(SmallOptions("pooled"), 6, Rng(7));
+  auto c = MakeDenoiser(SmallOptions("pooled"), 6, Rng(8));
+  CHECK(torch::equal(a->parameters()[0], b->parameters()[0]));
+  CHECK_FALSE(torch::equal(a->parameters()[0], c->parameters()[0]));
+}
+
+TEST_CASE("self-conditioning reads the previous prediction, zeros when there is none") {
+  for (const char* kind : {"point_transformer", "pooled"}) {
+    auto options = SmallOptions(kind);
+    options.self_conditioning = true;
+    auto network = MakeDenoiser(options, 6, Rng(1));
+    FillWithWave(*network);
+    const torch::NoGradGuard no_grad;
+    const auto context = network->Encode(BatchOf({RandomFeatures(9, 6, Rng(2))}));
+    const auto c_t = RandomTensor({1, 3, 9}, Rng(3)), t = torch::full({1, 1}, 5.0f);
+    const auto none = network->Denoise(context, c_t, t);
+    CHECK(torch::equal(none, network->Denoise(context, c_t, t, torch::zeros_like(c_t))));
+    CHECK(MaxDifference(none, network->Denoise(context, c_t, t, torch::ones_like(c_t))) > 1e-3);
+  }
+}
+
+TEST_CASE("options that make no network are refused with their place") {
+  const auto read = [](const std::string& yaml) { return ReadOptions<DenoiserOptions>(Config::FromString(yaml, "x.yaml")); };
+  CHECK_THROWS_WITH(read("width: 63"), Catch::Contains("x.yaml:1") && Catch::Contains("even"));
+  CHECK_THROWS_WITH(read("width: 64\nheads: 5"), Catch::Contains("heads"));
+  CHECK_THROWS_WITH(read("encoder_layers: 0"), Catch::Contains("inlier_head"));
+  CHECK_THROWS_WITH(read("kind: poled"), Catch::Contains("pooled"));
+}
+
+}  // namespace diffsac

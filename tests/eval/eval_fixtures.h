@@ -1,0 +1,115 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+
+#include <unistd.h>
+
+#include "diffsac/core/random.h"
+#include "diffsac/eval/results.h"
+#include "diffsac/eval/runner.h"
+
+namespace diffsac::testing {
+
+/// A folder of its own, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    static std::atomic<int> next{0};
+    path_ = std::filesystem::temp_directory_path() /
+            ("diffsac_eval_test_" + std::to_string(::getpid()) + "_" + std::to_string(next++));
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  std::string path() const { return path_.string(); }
+  std::string File(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Fits the two points that its seed names: results depend on the problem and the seed alone.
+class TwoPointMethod : public Method {
+ public:
+  explicit TwoPointMethod(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
+      : batch_(batch), stop_(stop), stop_after_(stop_after) {}
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
+    if (stop_ != nullptr && ++calls_ > stop_after_) *stop_ = true;
+    int set[2];
+    Rng(seed).Distinct(static_cast<int>(problem.points.rows()), 2, set);
+    const Eigen::RowVector2d a = problem.points.row(set[0]), b = problem.points.row(set[1]);
+    Eigen::Vector2d normal(a[1] - b[1], b[0] - a[0]);
+    normal.normalize();
+    diffsac::Estimate estimate;
+    estimate.status = Status::kOk;
+    estimate.model = Eigen::Vector3d(normal[0], normal[1], -normal.dot(a.transpose()));
+    for (Eigen::Index i = 0; i < problem.points.rows(); ++i)
+      estimate.inliers.push_back(std::abs(problem.points.row(i).dot(normal) + estimate.model[2]) <=
+                                 problem.inlier_threshold);
+    estimate.report.hypotheses = 1;
+    return estimate;
+  }
+  int PreferredBatch() const override { return batch_; }
+
+ private:
+  int batch_;
+  std::atomic<bool>* stop_;
+  int stop_after_;
+  mutable std::atomic<int> calls_{0};
+};
+
+inline const char* kSmallExperiment = R"(
+name: small
+title: Small lines
+seed: 3
+problems: 40
+condition_label: outlier ratio
+data: {type: synthetic_line, num_points: 30, split: test}
+conditions:
+  - {name: "0.2", value: 0.2, data: {outlier_ratio: 0.2}}
+  - {name: "0.5", value: 0.5, data: {outlier_ratio: 0.5}}
+methods:
+  - {name: first, type: two_point, label: First}
+  - {name: second, type: two_point, label: Second, max_problems: 10}
+  - {name: oracle, type: oracle, label: Oracle}
+paper:
+  RANSAC: {"0.2": [0.83, 0.06], "0.5": 0.78}
+)";
+
+inline ExperimentOptions SmallExperiment() { return ReadExperiment(Config::FromString(kSmallExperiment)); }
+
+inline RunInputs TwoPointInputs(int batch = 1) {
+  return {[batch](const Config&, Task) { return std::make_unique<TwoPointMethod>(batch); }, {}, nullptr};
+}
+
+/// Made-up results: two conditions, two methods and the oracle, with given errors.
+inline ExperimentResults MadeUpResults() {
+  ExperimentResults results;
+  results.experiment = SmallExperiment();
+  results.dataset = "synthetic_line";
+  const double errors[3] = {0.05, 0.12, 0.01};
+  for (std::size_t c = 0; c < 2; ++c) {
+    for (std::size_t m = 0; m < 3; ++m) {
+      Cell cell{c, m, {}};
+      for (int i = 0; i < 4; ++i) {
+        ProblemRecord record;
+        record.index = i;
+        record.id = "p" + std::to_string(i);
+        record.scene = "all";
+        record.status = Status::kOk;
+        record.error = {errors[m] * (i + 1) * (c + 1), 0.1, false};
+        record.points = 30;
+        record.inliers = 20;
+        record.report.hypotheses = m == 2 ? 0 : 20;
+        record.report.ms_total = 0.5;
+        record.done = true;
+        cell.records.push_back(record);
+      }
+      results.cells.push_back(cell);
+    }
+  }
+  return results;
+}
+
+}  // namespace diffsac::testing

@@ -1,0 +1,75 @@
+#include "diffsac/eval/experiment.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+
+#include "diffsac/core/status.h"
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+using testing::kSmallExperiment;
+using testing::SmallExperiment;
+
+std::string With(const std::string& from, const std::string& to) {
+  std::string text = kSmallExperiment;
+  text.replace(text.find(from), from.size(), to);
+  return text;
+}
+
+ExperimentOptions Read(const std::string& text) { return ReadExperiment(Config::FromString(text, "x.yaml")); }
+
+TEST_CASE("an experiment is read with its lists") {
+  const ExperimentOptions experiment = SmallExperiment();
+  REQUIRE(experiment.conditions.size() == 2);
+  CHECK(experiment.conditions[1].value == 0.5);
+  CHECK_THAT(experiment.conditions[1].data.Dump(), Contains("num_points: 30") && Contains("outlier_ratio: 0.5"));
+  CHECK_THAT(experiment.conditions[0].data.Dump(), Contains("outlier_ratio: 0.2"));
+  REQUIRE(experiment.methods.size() == 3);
+  CHECK(experiment.methods[1].max_problems == 10);
+  CHECK_FALSE(experiment.methods[1].config.Has("max_problems"));
+  REQUIRE(experiment.paper.size() == 1);
+  CHECK(experiment.paper[0].values.at("0.2").median_deg == 0.06);
+  CHECK(std::isnan(experiment.paper[0].values.at("0.5").median_deg));
+}
+
+TEST_CASE("the written experiment reads back to the same") {
+  const std::string once = WriteExperiment(SmallExperiment());
+  CHECK(WriteExperiment(Read(once)) == once);
+  CHECK_THAT(once, Contains("min_extent"));  // Defaults of the data are filled in.
+}
+
+TEST_CASE("mistakes name the file, the line and the nearest name") {
+  CHECK_THROWS_WITH(Read(With("problems: 40", "problem: 40")), Contains("x.yaml:5") && Contains("problems"));
+  CHECK_THROWS_WITH(Read(With("problems: 40", "problems: none")), Contains("x.yaml:5") && Contains("integer"));
+  CHECK_THROWS_WITH(Read(With("name: second", "name: first")), Contains("stands twice"));
+  CHECK_THROWS_WITH(Read(With("max_problems: 10", "conditions: [\"0.25\"]")), Contains("did you mean '0.2'"));
+  CHECK_THROWS_WITH(Read(With("\"0.5\": 0.78", "\"0.5\": abc")), Contains("expected a number"));
+  CHECK_THROWS_WITH(Read("name: x\ndata: {type: synthetic_line}\n"), Contains("list of methods"));
+  CHECK_THROWS_WITH(Read("methods: [{name: a}]\n"), Contains("type"));
+}
+
+TEST_CASE("rows are selected by name, in the experiment's order") {
+  ExperimentOptions experiment = SmallExperiment();
+  SelectMethods({"oracle", "first"}, &experiment);
+  REQUIRE(experiment.methods.size() == 2);
+  CHECK(experiment.methods[0].name == "first");
+  CHECK_THROWS_WITH(SelectMethods({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
+}
+
+TEST_CASE("every shipped table can be read") {
+  for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables")) {
+    if (entry.path().extension() != ".yaml") continue;
+    INFO(entry.path().string());
+    const ExperimentOptions experiment = ReadExperiment(Config::FromFile(entry.path().string()));
+    CHECK(experiment.name == entry.path().stem().string());
+    CHECK_FALSE(WriteExperiment(experiment).empty());
+  }
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,75 @@
+#include "diffsac/eval/outputs.h"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+using namespace testing;
+
+TEST_CASE("results.csv is long, with each scene and their unweighted mean") {
+  ExperimentResults results = MadeUpResults();
+  results.cells.resize(1);
+  results.cells[0].records[3].scene = "other";
+  const std::string csv = ResultsCsv(results);
+  CHECK_THAT(csv, Catch::StartsWith("experiment,dataset,scene,condition,method,metric,value\n"
+                                    "small,synthetic_line,all,0.2,first,mAA@0.5deg,"));
+  CHECK_THAT(csv, Contains("small,synthetic_line,other,0.2,first,median_deg,0.2\n"));
+  CHECK_THAT(csv, Contains("small,synthetic_line,mean,0.2,first,median_deg,0.15\n"));  // (.1 + .2) / 2
+  CHECK_THAT(csv, Contains("small,synthetic_line,mean,0.2,first,problems,4\n"));
+  CHECK_THAT(csv, Contains("small,synthetic_line,mean,0.2,first,failures,0\n"));
+}
+
+TEST_CASE("problems.csv has a line for each problem and method") {
+  ExperimentResults results = MadeUpResults();
+  results.cells[0].records[0].id = "a,\"b\"";
+  results.cells[0].records[1].error = {std::nan(""), std::nan(""), true};
+  results.cells[0].records[1].status = Status::kDegenerate;
+  const std::string csv = ProblemsCsv(results);
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 6 * 4);
+  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.05,0.1,20,20,0,0,0,0.5\n"));
+  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,20,20,0,0,0,0.5\n"));
+}
+
+TEST_CASE("results.json has intervals and paired differences") {
+  ExperimentResults results = MadeUpResults();
+  results.experiment.reference = "first";
+  const auto json = nlohmann::json::parse(ResultsJson(results));
+  CHECK(json["experiment"] == "small");
+  CHECK_FALSE(json["partial"].get<bool>());
+  REQUIRE(json["results"].size() == 6);
+  const auto& second = json["results"][1];
+  CHECK(second["method"] == "second");
+  CHECK(second["metrics"]["mean"]["mAA@0.5deg"].get<double>() == Approx(0.475));
+  CHECK(second["mAA@0.5deg_ci95"]["low"].get<double>() <= 0.475);
+  CHECK(second["reference_minus_this"]["mean"].get<double>() == Approx(0.375));
+  CHECK(json["results"][0]["reference_minus_this"].is_null());
+  CHECK(json["paper"]["RANSAC"]["0.5"]["median_deg"].is_null());
+  CHECK(ResultsJson(results) == ResultsJson(results));
+}
+
+TEST_CASE("rows with different numbers of problems are compared on the common ones") {
+  ExperimentResults results = MadeUpResults();
+  results.experiment.reference = "first";
+  results.cells[1].records.erase(results.cells[1].records.begin());
+  CHECK_NOTHROW(ResultsJson(results));
+}
+
+TEST_CASE("all files are written, and a folder that is not there is an error") {
+  const TemporaryFolder folder;
+  WriteResults(MadeUpResults(), folder.path());
+  for (const char* name : {"results.json", "results.csv", "problems.csv", "table.md", "table.tex"})
+    CHECK_FALSE(ReadFile(folder.File(name)).empty());
+  CHECK_THROWS_AS(WriteResults(MadeUpResults(), folder.File("absent")), Error);
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,105 @@
+#include "diffsac/eval/runner.h"
+
+#include <catch2/catch.hpp>
+
+#include <sstream>
+
+#include "diffsac/core/status.h"
+#include "diffsac/eval/outputs.h"
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+using namespace testing;
+
+// Times differ from run to run: everything else must not.
+std::string WithoutTimes(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line, kept;
+  while (std::getline(lines, line))
+    if (line.find(",ms_") == std::string::npos) kept += line + "\n";
+  return kept;
+}
+
+std::string Csv(int threads, int batch, const std::vector<std::string>& methods = {}) {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.threads = threads;
+  SelectMethods(methods, &experiment);
+  return WithoutTimes(ResultsCsv(RunExperiment(experiment, TwoPointInputs(batch))));
+}
+
+TEST_CASE("results don't depend on threads or batches") {
+  const std::string one = Csv(1, 1);
+  CHECK(Csv(2, 1) == one);
+  CHECK(Csv(2, 7) == one);
+  CHECK(Csv(1, 64) == one);
+}
+
+TEST_CASE("a row's results don't depend on the other rows") {
+  const std::string all = Csv(2, 1), alone = Csv(2, 1, {"first"});
+  std::istringstream lines(alone);
+  std::string line;
+  while (std::getline(lines, line)) CHECK(all.find(line) != std::string::npos);
+  CHECK(alone.find(",second,") == std::string::npos);
+}
+
+TEST_CASE("rows with fewer problems get the same first ones") {
+  const ExperimentResults results = RunExperiment(SmallExperiment(), TwoPointInputs());
+  REQUIRE(results.cells.size() == 6);
+  const Cell &first = *results.Find(0, 0), &second = *results.Find(0, 1), &oracle = *results.Find(0, 2);
+  REQUIRE(first.records.size() == 40);
+  REQUIRE(second.records.size() == 10);
+  for (std::size_t i = 0; i < 10; ++i) {
+    CHECK(first.records[i].id == second.records[i].id);
+    CHECK(first.records[i].error.angle_deg == second.records[i].error.angle_deg);
+  }
+  const auto angle = [](const Cell& cell) { return FindMetric(CellMetrics(cell, 0.5), "mean", "median_deg"); };
+  CHECK(angle(oracle) < 0.5);
+  CHECK(angle(oracle) < angle(first));
+  CHECK_FALSE(results.partial);
+  CHECK(results.fits.size() == 2);
+}
+
+TEST_CASE("another seed gives other results") {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.seed = 4;
+  CHECK(WithoutTimes(ResultsCsv(RunExperiment(experiment, TwoPointInputs()))) != Csv(1, 1));
+  CHECK(ProblemSeed(3, 1) != ProblemSeed(3, 2));
+  CHECK(ProblemSeed(3, 1) != ProblemSeed(4, 1));
+}
+
+TEST_CASE("a stop leaves what was done, marked partial") {
+  std::atomic<bool> stop{false};
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.threads = 1;
+  RunInputs inputs = TwoPointInputs();
+  inputs.stop = &stop;
+  inputs.make_method = [&](const Config&, Task) { return std::make_unique<TwoPointMethod>(1, &stop, 5); };
+  const ExperimentResults results = RunExperiment(experiment, inputs);
+  CHECK(results.partial);
+  REQUIRE(results.cells.size() == 1);
+  CHECK(results.cells[0].records.size() == 5);  // The warm-up is the first of the six calls.
+  CHECK(ResultsJson(results).find("\"partial\": true") != std::string::npos);
+  stop = true;
+  const ExperimentResults nothing = RunExperiment(experiment, inputs);
+  CHECK(nothing.cells.empty());
+  CHECK_FALSE(ResultsCsv(nothing).empty());
+}
+
+TEST_CASE("data of another task is an error") {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.task = "plane";
+  CHECK_THROWS_AS(RunExperiment(experiment, TwoPointInputs()), Error);
+}
+
+TEST_CASE("conditions of a row limit where it runs") {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.methods[0].conditions = {"0.5"};
+  const ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
+  CHECK(results.Find(0, 0) == nullptr);
+  CHECK(results.Find(1, 0) != nullptr);
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,80 @@
+#include "diffsac/eval/tables.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+using testing::MadeUpResults;
+
+TEST_CASE("the table in Markdown") {
+  const std::vector<Table> tables = MakeTables(MadeUpResults());
+  REQUIRE(tables.size() == 2);
+  // Bins at .05 .. .5: errors of .05 .1 .15 .2 average .775, and .1 .2 .3 .4 average .6.
+  CHECK(MarkdownTable(tables[0]) ==
+        "| method                     |       0.2 |       0.5 | hypotheses |  ms |\n"
+        "|----------------------------|----------:|----------:|-----------:|----:|\n"
+        "| First                      | **0.850** | **0.600** |         20 | 0.5 |\n"
+        "| Second                     |     0.475 |     0.175 |         20 | 0.5 |\n"
+        "| Oracle                     |     1.000 |     0.975 |          – |   – |\n"
+        "| RANSAC (paper, other data) |      0.83 |      0.78 |            |     |\n");
+}
+
+TEST_CASE("the lowest median is the best, and the oracle does not compete") {
+  const Table table = MakeTables(MadeUpResults())[1];
+  CHECK(table.rows[0].best[1]);
+  CHECK_FALSE(table.rows[1].best[1]);
+  CHECK_FALSE(table.rows[2].best[1]);
+  CHECK(table.rows[0].cells[1] == "0.125");
+  CHECK(table.rows[3].cells[2] == "–");  // The paper gives no median there.
+}
+
+TEST_CASE("equal values are all best") {
+  ExperimentResults results = MadeUpResults();
+  results.cells[1].records = results.cells[0].records;
+  const Table table = MakeTables(results)[0];
+  CHECK(table.rows[0].best[1]);
+  CHECK(table.rows[1].best[1]);
+}
+
+TEST_CASE("numbers of problems are shown when they differ") {
+  ExperimentResults results = MadeUpResults();
+  results.cells[1].records.pop_back();
+  const Table table = MakeTables(results)[0];
+  CHECK(table.columns.back() == "n");
+  CHECK(table.rows[0].cells.back() == "4");
+  CHECK(table.rows[1].cells.back() == "3–4");
+}
+
+TEST_CASE("data without ground truth shows inliers") {
+  ExperimentResults results = MadeUpResults();
+  for (Cell& cell : results.cells)
+    for (ProblemRecord& record : cell.records) record.error = {std::nan(""), std::nan(""), false};
+  const std::vector<Table> tables = MakeTables(results);
+  REQUIRE(tables.size() == 1);
+  CHECK(tables[0].rows[0].cells[1] == "20");
+}
+
+TEST_CASE("LaTeX has rules and escapes") {
+  ExperimentResults results = MadeUpResults();
+  results.experiment.methods[0].label = "50% & more_less";
+  const std::string text = LatexTable(MakeTables(results)[0]);
+  CHECK_THAT(text, Contains("\\begin{tabular}{lrrrr}\n\\toprule\n") && Contains("50\\% \\& more\\_less") &&
+                       Contains("\\textbf{0.850}") && Contains("\\bottomrule"));
+}
+
+TEST_CASE("the report says what is partial and what is the paper's") {
+  ExperimentResults results = MadeUpResults();
+  CHECK_THAT(MarkdownReport(results), !Contains("Partial") && Contains("other data") && Contains("Small lines"));
+  results.partial = true;
+  CHECK_THAT(MarkdownReport(results), Contains("Partial results"));
+  CHECK_THAT(LatexReport(results), Contains("Partial results"));
+}
+
+}  // namespace
+}  // namespace diffsac
