@@ -255,3 +255,12 @@ TEST_CASE("NearestWord is the smallest edit distance, the first of equals") {
 }
 
 }  // namespace diffsac
+
+TEST_CASE("a plain value can be read as text without knowing the other keys") {
+  const auto config = diffsac::Config::FromString("type: ransac\nname: \"a b\"\nmap: {x: 1}\n", "t.yaml");
+  CHECK(config.Text("type") == "ransac");
+  CHECK(config.Text("name") == "a b");
+  CHECK(config.Text("map.x") == "1");
+  CHECK_THROWS_WITH(config.Text("map"), Catch::Contains("t.yaml:3"));
+  CHECK_THROWS_WITH(config.Text("none"), Catch::Contains("plain value"));
+}

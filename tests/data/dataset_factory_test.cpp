@@ -25,7 +25,9 @@ TEST_CASE("the factory builds what the type says") {
 }
 
 TEST_CASE("the factory names mistakes") {
-  const auto error = [](const char* yaml) { return ErrorOf([&] { MakeDataset(Config::FromString(yaml, "my.yaml"), 1); }); };
+  const auto error = [](const char* yaml) {
+    return ErrorOf([&] { MakeDataset(Config::FromString(yaml, "my.yaml"), 1); });
+  };
   CHECK(Has(error("num_points: 30"), "type"));
   CHECK(Has(error(""), "type"));
   CHECK(Has(error("type: synthetic_lines"), "synthetic_line"));

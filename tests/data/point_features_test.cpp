@@ -65,8 +65,8 @@ TEST_CASE("preference columns are what the header says") {
   for (int j = 0; j < 16; ++j) {
     double score = 0.0;
     for (int i = 0; i < 100; ++i) {
-      const double r =
-          std::abs(problem.points.row(i).dot(features.models[j].head(2)) + features.models[j][2]) / problem.inlier_threshold;
+      const double signed_distance = problem.points.row(i).dot(features.models[j].head(2)) + features.models[j][2];
+      const double r = std::abs(signed_distance) / problem.inlier_threshold;
       CHECK(features.values(i, 3 * j) == Approx(std::exp(-2.0 * r * r)).margin(1e-5));
       CHECK(features.values(i, 3 * j + 1) == Approx(std::log1p(r) / 4.0).margin(1e-5));
       CHECK(features.values(i, 3 * j + 2) == Approx(features.scores[j] / 100.0).margin(1e-6));

@@ -2,6 +2,7 @@
 
 #include <H5Cpp.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -209,7 +210,8 @@ TEST_CASE("PLY points: ascii and both byte orders") {
   WriteRaw(folder / "bad.ply", header + "0.1 0.5 0 0\n1.1 oops 0 1\n");
   CHECK(Has(ReadErrorOf(folder / "bad.ply"), "oops"));
   CHECK(Has(ReadErrorOf(folder / "bad.ply"), "bad.ply:11"));
-  WriteRaw(folder / "flat.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n");
+  WriteRaw(folder / "flat.ply",
+           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n");
   CHECK(ReadPointFile(folder / "flat.ply")[0].points.cols() == 2);
 }
 

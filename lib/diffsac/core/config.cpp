@@ -150,6 +150,13 @@ std::vector<Config> Config::Sequence(const std::string& dotted_path) const {
   return items;
 }
 
+std::string Config::Text(const std::string& dotted_path) const {
+  const Config value = Sub(dotted_path);
+  const YamlTree* tree = value.impl_->Get();
+  if (tree == nullptr || tree->kind != Kind::kScalar) throw Error(value.Where() + ": expected a plain value");
+  return tree->scalar;
+}
+
 std::string Config::Dump() const {
   const YamlTree* tree = impl_->Get();
   YamlTree empty;

@@ -2,6 +2,7 @@
 
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <memory>
@@ -42,5 +43,8 @@ void InitLogging(const std::string& file, bool quiet) {
   logger->flush_on(spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
 }
+
+void LogInfo(const std::string& line) { spdlog::info("{}", line); }
+void LogWarning(const std::string& line) { spdlog::warn("{}", line); }
 
 }  // namespace diffsac

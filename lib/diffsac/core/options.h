@@ -53,6 +53,8 @@ class Config {
   Config Sub(const std::string& dotted_path) const;
   /// The elements of a sequence at a path, empty when absent. Throws Error when it is no sequence.
   std::vector<Config> Sequence(const std::string& dotted_path) const;
+  /// One value as text, without quotes. Throws Error when it is absent or no plain value.
+  std::string Text(const std::string& dotted_path = "") const;
   /// The document as YAML text.
   std::string Dump() const;
 

@@ -21,7 +21,7 @@ torch::Tensor Advance(const torch::Tensor& x, const torch::Tensor& direction, co
 }
 
 /// The same for the reverse SDE: x shrinks by another e^(−h), which fresh noise makes up for.
-torch::Tensor AdvanceSde(const torch::Tensor& x, const torch::Tensor& m_s, const torch::Tensor& slope, 
+torch::Tensor AdvanceSde(const torch::Tensor& x, const torch::Tensor& m_s, const torch::Tensor& slope,
                          const TimePoint& s, const TimePoint& t, const NoiseFunction& noise, int step) {
   const double h = t.lambda - s.lambda;
   const double gain = -t.alpha * std::expm1(-2.0 * h);

@@ -12,7 +12,8 @@ namespace diffsac {
 ///   Σ w_i m_i l_i / Σ w_i m_i,  w_i = positive_weight where c0 > 0, else 1.
 ///
 /// - "mse": l = (prediction − c0)².
-/// - "bce": `prediction` holds logits of [label = +1], l is their cross-entropy (Chen et al., "Analog bits", ICLR 2023).
+/// - "bce": `prediction` holds logits of [label = +1], l is their cross-entropy (Chen et al., "Analog bits", ICLR
+/// 2023).
 ///
 /// `prediction` and `c0` [B, κ, N], labels −1 or +1. `mask` bool (or 0/1), broadcastable to that shape, false where a
 /// batch is padded; an undefined tensor keeps all. Masked elements, NaN included, have neither value nor gradient.

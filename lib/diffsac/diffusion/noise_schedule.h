@@ -12,9 +12,9 @@ namespace diffsac {
 
 /// Which variances β_1…β_T the forward process adds.
 struct NoiseScheduleOptions {
-  /// "cosine" (Nichol and Dhariwal, "Improved denoising diffusion probabilistic models", ICML 2021, s = 0.008, β ≤ 0.999),
-  /// "linear" (Ho et al., "Denoising diffusion probabilistic models", NeurIPS 2020; made for T = 1000: with T = 100 the
-  /// last step still shows the labels, so it warns), or "linear_scaled" (linear with both ends times 1000/T).
+  /// "cosine" (Nichol and Dhariwal, "Improved denoising diffusion probabilistic models", ICML 2021, s = 0.008, β ≤
+  /// 0.999), "linear" (Ho et al., "Denoising diffusion probabilistic models", NeurIPS 2020; made for T = 1000: with T =
+  /// 100 the last step still shows the labels, so it warns), or "linear_scaled" (linear with both ends times 1000/T).
   std::string kind = "cosine";
   /// T.
   int steps = 100;
@@ -60,7 +60,8 @@ class NoiseSchedule {
   /// The real-valued index at which λ(t), linear between indices, is `lambda`; clamped to [0, T−1].
   double TimestepOfLambda(double lambda) const;
 
-  /// c_t = α_t c_0 + σ_t ε. `c0` and `noise` [B, …] (the same shape), `t` int64 [B]; the answer has c0's type and device.
+  /// c_t = α_t c_0 + σ_t ε. `c0` and `noise` [B, …] (the same shape), `t` int64 [B]; the answer has c0's type and
+  /// device.
   torch::Tensor AddNoise(const torch::Tensor& c0, const torch::Tensor& noise, const torch::Tensor& t) const;
 
  private:

@@ -2,9 +2,9 @@
 
 #include <torch/torch.h>
 
-#include <cmath>
 #include <functional>
-#include <limits>
+#include <utility>
+#include <vector>
 
 #include "diffsac/core/status.h"
 #include "diffsac/diffusion/ancestral_samplers.h"
@@ -86,7 +86,7 @@ void SamplerOptions::Bind(OptionsBinder& b) {
   b.Choice("timestep_spacing", timestep_spacing, {"linspace", "leading", "trailing", "uniform_lambda", "karras", "lu"});
   b.Choice("final_sigma", final_sigma, {"zero", "sigma_min"});
   b.Field("lower_order_final", lower_order_final);
-  b.Field("lambda_min_clipped", lambda_min_clipped, {-std::numeric_limits<double>::infinity(), 1e300, false});
+  b.Field("lambda_min_clipped", lambda_min_clipped);
   b.Field("ddim_eta", ddim_eta, Within(0.0, 1.0));
   b.Field("sde", sde);
   b.Field("clip_x0", clip_x0);
@@ -117,15 +117,17 @@ torch::Tensor ReverseSampler::Sample(const DenoiseFunction& denoise, torch::Tens
 
 std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule) {
   options.Check();
-  auto grid = MakeTimeGrid(schedule, {options.steps, options.timestep_spacing, options.final_sigma,
-                                      options.lambda_min_clipped});
+  auto grid = MakeTimeGrid(schedule,
+                           {options.steps, options.timestep_spacing, options.final_sigma, options.lambda_min_clipped});
   if (options.kind == "dpm_solver_pp") {
     const DpmSolverOptions solver{options.order, options.variant == "2M", options.lower_order_final, options.sde};
     return std::make_unique<DpmSolverSampler>(std::move(grid), options.clip_x0, solver, schedule);
   }
   LinearSampler::Update update = DdpmUpdate;
   if (options.kind == "renoise") update = RenoiseUpdate;
-  if (options.kind == "ddim") update = [eta = options.ddim_eta](const auto& s, const auto& t) { return DdimUpdate(s, t, eta); };
+  if (options.kind == "ddim") {
+    update = [eta = options.ddim_eta](const TimePoint& s, const TimePoint& t) { return DdimUpdate(s, t, eta); };
+  }
   return std::make_unique<LinearSampler>(std::move(grid), options.clip_x0, update);
 }
 

@@ -36,8 +36,8 @@ struct SamplerOptions {
   std::string final_sigma = "zero";
   /// dpm_solver_pp 2M with fewer than 15 steps: the last one is of order 1.
   bool lower_order_final = true;
-  /// Timesteps with a smaller λ are left out, since the solver is unstable there with the cosine schedule; -.inf keeps
-  /// all, and with it a zero-terminal-SNR schedule starts at exactly no signal.
+  /// Timesteps with a smaller λ are left out, since the solver is unstable there with the cosine schedule; -1000 or
+  /// less keeps all, and with it a zero-terminal-SNR schedule starts at exactly no signal.
   double lambda_min_clipped = -5.1;
   /// ddim: 0 deterministic, 1 as noisy as ddpm.
   double ddim_eta = 0.0;

@@ -17,7 +17,6 @@ using NoiseFunction = std::function<torch::Tensor(int step)>;
 
 /// Told once a step, before the update: step number from 0, timestep index, c_t, and the prediction ĉ_0 (clipped when
 /// clipping is on).
-using StepObserver =
-    std::function<void(int step, double t, const torch::Tensor& c_t, const torch::Tensor& c0_hat)>;
+using StepObserver = std::function<void(int step, double t, const torch::Tensor& c_t, const torch::Tensor& c0_hat)>;
 
 }  // namespace diffsac

@@ -1,5 +1,6 @@
 #include "diffsac/diffusion/time_grid.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,6 +10,8 @@ namespace diffsac {
 namespace {
 
 constexpr double kKarrasRho = 7.0;
+// Far below any λ of a schedule but that of no signal at all, −∞, which must pass as well.
+constexpr double kNoClipping = -1000.0;
 
 TimePoint AtIndex(const NoiseSchedule& schedule, int t) {
   return {static_cast<double>(t), schedule.alpha(t), schedule.sigma(t), schedule.lambda(t)};
@@ -19,6 +22,7 @@ TimePoint CleanData() { return {-1.0, 1.0, 0.0, std::numeric_limits<double>::inf
 /// How many indices have λ ≥ `minimum`: those are 0…count−1.
 int UsableIndices(const NoiseSchedule& schedule, double minimum) {
   int count = schedule.steps();
+  if (minimum <= kNoClipping) return count;
   while (count > 1 && schedule.lambda(count - 1) < minimum) --count;
   return count;
 }
@@ -67,9 +71,7 @@ std::vector<int> SpacedIndices(const NoiseSchedule& schedule, const TimeGridOpti
   return LinspaceIndices(usable, options.steps);
 }
 
-double Interpolate(double from, double to, int k, int last) {
-  return last == 0 ? from : from + (to - from) * k / last;
-}
+double Interpolate(double from, double to, int k, int last) { return last == 0 ? from : from + (to - from) * k / last; }
 
 /// λ of step k of `steps`, from `first` (noisy) towards `last` (index 0). "karras" and "lu" reach `last`, as in
 /// diffusers; "uniform_lambda" keeps it for the end of the last step.

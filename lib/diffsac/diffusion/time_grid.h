@@ -29,6 +29,7 @@ struct TimeGridOptions {
   int steps = 10;
   std::string spacing = "linspace";
   std::string final_sigma = "zero";
+  /// -1000 or less (also −∞) clips nothing.
   double lambda_min_clipped = -5.1;
 };
 

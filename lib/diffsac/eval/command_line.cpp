@@ -41,7 +41,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   WriteResults(results, folder);
   if (!results.partial) DrawFigures(results, folder);
   out << MarkdownReport(results) << std::endl;
-  if (results.partial) spdlog::warn("interrupted: partial results are in {}", folder);
+  if (results.partial) LogWarning("interrupted: partial results are in " + folder);
   return results.partial ? kExitInterrupted : kExitOk;
 }
 

@@ -65,8 +65,8 @@ bool DrawPicture(const std::string& folder, const std::string& name, const std::
   if (code == 0) fs::rename(fs::path(folder) / temporary, fs::path(folder) / (name + ".png"), error);
   if (code == 0 && !error) return true;
   fs::remove(fs::path(folder) / temporary, error);
-  spdlog::warn("no picture {}.png: {}", name,
-               code == kNotFound ? "gnuplot was not found" : "gnuplot failed on " + name + ".gp");
+  LogWarning("no picture " + name + ".png: " +
+             (code == kNotFound ? std::string("gnuplot was not found") : "gnuplot failed on " + name + ".gp"));
   return false;
 }
 

@@ -21,16 +21,8 @@ struct DataType {
 
 DataType PeekData(const Config& data) {
   DataType peek;
-  if (data.Has("type")) {
-    peek.type = data.Sub("type").Dump();
-    while (!peek.type.empty() && (peek.type.back() == '\n' || peek.type.back() == '"')) peek.type.pop_back();
-    if (peek.type.starts_with('"')) peek.type.erase(0, 1);
-  }
-  for (const Config& item : data.Sequence("paths")) {
-    std::string path = item.Dump();
-    std::erase_if(path, [](char c) { return c == '\n' || c == '"' || c == '\''; });
-    peek.paths.push_back(path);
-  }
+  if (data.Has("type")) peek.type = data.Text("type");
+  for (const Config& item : data.Sequence("paths")) peek.paths.push_back(item.Text());
   return peek;
 }
 

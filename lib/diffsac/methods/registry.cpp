@@ -33,16 +33,10 @@ std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const Metho
   return std::make_unique<DiffsacMethod>(network, row.options, context.threads);
 }
 
-// One scalar of a map whose other keys are another reader's.
-std::string ScalarText(const Config& config, const std::string& key) {
-  if (!config.Has(key)) throw Error(config.Where() + ": a method needs '" + key + "'");
-  return config.Sub(key).Dump();
-}
-
 }  // namespace
 
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context) {
-  const std::string type = ScalarText(config, "type");
+  const std::string type = config.Text("type");
   if (type == "diffsac") return MakeDiffsac(config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
   throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +

@@ -12,8 +12,4 @@ auto DispatchTask(Task task, Body&& body) {
   return body.template operator()<Line>();
 }
 
-inline Status CheckProblem(const Problem& problem) {
-  return DispatchTask(problem.task, [&]<class Model>() { return CheckPoints<Model>(problem.points); });
-}
-
 }  // namespace diffsac

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/gnuplot.h"
 
 namespace diffsac {
 
@@ -43,25 +44,20 @@ void MetricsLog::Write() const {
 
 void MetricsLog::Draw() const {
   std::string script =
-      "set terminal pngcairo size 1000,640 font 'DejaVu Sans,13' background '#ffffff'\n"
-      "set output '" + folder_ + "/training_curve.png'\n"
-      "set datafile separator ','\nset datafile missing ''\nset key outside right top\nset grid lc rgb '#dddddd'\n"
-      "set title 'Training curve'\nset xlabel 'iteration'\nset ylabel 'loss'\nset y2label 'validation mAA'\n"
-      "set y2tics\nset ytics nomirror\nset y2range [0:1]\nplot ";
+      "set datafile separator ','\nset key outside right top\nset grid ls 100\nset title 'Training curve'\n"
+      "set xlabel 'iteration'\nset ylabel 'loss'\nset y2label 'validation mAA'\nset y2tics\nset ytics nomirror\n"
+      "set y2range [0:1]\nplot ";
   std::string separator;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const bool loss = columns_[i].find("loss") != std::string::npos;
     const bool accuracy = columns_[i].find("mAA") != std::string::npos;
     if (!loss && !accuracy) continue;
-    const std::string column = std::to_string(i + 2);
-    script += separator + "'" + folder_ + "/metrics.csv' every ::1 using 1:" + column +
-              (accuracy ? " axes x1y2 with linespoints pt 7 ps 0.5" : " with lines lw 1.5") + " title \"" + columns_[i] +
-              "\" noenhanced";
+    script += separator + "'metrics.csv' every ::1 using 1:" + std::to_string(i + 2) +
+              (accuracy ? " axes x1y2 with points pt 7 ps 1" : " with lines lw 2") + " lc rgb '" + SeriesColour(i) +
+              "' title " + GnuplotText(columns_[i]);
     separator = ", ";
   }
-  WriteFileAtomically(folder_ + "/training_curve.gp", script + "\n");
-  const std::string command = "gnuplot '" + folder_ + "/training_curve.gp' >/dev/null 2>&1";
-  if (std::system(command.c_str()) != 0) return;   // no gnuplot: metrics.csv has everything
+  DrawPicture(folder_, "training_curve", script, 1100, 640);
 }
 
 }  // namespace diffsac

@@ -2,6 +2,8 @@
 
 #include <sstream>
 
+#include "diffsac/data/dataset_factory.h"
+
 namespace diffsac {
 
 void TrainOptions::Bind(OptionsBinder& b) {
@@ -41,7 +43,7 @@ void TrainConfig::Bind(OptionsBinder& b) {
 }
 
 std::string ResolvedConfig(const TrainConfig& options, const Config& config) {
-  std::istringstream data(config.Sub("data").Dump());
+  std::istringstream data(WriteDatasetOptions(config.Sub("data")));
   std::string text = WriteOptions(options) + "\ndata:\n";
   for (std::string line; std::getline(data, line);) text += "  " + line + "\n";
   return text;

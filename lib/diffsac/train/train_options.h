@@ -51,7 +51,7 @@ struct TrainConfig {
   void Bind(OptionsBinder& b);
 };
 
-/// The resolved configuration as YAML, with the `data` group as it was given.
+/// The resolved configuration as YAML, defaults included.
 std::string ResolvedConfig(const TrainConfig& options, const Config& config);
 
 }  // namespace diffsac

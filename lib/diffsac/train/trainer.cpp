@@ -1,8 +1,11 @@
 #include "diffsac/train/trainer.h"
 
+#include <ATen/autocast_mode.h>
 #include <torch/torch.h>
 
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -25,6 +28,12 @@ namespace diffsac {
 namespace {
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+std::string Text(const char* format, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
 
 struct StepTensors {
   PointBatch points;
@@ -151,7 +160,7 @@ void Trainer::Resume() {
     throw Error(path + ": was trained with another configuration than " + request_.config.Where() +
                 "; resume with the same one, or choose another --output");
   info_ = info;
-  spdlog::info("resuming {} at iteration {}", path, info_.iteration);
+  LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
 }
 
 void Trainer::Save(const std::string& name) {
@@ -217,12 +226,11 @@ std::vector<double> Trainer::Validate() {
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
-  spdlog::info("task {}, {} parameters, device {}, {}", options_.task, CountParameters(*network_->denoiser),
-               device_.str(), MachineText());
+  LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(*network_->denoiser)) +
+          " parameters, device " + device_.str() + ", " + MachineText());
   std::vector<std::string> columns = {"loss_diffusion", "loss_inlier", "learning_rate", "data_wait_share"};
   for (const double ratio : options_.validation.outlier_ratios)
-    columns.push_back("mAA@" + fmt::format("{:g}", options_.validation.threshold_deg) + "deg_outliers_" +
-                      fmt::format("{:g}", ratio));
+    columns.push_back("mAA@" + Text("%g", options_.validation.threshold_deg) + "deg_outliers_" + Text("%g", ratio));
   MetricsLog log(directory_.path(), columns, info_.iteration);
 
   const TrainingSource source(*dataset_, network_->features, options_.labels, train.noise_copies,
@@ -236,7 +244,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (stop.load()) {
       Save("last.pt");
-      spdlog::warn("stopped at iteration {}; continue with --resume", info_.iteration);
+      LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
       return TrainOutcome::kStopped;
     }
     std::vector<TrainingItem> batch;
@@ -252,7 +260,8 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
         info_.best_validation = mean;
         Save("best.pt");
       }
-      spdlog::info("iteration {}: validation mAA {:.4f} (best {:.4f})", done, mean, info_.best_validation);
+      LogInfo("iteration " + std::to_string(done) + ": validation mAA " + Text("%.4f", mean) + " (best " +
+              Text("%.4f", info_.best_validation) + ")");
     }
     if (done % train.log_every == 0 || last) {
       const double seconds =

@@ -1,0 +1,43 @@
+# Sourced by the tests with: build folder, source folder, work folder. Each test works in a new folder of its own.
+set -euo pipefail
+build=$1 source=$2
+tiny_model="$3/train/run/checkpoints/last.pt"
+own="$3/$(basename "$0" .sh)"
+rm -rf "$own"
+mkdir -p "$own"
+cd "$source"
+
+train() { "$build/bin/diffsac_train" "$@"; }
+evaluate() { "$build/bin/diffsac_eval" "$@"; }
+fail() { echo "FAILED: $*" >&2; exit 1; }
+expect_file() { local file; for file in "$@"; do [[ -s "$file" ]] || fail "missing or empty: $file"; done; }
+
+# A network and a run small enough for a few seconds.
+tiny=(--config configs/line.yaml --threads 1 --device cpu --seed 3
+  --set data.num_points=40 --set network.features.preference_draws=20 --set network.features.preference_kept=4
+  --set network.denoiser.width=16 --set network.denoiser.encoder_layers=1 --set network.denoiser.layers=1
+  --set train.batch_size=8 --set train.noise_copies=2 --set train.warmup_iterations=2 --set train.log_every=5
+  --set validation.problems=8 --set "validation.outlier_ratios=[0.5]" --set inference.copies=4)
+
+# run_expecting STATUS COMMAND...: runs it with its output in $own/out and $own/err.
+run_expecting() {
+  local status=$1 got=0
+  shift
+  "$@" >"$own/out" 2>"$own/err" || got=$?
+  if ((got != status)); then
+    cat "$own/out" "$own/err" >&2
+    fail "exit status $got instead of $status: $*"
+  fi
+}
+
+# expect_error PATTERN PROGRAM ARGUMENTS...: exit status 2 and one line of the program's on stderr that has PATTERN.
+expect_error() {
+  local pattern=$1 name="diffsac_${2/evaluate/eval}"
+  shift
+  run_expecting 2 "$@"
+  local lines
+  lines=$(grep -c "^$name: " "$own/err" || true)
+  ((lines == 1)) || { cat "$own/err" >&2; fail "$lines lines of $name instead of one: $*"; }
+  grep -qE "^$name: .*($pattern)" "$own/err" || { cat "$own/err" >&2; fail "no '$pattern' in the message: $*"; }
+  ! grep -qiE 'terminate called|segmentation|backtrace' "$own/err" || { cat "$own/err" >&2; fail "a crash: $*"; }
+}

@@ -1,0 +1,27 @@
+# Ctrl-C leaves a checkpoint, and --resume ends where an uninterrupted run does.
+. "$(dirname "$0")/common.sh"
+long=("${tiny[@]}" --set train.iterations=1500 --set train.validate_every=100000 --set train.checkpoint_every=100000)
+run_expecting 0 train "${long[@]}" --output "$own/whole"
+
+# Job control gives the background job the default SIGINT, which a script's jobs otherwise ignore.
+set -m
+"$build/bin/diffsac_train" "${long[@]}" --output "$own/parts" >"$own/out" 2>"$own/err" &
+job=$!
+set +m
+for ((i = 0; i < 1000; ++i)); do
+  [[ ! -f "$own/parts/metrics.csv" ]] || (($(wc -l <"$own/parts/metrics.csv") < 3)) || break
+  sleep 0.02
+done
+kill -INT "$job" || { cat "$own/err" >&2; fail "training ended before it could be interrupted"; }
+status=0
+wait "$job" || status=$?
+((status == 130)) || { cat "$own/err" >&2; fail "an interrupted run ends with $status"; }
+expect_file "$own/parts/checkpoints/last.pt"
+run_expecting 0 train "${long[@]}" --resume --output "$own/parts"
+
+for run in whole parts; do
+  run_expecting 0 evaluate --config configs/tables/line.yaml --methods diffsac --limit 8 --device cpu --threads 1 \
+    --checkpoint "$own/$run/checkpoints/last.pt" --output "$own/eval_$run"
+done
+diff <(grep -v ',ms_' "$own/eval_whole/results.csv") <(grep -v ',ms_' "$own/eval_parts/results.csv") ||
+  fail "a resumed run gives another model"
