@@ -1,6 +1,7 @@
 #include "diffsac/core/progress.h"
 
 #include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>

@@ -35,7 +35,7 @@ TEST_CASE("problems.csv has a line for each problem and method") {
   results.cells[0].records[1].status = Status::kDegenerate;
   const std::string csv = ProblemsCsv(results);
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 6 * 4);
-  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.05,0.1,20,20,0,0,0,0.5\n"));
+  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,20,20,0,0,0,0.5\n"));
   CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,20,20,0,0,0,0.5\n"));
 }
 
@@ -48,9 +48,9 @@ TEST_CASE("results.json has intervals and paired differences") {
   REQUIRE(json["results"].size() == 6);
   const auto& second = json["results"][1];
   CHECK(second["method"] == "second");
-  CHECK(second["metrics"]["mean"]["mAA@0.5deg"].get<double>() == Approx(0.475));
+  CHECK(second["metrics"]["mean"]["mAA@0.5deg"].get<double>() == Approx(0.45));
   CHECK(second["mAA@0.5deg_ci95"]["low"].get<double>() <= 0.475);
-  CHECK(second["reference_minus_this"]["mean"].get<double>() == Approx(0.375));
+  CHECK(second["reference_minus_this"]["mean"].get<double>() == Approx(0.4));
   CHECK(json["results"][0]["reference_minus_this"].is_null());
   CHECK(json["paper"]["RANSAC"]["0.5"]["median_deg"].is_null());
   CHECK(ResultsJson(results) == ResultsJson(results));

@@ -1,0 +1,72 @@
+#include <torch/torch.h>
+
+#include "diffsac/methods/registry.h"
+
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
+#include "methods/tiny_network.h"
+
+namespace diffsac {
+namespace {
+
+struct SavedNetwork {
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("diffsac_registry_test_" + std::to_string(::getpid()));
+  std::string path = (folder / "line.pt").string();
+  SavedNetwork() {
+    std::filesystem::create_directories(folder);
+    const auto network = TinyNetwork(Task::kLine);
+    const std::string config = "task: line\nname: tiny\nnetwork:\n" + Indent(WriteOptions(network->options)) +
+                               "\ninference: {copies: 7, sampler: {steps: 2}}\n";
+    SaveCheckpoint(path, {config, "r", 5, 1, -1}, *network->denoiser,
+                   ExponentialMovingAverage(*network->denoiser, 0.9), nullptr);
+  }
+  ~SavedNetwork() { std::filesystem::remove_all(folder); }
+  static std::string Indent(const std::string& text) {
+    std::string out = "  ";
+    for (const char c : text) out += c == '\n' ? "\n  " : std::string(1, c);
+    return out;
+  }
+};
+
+std::unique_ptr<Method> Make(const std::string& yaml, Task task = Task::kLine, const std::string& checkpoint = "") {
+  return MakeMethod(Config::FromString(yaml, "t.yaml"), task, {checkpoint, "cpu", 1});
+}
+
+}  // namespace
+
+TEST_CASE("rows are built by name, and a wrong name is an error with the nearest one") {
+  CHECK(Make("{type: ransac, hypotheses: 20}") != nullptr);
+  CHECK_THROWS_WITH(Make("{type: ransak}"), Catch::Contains("t.yaml:1") && Catch::Contains("did you mean 'ransac'"));
+  CHECK_THROWS_WITH(Make("{hypotheses: 20}"), Catch::Contains("type"));
+  CHECK_THROWS_WITH(Make("{type: ransac, hypotheses: 20, hypothesis: 3}"), Catch::Contains("hypotheses"));
+}
+
+TEST_CASE("a diffsac row takes its defaults from the checkpoint and overrides them key by key") {
+  const SavedNetwork saved;
+  const auto problem = TinyExamples(Task::kLine, 1)[0].problem;
+  const auto budget = [&](const std::string& more) {
+    const auto method = Make("{type: diffsac, checkpoint: '" + saved.path + "', consensus: {refit: none}" + more + "}");
+    return method->Estimate(problem, 1).report.hypotheses;
+  };
+  CHECK(budget("") == 30 + 7);
+  CHECK(budget(", copies: 9") == 30 + 9);
+  CHECK(Make("{type: diffsac, checkpoint: none.pt, copies: 3}", Task::kLine, saved.path) != nullptr);
+}
+
+TEST_CASE("a diffsac row that cannot be built is a clear error") {
+  const SavedNetwork saved;
+  CHECK_THROWS_WITH(Make("{type: diffsac}"), Catch::Contains("checkpoint"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: none.pt}"), Catch::Contains("none.pt"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "'}", Task::kPlane),
+                    Catch::Contains("line") && Catch::Contains("plane"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copy: 3}"), Catch::Contains("copies"));
+}
+
+}  // namespace diffsac

@@ -1,0 +1,151 @@
+#include "diffsac/train/trainer.h"
+
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("diffsac_trainer_test_" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
+
+const char* kTiny = R"(
+name: tiny
+task: line
+data: {type: synthetic_line, num_points: [30, 40], outlier_ratio: [0.1, 0.5]}
+network:
+  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, self_conditioning: true}
+train: {iterations: 60, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 30,
+        checkpoint_every: 10, learning_rate: 0.003}
+validation: {problems: 8, outlier_ratios: [0.2]}
+inference: {copies: 4, sampler: {steps: 2}}
+)";
+
+TrainRequest Request(const std::string& output, const std::vector<std::string>& changes = {}) {
+  TrainRequest request;
+  request.config = Config::FromString(kTiny, "tiny.yaml");
+  for (const auto& change : changes) request.config.Set(change);
+  request.output = output;
+  request.device = "cpu";
+  request.threads = 1;
+  return request;
+}
+
+std::vector<std::string> Lines(const std::string& path) {
+  std::vector<std::string> lines(1);
+  for (const char c : ReadFile(path)) {
+    if (c == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += c;
+  }
+  return lines;
+}
+
+// Everything of a row but the measured data_wait_share.
+std::string WithoutTiming(const std::string& row) {
+  std::string out;
+  int column = 0;
+  for (const char c : row) {
+    if (c == ',') ++column;
+    if (column != 4) out += c;
+  }
+  return out;
+}
+
+const std::atomic<bool> kNever{false};
+
+}  // namespace
+
+TEST_CASE("training writes its files, lowers the loss and a checkpoint that evaluates") {
+  const Folder folder;
+  const auto output = folder / "run";
+  REQUIRE(Train(Request(output), kNever) == TrainOutcome::kFinished);
+  for (const char* name : {"config.yaml", "metrics.csv", "checkpoints/last.pt", "checkpoints/best.pt"})
+    CHECK(fs::exists(output + "/" + name));
+  const auto rows = Lines(output + "/metrics.csv");
+  REQUIRE(rows.size() == 62);
+  CHECK(rows[0].starts_with("iteration,loss_diffusion,loss_inlier,learning_rate,data_wait_share,mAA@0.5deg"));
+  const auto loss = [&](int row) { return std::stod(rows[row].substr(rows[row].find(',') + 1)); };
+  CHECK(loss(60) < 0.8 * loss(1));
+  const auto network = LoadNetwork(output + "/checkpoints/best.pt", Task::kLine, torch::kCPU);
+  CHECK(network->options.denoiser.width == 16);
+  CHECK(ReadCheckpointInfo(output + "/checkpoints/last.pt").iteration == 60);
+}
+
+TEST_CASE("a run that was stopped and resumed equals one that was not") {
+  const Folder folder;
+  const auto whole = folder / "whole", parts = folder / "parts";
+  REQUIRE(Train(Request(whole, {"train.workers=2"}), kNever) == TrainOutcome::kFinished);
+
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {   // stops the run once it has logged some steps
+    while (!fs::exists(parts + "/metrics.csv") || Lines(parts + "/metrics.csv").size() < 8)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    stop = true;
+  });
+  const auto outcome = Train(Request(parts, {"train.workers=2"}), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  const auto stopped_at = ReadCheckpointInfo(parts + "/checkpoints/last.pt").iteration;
+  CHECK(stopped_at < 60);
+  auto request = Request(parts, {"train.workers=2"});
+  request.resume = true;
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+
+  const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
+  const auto x = LoadNetwork(whole + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto y = LoadNetwork(parts + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
+    CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
+}
+
+TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") {
+  const Folder folder;
+  const auto output = folder / "run";
+  CHECK_THROWS_WITH(
+      Train(Request(output, {"train.learning_rate=1e30", "train.checkpoint_every=1", "train.warmup_iterations=0"}), kNever),
+      Catch::Contains("not finite") && Catch::Contains("last.pt"));
+  const auto path = output + "/checkpoints/last.pt";
+  REQUIRE(fs::exists(path));
+  CHECK(ReadCheckpointInfo(path).iteration >= 1);
+}
+
+TEST_CASE("resuming with another configuration or without a checkpoint is refused") {
+  const Folder folder;
+  const auto output = folder / "run";
+  std::atomic<bool> now{true};
+  REQUIRE(Train(Request(output), now) == TrainOutcome::kStopped);
+  auto other = Request(output, {"train.batch_size=5"});
+  other.resume = true;
+  CHECK_THROWS_WITH(Train(other, kNever), Catch::Contains("another configuration"));
+  auto missing = Request(folder / "nothing");
+  missing.resume = true;
+  CHECK_THROWS_WITH(Train(missing, kNever), Catch::Contains("no such checkpoint"));
+}
+
+TEST_CASE("wrong configurations name their place") {
+  const Folder folder;
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"train.batch_sise=5"}), kNever), Catch::Contains("batch_size"));
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"data.type=synthetic_plane"}), kNever), Catch::Contains("plane"));
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"network.denoiser.width=15"}), kNever), Catch::Contains("even"));
+}
+
+}  // namespace diffsac
