@@ -51,9 +51,6 @@ for table in "${wanted[@]}"; do
   fi
   build/release/bin/diffsac_eval "${arguments[@]}" "$@"
   if [[ -n "$output" ]]; then
-    echo
-    cat "$output/table.md"
-    echo
     echo "reproduce: tables, pictures and results are in $output/"
   fi
 done

@@ -116,6 +116,9 @@ TEST_CASE("the budget counts the features' hypotheses, the κ sets and every ref
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6);
   options.learned_refit = true;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6 + 1);
+  options.preference_draws = 50;
+  CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 50 + 6 + 1);
+  options.preference_draws = 0;
   options.feature_hypotheses = true;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6 + 1);
 }

@@ -66,7 +66,7 @@ TEST_CASE("a diffsac row that cannot be built is a clear error") {
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: none.pt}"), Catch::Contains("none.pt"));
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "'}", Task::kPlane),
                     Catch::Contains("line") && Catch::Contains("plane"));
-  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copy: 3}"), Catch::Contains("copies"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copie: 3}"), Catch::Contains("copies"));
 }
 
 }  // namespace diffsac

@@ -45,6 +45,12 @@ torch::Tensor KeepLikelyPoints(Context& context, std::int64_t count) {
   return kept;
 }
 
+PointFeatures FeaturesOf(const DiffsacNetwork& network, int preference_draws) {
+  auto options = network.options.features;
+  if (preference_draws > 0) options.preference_draws = preference_draws;
+  return PointFeatures(options, network.task);
+}
+
 }  // namespace
 
 void DiffsacOptions::Bind(OptionsBinder& b) {
@@ -57,6 +63,7 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("feature_hypotheses", feature_hypotheses);
   b.Field("learned_refit", learned_refit);
   b.Field("max_decoded_points", max_decoded_points, AtLeast(0));
+  b.Field("preference_draws", preference_draws, AtLeast(0));
   b.Field("batch", batch, Within(1, 4096));
   b.Group("consensus", consensus);
 }
@@ -65,6 +72,7 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, Diff
     : network_(std::move(network)),
       options_(std::move(options)),
       threads_(threads),
+      features_(FeaturesOf(*network_, options_.preference_draws)),
       sampler_(MakeReverseSampler(options_.sampler, network_->schedule)) {
   const bool head = network_->options.denoiser.inlier_head;
   if (options_.learned_refit && !head)
@@ -86,7 +94,7 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   const std::int64_t count = static_cast<std::int64_t>(problems.size()), copies = options_.copies;
   std::vector<Prediction> predictions(problems.size());
   ParallelFor(count, threads_, [&](std::int64_t b) {
-    predictions[b].features = network_->features.Compute(*problems[b], Rng(seeds[b]).Fork("features"));
+    predictions[b].features = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features"));
   });
   *ms_features = MillisecondsSince(start);
 

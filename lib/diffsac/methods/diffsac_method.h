@@ -45,6 +45,7 @@ class DiffsacMethod : public Method {
   std::shared_ptr<const DiffsacNetwork> network_;
   DiffsacOptions options_;
   int threads_;
+  PointFeatures features_;
   std::unique_ptr<ReverseSampler> sampler_;
 };
 

@@ -24,6 +24,9 @@ struct DiffsacOptions {
   bool learned_refit = false;
   /// Decode only this many points of highest inlier probability; 0 decodes all. Needs the inlier head.
   int max_decoded_points = 0;
+  /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find a
+  /// good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
+  int preference_draws = 0;
   int batch = 32;                        ///< problems a network call
   ConsensusOptions consensus;
   void Bind(OptionsBinder& b);

@@ -104,7 +104,7 @@ class Trainer {
   Losses Forward(const StepTensors& step, std::int64_t iteration);
   void Step(const std::vector<TrainingItem>& items, std::int64_t iteration);
   std::vector<double> Validate();
-  void Save(const std::string& name);
+  void Save(const std::string& name, bool with_optimizer);
   void Resume();
   std::string CheckpointPath(const std::string& name) const { return directory_.File("checkpoints/" + name); }
 
@@ -163,8 +163,10 @@ void Trainer::Resume() {
   LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
 }
 
-void Trainer::Save(const std::string& name) {
-  SaveCheckpoint(CheckpointPath(name), info_, *network_->denoiser, *average_, optimizer_.get());
+// best.pt is for inference: without the optimiser's state it is half the size.
+void Trainer::Save(const std::string& name, bool with_optimizer) {
+  SaveCheckpoint(CheckpointPath(name), info_, *network_->denoiser, *average_,
+                 with_optimizer ? optimizer_.get() : nullptr);
 }
 
 Trainer::Losses Trainer::Forward(const StepTensors& step, std::int64_t iteration) {
@@ -243,7 +245,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   double waited = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (stop.load()) {
-      Save("last.pt");
+      Save("last.pt", true);
       LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
       return TrainOutcome::kStopped;
     }
@@ -258,7 +260,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
       const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
       if (mean > info_.best_validation) {
         info_.best_validation = mean;
-        Save("best.pt");
+        Save("best.pt", false);
       }
       LogInfo("iteration " + std::to_string(done) + ": validation mAA " + Text("%.4f", mean) + " (best " +
               Text("%.4f", info_.best_validation) + ")");
@@ -277,7 +279,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
       window_start = std::chrono::steady_clock::now();
       waited = items.wait_seconds();
     }
-    if (done % train.checkpoint_every == 0 || last) Save("last.pt");
+    if (done % train.checkpoint_every == 0 || last) Save("last.pt", true);
     if (done % train.validate_every == 0 || last) log.Draw();
     progress.Advance();
   }
