@@ -42,12 +42,12 @@ double Variance(const std::vector<double>& values) {
 }
 
 template <class Section>
-double MeanExtent(Section (*random)(double, Rng&), int count, double* smallest) {
+double MeanExtent(Section (*random)(double, Rng&, ModelSampling), int count, double* smallest) {
   Rng rng(5);
   double sum = 0.0;
   *smallest = 1e9;
   for (int i = 0; i < count; ++i) {
-    const double extent = random(10.0, rng).extent();
+    const double extent = random(10.0, rng, ModelSampling::kIsotropic).extent();
     sum += extent;
     *smallest = std::min(*smallest, extent);
   }
@@ -318,6 +318,17 @@ TEST_CASE("points are shuffled") {
   int changes = 0;
   for (int i = 1; i < 100; ++i) changes += example.truth.inliers[i] != example.truth.inliers[i - 1];
   CHECK(changes > 25);
+}
+
+TEST_CASE("Models through a uniform point have longer chords than isotropic ones") {
+  double isotropic = 0.0, through_point = 0.0;
+  Rng rng(1);
+  for (int i = 0; i < 4000; ++i) {
+    isotropic += LineSection::Random(10.0, rng).extent();
+    through_point += LineSection::Random(10.0, rng, ModelSampling::kThroughPoint).extent();
+  }
+  // A length-biased draw has mean E[L²]/E[L], which is larger than E[L].
+  CHECK(through_point > 1.05 * isotropic);
 }
 
 TEST_CASE("synthetic data says what is wrong with its options") {

@@ -26,6 +26,19 @@ double RandomOffset(const Point<D>& normal, double side, Rng& rng) {
   return -rng.Uniform(low, high);
 }
 
+// The offset of the model through a point uniform in the box: long sections are the likelier.
+template <std::size_t D>
+double OffsetThroughPoint(const Point<D>& normal, double side, Rng& rng) {
+  Point<D> point;
+  for (double& value : point) value = rng.Uniform(0.0, side);
+  return -Dot(normal, point);
+}
+
+template <std::size_t D>
+double DrawOffset(const Point<D>& normal, double side, ModelSampling sampling, Rng& rng) {
+  return sampling == ModelSampling::kIsotropic ? RandomOffset(normal, side, rng) : OffsetThroughPoint(normal, side, rng);
+}
+
 Point<3> RandomUnitVector(Rng& rng) {
   for (;;) {
     const Point<3> v = {rng.Normal(), rng.Normal(), rng.Normal()};
@@ -82,11 +95,11 @@ void SortAround(const Point<3>& normal, int count, std::array<Point<3>, 6>* corn
 
 }  // namespace
 
-LineSection LineSection::Random(double side, Rng& rng) {
+LineSection LineSection::Random(double side, Rng& rng, ModelSampling sampling) {
   LineSection section;
   const double angle = rng.Uniform(0.0, std::numbers::pi);
   section.normal_ = {std::cos(angle), std::sin(angle)};
-  section.offset_ = RandomOffset(section.normal_, side, rng);
+  section.offset_ = DrawOffset(section.normal_, side, sampling, rng);
   const auto& n = section.normal_;
   const Point foot = {-section.offset_ * n[0], -section.offset_ * n[1]};
   const Point direction = {-n[1], n[0]};
@@ -114,10 +127,10 @@ LineSection::Point LineSection::Sample(Rng& rng) const {
   return {start_[0] + t * (end_[0] - start_[0]), start_[1] + t * (end_[1] - start_[1])};
 }
 
-PlaneSection PlaneSection::Random(double side, Rng& rng) {
+PlaneSection PlaneSection::Random(double side, Rng& rng, ModelSampling sampling) {
   PlaneSection section;
   section.normal_ = RandomUnitVector(rng);
-  section.offset_ = RandomOffset(section.normal_, side, rng);
+  section.offset_ = DrawOffset(section.normal_, side, sampling, rng);
   section.num_corners_ = EdgeCrossings(section.normal_, section.offset_, side, &section.corners_);
   if (section.num_corners_ < 3) return section;
   SortAround(section.normal_, section.num_corners_, &section.corners_);

@@ -6,6 +6,12 @@
 
 namespace diffsac {
 
+/// How a random model's offset is drawn once its direction is known.
+enum class ModelSampling {
+  kIsotropic,      ///< uniform among the offsets that meet the box
+  kThroughPoint,   ///< through a point uniform in the box
+};
+
 /// The part of a random line inside the square [0, side]², from which points are drawn uniformly.
 class LineSection {
  public:
@@ -13,7 +19,7 @@ class LineSection {
   using Point = std::array<double, 2>;
 
   /// Uniform angle; uniform offset among those at which the line meets the square.
-  static LineSection Random(double side, Rng& rng);
+  static LineSection Random(double side, Rng& rng, ModelSampling sampling = ModelSampling::kIsotropic);
 
   const Point& normal() const { return normal_; }
   /// d of n · x + d = 0.
@@ -37,7 +43,7 @@ class PlaneSection {
   using Point = std::array<double, 3>;
 
   /// Normal uniform on the sphere; uniform offset among those at which the plane meets the cube.
-  static PlaneSection Random(double side, Rng& rng);
+  static PlaneSection Random(double side, Rng& rng, ModelSampling sampling = ModelSampling::kIsotropic);
 
   const Point& normal() const { return normal_; }
   /// d of n · x + d = 0.

@@ -24,10 +24,12 @@ template <class Section>
 using PointOf = typename Section::Point;
 
 template <class Section>
-Section DrawSection(double min_extent, Rng rng) {
+Section DrawSection(const SyntheticOptions& options, Rng rng) {
+  const auto sampling =
+      options.model_sampling == "through_point" ? ModelSampling::kThroughPoint : ModelSampling::kIsotropic;
   for (;;) {
-    Section section = Section::Random(kSide, rng);
-    if (section.extent() > 0.0 && section.extent() >= min_extent) return section;
+    Section section = Section::Random(kSide, rng, sampling);
+    if (section.extent() > 0.0 && section.extent() >= options.min_extent) return section;
   }
 }
 
@@ -93,7 +95,7 @@ void AppendStructured(const SyntheticOptions& options, int count, int inliers, R
                       std::vector<PointOf<Section>>* points) {
   const int wanted = static_cast<int>(std::lround(options.structured_share * count));
   const int on_second = std::min(wanted, static_cast<int>(kWeakerShare * inliers));
-  const Section second = DrawSection<Section>(options.min_extent, rng.Fork("second_model"));
+  const Section second = DrawSection<Section>(options, rng.Fork("second_model"));
   AppendOnSection(second, on_second, NoiseSource(options, rng.Fork("second_noise")), rng.Fork("second"), points);
   AppendUniform(count - on_second, rng.Fork("uniform"), points);
 }
@@ -131,7 +133,7 @@ class SyntheticDataset : public Dataset {
     // A stream for each purpose: changing the noise, say, leaves the models and the outliers as they were.
     const Rng rng = root_.Fork("example", index);
     const auto [total, inliers] = DrawCounts(rng.Fork("counts"));
-    const Section section = DrawSection<Section>(options_.min_extent, rng.Fork("model"));
+    const Section section = DrawSection<Section>(options_, rng.Fork("model"));
     std::vector<PointOf<Section>> points;
     points.reserve(total);
     AppendOnSection(section, inliers, NoiseSource(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
@@ -183,6 +185,7 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("num_points", num_points, Within(3, 1e7));
   b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0));
   b.Field("inlier_threshold", inlier_threshold, Positive());
+  b.Choice("model_sampling", model_sampling, {"isotropic", "through_point"});
   b.Choice("noise", noise, {"gaussian", "uniform"});
   b.Field("noise_scale", noise_scale, AtLeast(0.0));
   b.Choice("outliers", outliers, {"uniform", "aggregated", "structured"});

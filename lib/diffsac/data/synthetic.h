@@ -15,6 +15,9 @@ struct SyntheticOptions {
   Range outlier_ratio = {0.1, 0.8};
   /// ε, the inlier threshold of the problem, in the picture's unit.
   double inlier_threshold = 0.1;
+  /// "isotropic" (offset uniform among those that meet the box) | "through_point" (through a uniform point of the box:
+  /// longer chords are likelier, and every method and the ceiling are higher).
+  std::string model_sampling = "isotropic";
   std::string noise = "gaussian";         ///< "gaussian" | "uniform" (within ±noise_scale)
   /// σ (gaussian) or half width (uniform), in the picture's unit; 0 means the default: ε/3 (gaussian) or ε (uniform).
   double noise_scale = 0.0;
