@@ -137,7 +137,7 @@ TEST_CASE("Broken YAML names the line") {
   CHECK_THROWS_AS(Read("a: &x [*x]\n"), Error);
 }
 
-TEST_CASE("--set changes values and is named in messages") {
+TEST_CASE("The option --set changes values and is named in messages") {
   CHECK(ReadSet("model.width=5").model.width == 5);
   CHECK(ReadSet("name=a=b").name == "a=b");
   CHECK(ReadSet("sizes.1=9").sizes == std::vector<int>{1, 9});
@@ -161,7 +161,7 @@ TEST_CASE("--set changes values and is named in messages") {
   CHECK_THROWS_WITH(ReadSet(assignment), message);
 }
 
-TEST_CASE("--set reaches into missing maps and lists of maps") {
+TEST_CASE("The option --set reaches into missing maps and lists of maps") {
   Config config = Config::FromString("methods:\n- name: a\n- name: b\n");
   config.Set("methods.0.hypotheses=5");
   config.Set("x.y.z=1");
