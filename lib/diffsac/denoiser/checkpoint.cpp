@@ -3,6 +3,7 @@
 #include <torch/torch.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/run_directory.h"
@@ -118,7 +119,10 @@ void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const D
     optimizer->save(nested);
     archive.write("optimizer", nested);
   }
-  WriteFileAtomically(path, [&archive](const std::string& temporary) { archive.save_to(temporary); });
+  // Into memory first: LibTorch's own file writer ends the program when the disk is full.
+  std::ostringstream content;
+  archive.save_to(content);
+  WriteFileAtomically(path, content.view());
 }
 
 CheckpointInfo ReadCheckpointInfo(const std::string& path) {
