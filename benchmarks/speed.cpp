@@ -84,11 +84,17 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
                         }});
   };
   one("diffsac, one problem", base + "}");
+  one("diffsac, one problem, 32 points decoded", base + ", max_decoded_points: 32}");
   one("diffsac, one problem, 10 steps", base + ", sampler: {steps: 10}}");
   one("diffsac, one problem, 2 steps", base + ", sampler: {steps: 2}}");
-  variants.push_back({"diffsac, batch of " + std::to_string(problems.size()),
-                      [method = make(base + ", batch: 64}"), &problems, &seeds] { method->EstimateBatch(problems, seeds); },
-                      static_cast<double>(problems.size())});
+  for (const int size : {4, 16, 64}) {
+    variants.push_back({"diffsac, batch of " + std::to_string(size) + ", 32 points decoded",
+                        [method = make(base + ", max_decoded_points: 32}"), &problems, &seeds, size] {
+                          method->EstimateBatch({problems.data(), static_cast<std::size_t>(size)},
+                                                {seeds.data(), static_cast<std::size_t>(size)});
+                        },
+                        static_cast<double>(size)});
+  }
   one("ransac 20", "{type: ransac, hypotheses: 20}");
   one("ransac 1000", "{type: ransac, hypotheses: 1000}");
   one("exhaustive", "{type: exhaustive}");

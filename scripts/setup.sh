@@ -10,15 +10,13 @@ readonly PACKAGES=(
   g++ cmake ninja-build ccache git pkg-config ca-certificates python3 python3-pip
   libeigen3-dev libhdf5-dev libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libtbb-dev
   libopencv-core-dev libopencv-imgproc-dev catch2 gnuplot-nox fonts-dejavu-core)
-readonly BENCHMARK_PACKAGES=(libbenchmark-dev)
 
 usage() {
   cat <<'END'
-usage: scripts/setup.sh [--prefix DIR] [--benchmarks]
+usage: scripts/setup.sh [--prefix DIR]
   --prefix DIR   use the LibTorch in DIR (an unpacked LibTorch zip, or the torch folder of a Python installation) and
                  remember it in .deps/libtorch; remove that link to go back. The variable Torch_DIR does the same for
                  one command.
-  --benchmarks   install Google Benchmark as well
 END
 }
 
@@ -117,7 +115,6 @@ while (($#)); do
   case "$1" in
     --prefix) [[ -n "${2:-}" ]] || fail "--prefix needs a folder"; prefix=$2; shift 2 ;;
     --prefix=*) prefix=${1#--prefix=}; shift ;;
-    --benchmarks) packages+=("${BENCHMARK_PACKAGES[@]}"); shift ;;
     -h|--help) usage; exit 0 ;;
     *) usage >&2; fail "unknown option $1" ;;
   esac
