@@ -10,4 +10,9 @@ inline torch::Tensor ConfidenceInput(const torch::Tensor& c_t, const torch::Tens
   return torch::stack({c_t, previous.defined() ? previous : torch::zeros_like(c_t)}, -1);
 }
 
+/// [B, N] → [B · κ, N]: every copy of a problem has its problem's padding. Undefined stays undefined.
+inline torch::Tensor MaskOfCopies(const torch::Tensor& mask, std::int64_t copies) {
+  return mask.defined() ? mask.repeat_interleave(copies, 0) : mask;
+}
+
 }  // namespace diffsac

@@ -88,9 +88,7 @@ torch::Tensor PooledDenoiser::Denoise(const Context& context, const torch::Tenso
   auto h = input_confidence_(ConfidenceInput(c_t, previous, options_.self_conditioning)) +
            context.points.unsqueeze(1) + time.unsqueeze(2);
   h = h.reshape({batch * copies, points, width});
-  const auto mask = context.mask.defined()
-                        ? context.mask.unsqueeze(1).expand({batch, copies, points}).reshape({batch * copies, points})
-                        : context.mask;
+  const auto mask = MaskOfCopies(context.mask, copies);
   for (auto& block : decoder_) h = block->Forward(h, mask);
   return output_proj_(ln_post_(h)).view({batch, copies, points});
 }
