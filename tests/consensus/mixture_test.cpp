@@ -91,8 +91,31 @@ TEST_CASE("A refit without any point near keeps a finite model") {
   PointMatrix points(4, 2);
   points << 0, 0, 1, 0, 0, 1, 1, 1;
   Line::Parameters model(1.0, 0.0, 1e6);
-  MixtureRefit<Line>(points, {1e-3, 100.0}, 0.0, &model);
-  CHECK(model.allFinite());
+  for (double sigma_prior : {kSigmaKnown, 1.0}) {
+    MixtureRefit<Line>(points, {1e-3, 100.0}, 0.0, &model, sigma_prior);
+    CHECK(model.allFinite());
+  }
+}
+
+TEST_CASE("Another sigma scales the density ratio") {
+  const Mixture mixture{0.05, 40.0};
+  CHECK(mixture.WithSigma(0.1).sigma == 0.1);
+  CHECK(mixture.WithSigma(0.1).density_ratio == Approx(20.0));
+  CHECK(mixture.WithSigma(100.0).density_ratio == 2.0);
+}
+
+TEST_CASE("A prior on sigma that outweighs every point is a known sigma") {
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto problem = testing::MakeRandomProblem<2>(80, 0.5, 0.08, Rng(200 + trial));
+    const Mixture mixture = MakeMixture(problem.points, 0.12, 0.04);
+    Line::Parameters known = problem.truth, outweighed = problem.truth, estimated = problem.truth;
+    MixtureRefit<Line>(problem.points, mixture, 0.5, &known);
+    MixtureRefit<Line>(problem.points, mixture, 0.5, &outweighed, 1e9);
+    const int fits = MixtureRefit<Line>(problem.points, mixture, 0.5, &estimated, 5.0);
+    CHECK(AngleBetweenDegrees(known, outweighed) < 0.1);  // the iterations stop at other rounds
+    CHECK(AngleBetweenDegrees(known, estimated) > 0.0);
+    CHECK(fits <= 100);
+  }
 }
 
 }  // namespace

@@ -74,5 +74,34 @@ TEST_CASE("Expectation maximisation is more accurate than a refit on hard inlier
   CHECK(soft_better > 265);
 }
 
+/// Mean angular error, in degrees, over problems whose σ is `sigma`; every one is told kSigma.
+template <int D>
+double MeanErrorOfRefit(double sigma, double sigma_prior) {
+  ConsensusOptions options;
+  options.score = options.final_score = "gaussian_uniform";
+  options.refit = "em";
+  options.refit_candidates = 5;
+  options.sigma_prior = sigma_prior;
+  double sum = 0.0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const auto problem = MakeRandomProblem<D>(100, 0.5, sigma, Rng(trial).Fork("sigma"));
+    const auto result = SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, 400, trial),
+                                                       options, Rng(1));
+    sum += AngleBetweenDegrees(result.model, problem.truth);
+  }
+  return sum / 300.0;
+}
+
+// At twice the noise that it was told the refit lost to a plain RANSAC.
+TEMPLATE_TEST_CASE_SIG("Estimating sigma mends a refit that was told half of it and costs nothing when it was right", "",
+                       ((int D), D), 2, 3) {
+  const double told = MeanErrorOfRefit<D>(2.0 * kSigma, 0.0), estimated = MeanErrorOfRefit<D>(2.0 * kSigma, 30.0);
+  CAPTURE(told, estimated);
+  CHECK(estimated < 0.9 * told);
+  const double right = MeanErrorOfRefit<D>(kSigma, 0.0), needless = MeanErrorOfRefit<D>(kSigma, 30.0);
+  CAPTURE(right, needless);
+  CHECK(needless < 1.02 * right);
+}
+
 }  // namespace
 }  // namespace diffsac

@@ -187,6 +187,10 @@ TEST_CASE("Every fit is in the budget") {
   options.refit = "em";
   CHECK(hypotheses(options) > 55);
   CHECK(hypotheses(options) <= 50 + 5 * 30);
+  const int sigma_assumed = hypotheses(options);
+  options.sigma_prior = 30.0;
+  CHECK(hypotheses(options) > sigma_assumed);
+  CHECK(hypotheses(options) <= sigma_assumed + 100);
   options = Plain();
   options.local_optimization = "lo_ransac";
   const int optimized = hypotheses(options);

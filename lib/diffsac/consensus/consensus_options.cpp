@@ -12,6 +12,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Choice("refit", refit, {"none", "inliers", "iterated", "em"});
   b.Field("refit_rounds", refit_rounds, AtLeast(1));
   b.Field("refit_threshold_factor", refit_threshold_factor, Positive());
+  b.Field("sigma_prior", sigma_prior, AtLeast(0.0));
   b.Field("refit_candidates", refit_candidates, AtLeast(1));
   b.Choice("final_score", final_score, {"inlier_count", "msac", "gaussian_uniform"});
 }

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac {
 
-/// The Gaussian-uniform mixture of distances to a model (as in MLESAC: Torr and Zisserman, CVIU 2000, with σ known).
+/// The Gaussian-uniform mixture of distances to a model (as in MLESAC: Torr and Zisserman, CVIU 2000).
 ///
 /// An inlier is Gaussian across the model and uniform along it, an outlier uniform in the points' bounding box of
 /// volume V. With the model's extent inside the box taken as V^((D−1)/D), the ratio of the two densities at distance r
@@ -16,6 +17,8 @@ struct Mixture {
   double density_ratio = 2.0;  ///< ρ, at least 2.
   /// ρ·w/(1 − w): the odds of an inlier at r = 0 when the share of inliers is w.
   double Odds(double inlier_share) const;
+  /// The same mixture with another σ; ρ follows.
+  Mixture WithSigma(double other) const;
 };
 
 /// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
@@ -29,14 +32,22 @@ double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residu
 /// outliers", in [0, N].
 double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals);
 
-/// Expectation maximisation over the model and w with σ fixed, from *model and the inlier share `start`. Each iteration
-/// weights every point by its posterior probability of being an inlier and fits by weighted total least squares; stops
-/// when no weight moves by more than 1e-3, after 30 iterations, or when the fit fails (the last model stays).
+/// As `sigma_prior` of MixtureRefit: σ is known and stays.
+inline constexpr double kSigmaKnown = std::numeric_limits<double>::infinity();
+
+/// Expectation maximisation over the model, w and, unless it is known, σ, from *model and the inlier share `start`. Each
+/// iteration weights every point by its posterior probability q of being an inlier and fits by weighted total least
+/// squares; stops when no weight moves by more than 1e-3, after 30 iterations (100 with σ), or when the fit fails (the
+/// last model stays).
+/// sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate is
+/// σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
+/// being left out. Must be positive.
 /// Returns the number of fits; *model is the result.
 template <MinimalModel Model>
-int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model);
+int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
+                 double sigma_prior = kSigmaKnown);
 
-extern template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*);
-extern template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*);
+extern template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*, double);
+extern template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*, double);
 
 }  // namespace diffsac

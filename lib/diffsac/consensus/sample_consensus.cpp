@@ -75,6 +75,7 @@ class Run {
       result->model = model;
       result->score = score;
     }
+    if (result->model.size() > 0 && refit_ == Refit::kMixture && options_.sigma_prior > 0.0) EstimateSigmaToo(result);
     result->hypotheses = hypotheses_;
     if (result->model.size() == 0 || CountInliers(result->model) < Model::kMinimalSize) {
       result->model.resize(0);
@@ -105,6 +106,8 @@ class Run {
     return static_cast<int>((scorer_.Residuals(model).array() <= threshold_).count());
   }
 
+  double InlierShare(const Parameters& model) const { return static_cast<double>(CountInliers(model)) / scorer_.size(); }
+
   double FinalScore(const Parameters& model) const {
     if (final_kind_ == ScoreKind::kGaussianUniform) return MixtureScore(mixture_, scorer_.Residuals(model));
     return scorer_(model, final_);
@@ -119,10 +122,20 @@ class Run {
     } else if (refit_ == Refit::kIterated) {
       model = Iterated(start, threshold);
     } else if (refit_ == Refit::kMixture) {
-      const double share = (scorer_.Residuals(start).array() <= threshold).template cast<double>().mean();
-      hypotheses_ += MixtureRefit<Model>(scorer_.points(), mixture_, share, &model);
+      hypotheses_ += MixtureRefit<Model>(scorer_.points(), mixture_, InlierShare(start), &model);
     }
     return CountInliers(model) < Model::kMinimalSize ? start : model;
+  }
+
+  /// Once, for the model that won with σ assumed: candidates that each chose their own σ would not compare as well
+  /// (docs/experiments.md).
+  void EstimateSigmaToo(ConsensusResult* result) {
+    Parameters model = result->model;
+    hypotheses_ += MixtureRefit<Model>(scorer_.points(), mixture_, InlierShare(model), &model,
+                                       options_.sigma_prior);
+    if (CountInliers(model) < Model::kMinimalSize) return;
+    result->model = model;
+    result->score = FinalScore(model);
   }
 
   Parameters Iterated(const Parameters& start, double threshold) {

@@ -33,6 +33,9 @@ struct ConsensusOptions {
   std::string refit = "inliers";
   int refit_rounds = 1;
   double refit_threshold_factor = 1.0;
+  /// "em" only: the chosen model is refitted once more with σ estimated, where the assumed σ counts as this many
+  /// inliers' worth of evidence (see MixtureRefit). 0: σ stays as assumed.
+  double sigma_prior = 0.0;
   /// How many of the best distinct hypotheses (other inliers at the scoring threshold) are refitted; the best result by
   /// `final_score` wins, the one that scored higher before the refit when they tie. As `final_score`, gaussian_uniform
   /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).

@@ -1,8 +1,8 @@
 #include "diffsac/methods/classical.h"
 
-#include <chrono>
 #include <utility>
 
+#include "diffsac/methods/task_dispatch.h"
 #include "diffsac/methods/theil_sen.h"
 
 namespace diffsac {
@@ -62,12 +62,7 @@ ClassicalOptions DefaultClassicalOptions(const std::string& type) {
 }
 
 Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  const auto start = std::chrono::steady_clock::now();
-  diffsac::Estimate estimate = problem.task == Task::kLine ? EstimateModel<Line>(problem, options_, seed)
-                                                           : EstimateModel<Plane>(problem, options_, seed);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  estimate.report.ms_consensus = estimate.report.ms_total = elapsed.count();
-  return estimate;
+  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
 std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task /*task*/) {

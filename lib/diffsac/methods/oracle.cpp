@@ -1,8 +1,6 @@
 #include "diffsac/methods/oracle.h"
 
-#include <chrono>
-
-#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
 namespace {
@@ -20,21 +18,14 @@ Estimate FitTruth(const Problem& problem, const GroundTruth& truth) {
   typename Model::Parameters model;
   estimate.report.hypotheses = 1;
   if (!Model::Fit(problem.points, weights, &model)) return estimate;
-  estimate.status = Status::kOk;
-  estimate.model = model;
-  estimate.inliers = InlierMask<Model>(problem.points, model, problem.inlier_threshold);
-  for (std::uint8_t inlier : estimate.inliers) estimate.score += inlier;
+  AcceptModel<Model>(problem, model, &estimate);
   return estimate;
 }
 
 }  // namespace
 
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
-  const auto start = std::chrono::steady_clock::now();
-  Estimate estimate = problem.task == Task::kLine ? FitTruth<Line>(problem, truth) : FitTruth<Plane>(problem, truth);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  estimate.report.ms_consensus = estimate.report.ms_total = elapsed.count();
-  return estimate;
+  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return FitTruth<Model>(problem, truth); });
 }
 
 }  // namespace diffsac

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 
-#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
 namespace {
@@ -75,10 +74,7 @@ Estimate EstimateHyperplane(const Problem& problem, int budget, std::uint64_t se
   for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
   const typename Model::Parameters model = FromSlopes<D>(problem.points, slopes);
   if (!model.allFinite()) return estimate;
-  estimate.status = Status::kOk;
-  estimate.model = model;
-  estimate.inliers = InlierMask<Model>(problem.points, model, problem.inlier_threshold);
-  for (std::uint8_t inlier : estimate.inliers) estimate.score += inlier;
+  AcceptModel<Model>(problem, model, &estimate);
   return estimate;
 }
 
@@ -90,12 +86,7 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  const auto start = std::chrono::steady_clock::now();
-  diffsac::Estimate estimate = problem.task == Task::kLine ? EstimateHyperplane<2>(problem, options_.hypotheses, seed)
-                                                           : EstimateHyperplane<3>(problem, options_.hypotheses, seed);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  estimate.report.ms_consensus = estimate.report.ms_total = elapsed.count();
-  return estimate;
+  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateHyperplane<Model::kDimension>(problem, options_.hypotheses, seed); });
 }
 
 }  // namespace diffsac
