@@ -28,6 +28,8 @@ struct MethodRow {
   int max_problems = 0;  ///< Only the first so many problems (slow rows); 0: all. Shown as n in the table.
   Config config;         ///< type and the method's own options, without the keys above.
   bool RunsOn(const std::string& condition) const;
+  /// False for references that are told more than the points: `oracle` the inliers, `line_posterior` the generator.
+  bool Competes() const { return type != "oracle" && type != "line_posterior"; }
 };
 
 /// What the paper reports for one method and condition; NaN where it reports nothing.

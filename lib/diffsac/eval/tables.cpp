@@ -99,7 +99,7 @@ void AddMethodRows(const ExperimentResults& results, const Kind& kind, bool with
   for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {
     if (!HasRecords(results, m)) continue;
     const MethodRow& method = results.experiment.methods[m];
-    numbers.push_back({RowValues(results, m, kind.metric), method.type != "oracle"});
+    numbers.push_back({RowValues(results, m, kind.metric), method.Competes()});
     Table::Row row;
     row.cells.push_back(method.label);
     for (const double value : numbers.back().values) row.cells.push_back(Fixed(value, kind.digits));
@@ -264,7 +264,7 @@ std::string MarkdownReport(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   std::string text = "# " + (experiment.title.empty() ? experiment.name : experiment.title) + "\n\n";
   if (results.partial) text += "**Partial results: the run was interrupted.**\n\n";
-  text += Setting(results) + ". Best in bold; the oracle is a ceiling and does not compete.\n";
+  text += Setting(results) + ". Best in bold; references that are told more than the points (oracle) do not compete.\n";
   for (const Table& table : MakeTables(results)) text += "\n## " + table.heading + "\n\n" + MarkdownTable(table);
   text +=
       "\nhypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "

@@ -21,7 +21,7 @@ struct Table {
 
 /// The tables of an experiment: mAA (with hypotheses and milliseconds a problem, medians over all problems) and the
 /// median error; for data without ground truth the median number of inliers instead. The best value of a column is
-/// marked; the oracle and the paper's values are left out of that.
+/// marked; references (MethodRow::Competes) and the paper's values are left out of that.
 std::vector<Table> MakeTables(const ExperimentResults& results);
 
 /// Markdown with aligned columns, ready to read on a terminal.

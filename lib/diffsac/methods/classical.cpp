@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "diffsac/methods/line_posterior.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "diffsac/methods/theil_sen.h"
 
@@ -65,8 +66,12 @@ Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) c
   return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
-std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task /*task*/) {
+std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task) {
   if (type == "theil_sen") return std::make_unique<TheilSenMethod>(ReadOptions<TheilSenOptions>(config));
+  if (type == "line_posterior") {
+    if (task != Task::kLine) throw Error(config.Where("type") + ": line_posterior estimates lines only");
+    return std::make_unique<LinePosteriorMethod>(ReadOptions<LinePosteriorOptions>(config));
+  }
   if (type != "ransac" && type != "lo_ransac" && type != "exhaustive") return nullptr;
   return std::make_unique<ClassicalMethod>(ReadOptions<ClassicalOptions>(config, DefaultClassicalOptions(type)));
 }

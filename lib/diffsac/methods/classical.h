@@ -34,7 +34,7 @@ class ClassicalMethod : public Method {
   ClassicalOptions options_;
 };
 
-/// A method of type "ransac", "lo_ransac", "exhaustive" or "theil_sen" with the options in `config`; null for another
+/// A method of type "ransac", "lo_ransac", "exhaustive", "theil_sen" or "line_posterior" with the options in `config`; null for another
 /// type. Throws Error (file, line, key) for a wrong option.
 std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task);
 

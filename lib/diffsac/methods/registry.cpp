@@ -8,7 +8,8 @@
 namespace diffsac {
 namespace {
 
-const std::vector<std::string> kTypes = {"diffsac", "ransac", "lo_ransac", "exhaustive", "theil_sen", "oracle"};
+const std::vector<std::string> kTypes = {"diffsac", "ransac", "lo_ransac", "exhaustive", "theil_sen",
+                                         "line_posterior", "oracle"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 struct DiffsacRow {

@@ -1,0 +1,67 @@
+#include "diffsac/methods/line_posterior.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "diffsac/data/synthetic.h"
+#include "diffsac/methods/classical.h"
+
+namespace diffsac {
+namespace {
+
+std::unique_ptr<Dataset> Lines(double outlier_ratio) {
+  SyntheticOptions options;
+  options.model_sampling = "through_point";
+  options.outlier_ratio = {outlier_ratio, outlier_ratio};
+  return MakeSynthetic(Task::kLine, options, 1);
+}
+
+double MeanError(const Method& method, const Dataset& lines, int count) {
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const Example example = lines.Get(i);
+    const Estimate estimate = method.Estimate(example.problem, 1);
+    REQUIRE(estimate.status == Status::kOk);
+    CHECK(estimate.score > 0.0);
+    CHECK(estimate.score <= 100.0 + 1e-9);
+    sum += std::min(1.0, AngleBetweenDegrees(estimate.model, example.truth.model));
+  }
+  return sum / count;
+}
+
+TEST_CASE("The Bayes estimate is at least as good as a plain RANSAC and as exhaustive search within sampling error") {
+  const auto lines = Lines(0.8);
+  const double bayes = MeanError(LinePosteriorMethod({}), *lines, 200);
+  const auto ransac = MakeClassicalMethod("ransac", Config::FromString("hypotheses: 1000"), Task::kLine);
+  const auto exhaustive = MakeClassicalMethod("exhaustive", Config::FromString("{}"), Task::kLine);
+  CHECK(bayes < MeanError(*ransac, *lines, 200));
+  CHECK(bayes < 1.05 * MeanError(*exhaustive, *lines, 200));
+}
+
+TEST_CASE("The Bayes estimate of few, equal or non-finite points is a status") {
+  const LinePosteriorMethod method({});
+  Problem problem;
+  problem.points.resize(1, 2);
+  problem.points << 1, 2;
+  CHECK(method.Estimate(problem, 1).status == Status::kTooFewPoints);
+  problem.points = PointMatrix::Constant(10, 2, 3.0);
+  CHECK(method.Estimate(problem, 1).status == Status::kDegenerate);
+  problem.points = Lines(0.5)->Get(0).problem.points;
+  problem.points(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(method.Estimate(problem, 1).status == Status::kDegenerate);
+  problem.points = Lines(0.5)->Get(0).problem.points;
+  problem.inlier_threshold = 0.0;
+  CHECK(method.Estimate(problem, 1).status == Status::kNoModel);
+  // Outside the picture the prior is 0 everywhere.
+  problem.inlier_threshold = 0.1;
+  problem.points.array() += 100.0;
+  CHECK(method.Estimate(problem, 1).status == Status::kNoModel);
+}
+
+TEST_CASE("The Bayes estimate is for lines alone") {
+  CHECK_THROWS_AS(MakeClassicalMethod("line_posterior", Config::FromString("{}"), Task::kPlane), Error);
+  CHECK(MakeClassicalMethod("line_posterior", Config::FromString("candidates: 5"), Task::kLine) != nullptr);
+}
+
+}  // namespace
+}  // namespace diffsac
