@@ -183,19 +183,28 @@ std::vector<int> MostConfident(const std::vector<float>& confidence, int count) 
   return order;
 }
 
-// Bright points are drawn last, so that they are not hidden.
+// Bright points are drawn last, so that they are not hidden. A point of confidence −∞ was left out before decoding.
 std::string ConfidencePanel(const Problem& problem, const std::vector<float>& confidence, const std::string& prefix) {
   const std::vector<int> order = MostConfident(confidence, static_cast<int>(confidence.size()));
   std::string points = "$" + prefix + " << EOD\n", top = "$" + prefix + "_top << EOD\n";
+  std::string left_out = "$" + prefix + "_out << EOD\n";
+  bool any_left_out = false;
   for (auto i = order.rbegin(); i != order.rend(); ++i) {
     std::string row = RowText(problem.points.row(*i));
+    if (!std::isfinite(confidence[*i])) {
+      left_out += row;
+      any_left_out = true;
+      continue;
+    }
     row.insert(row.size() - 1, GnuplotNumber(confidence[*i]));
     points += row;
   }
   for (const int i : MostConfident(confidence, MinimalSetSize(problem.task))) top += RowText(problem.points.row(i));
   const bool line = problem.task == Task::kLine;
-  return points + "EOD\n" + top + "EOD\n" + (line ? "plot $" : "splot $") + prefix + " using " +
-         (line ? "1:2:3" : "1:2:3:4") + " with points pt 7 ps 0.9 lc palette notitle, $" + prefix +
+  std::string command = line ? "plot " : "splot ";
+  if (any_left_out) command += "$" + prefix + "_out with points pt 6 ps 0.6 lc rgb \"#BBBBBB\" notitle, ";
+  return points + "EOD\n" + top + "EOD\n" + (any_left_out ? left_out + "EOD\n" : "") + command + "$" + prefix +
+         " using " + (line ? "1:2:3" : "1:2:3:4") + " with points pt 7 ps 0.9 lc palette notitle, $" + prefix +
          "_top with points pt 6 ps 1.9 lw 2 lc rgb \"" + kEstimateColour + "\" notitle\n";
 }
 
@@ -253,7 +262,7 @@ bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, c
   std::string script = CommonSettings(problem.task, true) + kViridis + Box(problem.points).Ranges() +
                        "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
                        std::to_string(rows) + "," + std::to_string(columns) +
-                       " title \"Confidence over the reverse steps (circled: the minimal set)\" font \",14\"\n";
+                       " title \"Confidence over the reverse steps (circled: the minimal set; grey: left out before decoding)\" font \",14\"\n";
   for (int i = 0; i < panels; ++i) {
     const std::size_t step = steps[i];
     char title[64];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "diffsac/eval/gnuplot.h"
 
@@ -49,13 +50,20 @@ std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& cur
   return blocks + command + "\n";
 }
 
+// Colours repeat after seven series; the marks do not before fourteen.
 std::string SeriesStyle(std::size_t index, bool strong) {
-  static constexpr int kMarks[] = {7, 5, 9, 11, 13, 4, 6};
+  static constexpr int kMarks[] = {7, 5, 9, 11, 13, 15, 3, 4, 6, 12, 8, 10, 14, 2};
   return "with linespoints lc rgb \"" + std::string(SeriesColour(index)) + "\" lw " + (strong ? "3" : "2") + " pt " +
-         std::to_string(kMarks[index % 7]) + " ps 1.2";
+         std::to_string(kMarks[index % std::size(kMarks)]) + " ps 1.2";
 }
 
 constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
+constexpr const char* kReferenceStyle = "with lines dt 3 lw 2 lc rgb \"#666666\"";
+
+std::string RowStyle(const MethodRow& row, std::size_t index) {
+  if (row.type == "oracle") return kCeilingStyle;
+  return row.Competes() ? SeriesStyle(index, row.type == "diffsac") : kReferenceStyle;
+}
 
 // The lines of one condition's budget panel; the ceiling spans the whole axis.
 std::vector<Curve> BudgetCurves(const ExperimentResults& results, std::size_t condition) {
@@ -90,8 +98,7 @@ std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
     const MethodRow& row = experiment.methods[m];
-    const std::string style = row.type == "oracle" ? kCeilingStyle : SeriesStyle(curves.size(), row.type == "diffsac");
-    Curve curve{row.label, style, {}};
+    Curve curve{row.label, RowStyle(row, curves.size()), {}};
     for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
       const Point point{experiment.conditions[c].value, CellAccuracy(results, c, m)};
       if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
