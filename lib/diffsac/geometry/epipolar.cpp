@@ -64,6 +64,7 @@ bool SatisfiesOrientation(const Matrix3Parameters& model, const PointMatrix& poi
 
 Eigen::Matrix3d ClosestRankTwo(const Eigen::Matrix3d& f) {
   // F (I - v vᵀ) with v the right singular vector of the least singular value: rank 2 whatever the rounding of v.
+  if (!f.allFinite()) return f;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(f.transpose() * f);
   const Eigen::Vector3d v = solver.eigenvectors().col(0);
   return f - (f * v) * v.transpose();

@@ -1,12 +1,13 @@
 #include "diffsac/geometry/essential.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "diffsac/geometry/null_space.h"
 #include "diffsac/geometry/polynomial.h"
+#include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
 namespace {
@@ -297,9 +298,9 @@ bool Essential::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, P
 }
 
 Eigen::Matrix3d ClosestEssential(const Eigen::Matrix3d& e) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(e, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double mean = 0.5 * (svd.singularValues()[0] + svd.singularValues()[1]);
-  return svd.matrixU() * Eigen::Vector3d(mean, mean, 0.0).asDiagonal() * svd.matrixV().transpose();
+  const Svd3 svd = ComputeSvd3(e);
+  const double mean = 0.5 * (svd.values[0] + svd.values[1]);
+  return mean * svd.u.leftCols<2>() * svd.v.leftCols<2>().transpose();
 }
 
 }  // namespace diffsac
