@@ -10,8 +10,8 @@ namespace diffsac {
 ///   ρ(r) = ∫₀^r s·w(s) ds ∝ γ((n+1)/2, x) + x·(Γ((n−1)/2, x) − Γ((n−1)/2, k²/2))
 /// for r ≤ τ; beyond, the weight is 0 and the loss ρ(τ). The score of a residual is 1 − ρ(r)/ρ(τ).
 ///
-/// n is 1 for the distance to a line or plane, 2 for transfer into one image, 4 for correspondences (the paper's
-/// choice). For n = 1 the weight grows without bound, as −log r; `Weight` is capped at its value for r = τ/1000.
+/// By its definition n is 1 for the distance to a line or plane, 2 for transfer into one image, 4 for correspondences
+/// (the paper's choice; see kResidualDof in model_hooks.h for what works). For n = 1 the weight grows without bound, as −log r; `Weight` is capped at its value for r = τ/1000.
 class MagsacLoss {
  public:
   static constexpr int kMaxDof = 6;
@@ -39,7 +39,7 @@ double ChiQuantile99(int dof);
 
 /// Score(r) for τ = 1 at r = i / kMagsacTableSize, i = 0 … kMagsacTableSize; made at the first use. Linear interpolation
 /// in it is within 1e-6 of MagsacLoss::Score.
-inline constexpr int kMagsacTableSize = 2048;
+inline constexpr int kMagsacTableSize = 4096;
 const double* MagsacScoreTable(int dof);
 
 }  // namespace diffsac

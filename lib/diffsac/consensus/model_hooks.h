@@ -9,8 +9,11 @@ namespace diffsac {
 
 /// What a model may offer the loop beyond MinimalModel. Each hook is a static member; a model without it goes without.
 ///
-///   kResidualDof                     degrees of freedom of `Residual` for scores that need them (MAGSAC++): 1 for a
-///                                    distance (assumed when absent), 2 for one image, 4 for a correspondence
+///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the paper's
+///                                    choice for correspondences, and the most accurate of 1, 2 and 4 for lines and
+///                                    planes as well: the weights of n = 1 rise without bound towards 0 and waste
+///                                    inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean error of 300
+///                                    lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119° and .115°)
 ///   Refine(points, threshold, model) nonlinear refinement (Levenberg–Marquardt on the model's own manifold, a loss
 ///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
 ///                                    false when *model stays as it was
@@ -36,11 +39,11 @@ concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* s
   { M::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
 };
 
-/// Degrees of freedom of a model's residual.
+/// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>
 constexpr int ResidualDof() {
   if constexpr (requires { Model::kResidualDof; }) return Model::kResidualDof;
-  return 1;
+  return 4;
 }
 
 }  // namespace diffsac

@@ -16,7 +16,8 @@ namespace diffsac {
 struct ConsensusOptions {
   /// "inlier_count" | "msac" | "gaussian_uniform" | "magsac_pp": chooses among hypotheses (score.h).
   std::string score = "inlier_count";
-  /// Scoring threshold as a multiple of the problem's inlier threshold ε (field-notes: MSAC scores best at 1.5 ε).
+  /// Scoring threshold as a multiple of the problem's inlier threshold ε (field-notes: MSAC scores best at 1.5 ε;
+  /// MAGSAC++, which knows no σ, at 2 to 3 ε).
   double score_threshold_factor = 1.0;
   /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
   int residual_dof = 0;
