@@ -24,6 +24,12 @@ struct Mixture {
 /// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma);
 
+/// ρ exp(−r²/2σ²) of each point.
+Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals);
+
+/// The share kept away from 0 and 1, where expectation maximisation would be stuck.
+double ClampShare(double share);
+
 /// The share of inliers w in [0, 1) of greatest likelihood given the residuals, from `start` (expectation maximisation
 /// on w alone, until it moves by less than 1e-6, at most 100 rounds).
 double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start);
@@ -47,7 +53,11 @@ template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
                  double sigma_prior = kSigmaKnown);
 
-extern template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*, double);
-extern template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*, double);
+/// The instantiations for one model: extern in this header, defined in a file that includes mixture_impl.h.
+#define DIFFSAC_MIXTURE_TEMPLATES(prefix, Model) \
+  prefix template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);
+
+DIFFSAC_MIXTURE_TEMPLATES(extern, Line)
+DIFFSAC_MIXTURE_TEMPLATES(extern, Plane)
 
 }  // namespace diffsac
