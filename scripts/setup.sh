@@ -9,7 +9,8 @@ readonly TORCH_WHEELS=("torch==${TORCH_VERSION}" "nvidia-cuda-runtime==13.0.*" "
 readonly PACKAGES=(
   g++ cmake ninja-build ccache git pkg-config ca-certificates python3 python3-pip
   libeigen3-dev libhdf5-dev libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libtbb-dev
-  libopencv-core-dev libopencv-imgproc-dev catch2 gnuplot-nox fonts-dejavu-core)
+  libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
+  catch2 gnuplot-nox fonts-dejavu-core)
 
 usage() {
   cat <<'END'
