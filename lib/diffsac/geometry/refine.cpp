@@ -51,7 +51,8 @@ struct SampsonCost {
         for (int j = 0; j < 9; ++j) normal[i][j] += scaled * g[j];
       }
     }
-    return {Eigen::Map<const Eigen::Matrix<double, 9, 9>>(&normal[0][0]), Eigen::Map<const Matrix3Parameters>(gradient)};
+    return {Eigen::Map<const Eigen::Matrix<double, 9, 9>>(&normal[0][0]),
+            Eigen::Map<const Matrix3Parameters>(gradient)};
   }
 };
 
@@ -62,8 +63,7 @@ class TransferSums {
   void Add(const TransferResidual& t, double weight) {
     const double* q = t.q;
     const double square[6] = {q[0] * q[0], q[0] * q[1], q[0] * q[2], q[1] * q[1], q[1] * q[2], q[2] * q[2]};
-    const double factor[4] = {weight, weight * t.p[0], weight * t.p[1],
-                              weight * (t.p[0] * t.p[0] + t.p[1] * t.p[1])};
+    const double factor[4] = {weight, weight * t.p[0], weight * t.p[1], weight * (t.p[0] * t.p[0] + t.p[1] * t.p[1])};
     const double pull[3] = {weight * t.r[0], weight * t.r[1], -weight * (t.r[0] * t.p[0] + t.r[1] * t.p[1])};
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 6; ++k) sums_[j][k] += factor[j] * square[k];
@@ -115,7 +115,8 @@ struct TransferCost {
   }
 };
 
-/// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its derivative.
+/// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its
+/// derivative.
 struct SymmetricCost {
   const Observations& observations;
   RobustLoss loss;
@@ -303,8 +304,8 @@ RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd&
   report.status = Prepare(points, weights, 7, true, *model, &n, &observations);
   if (report.status != Status::kOk) return report;
   const double scale = n.first.scale;
-  FundamentalManifold state = FundamentalManifold::From(
-      AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
+  FundamentalManifold state =
+      FundamentalManifold::From(AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
   const bool moved = Minimize(SampsonCost{observations, Scaled(options.loss, scale)}, options, &state, &report);
   Rescale(scale, &report);
   if (moved)
