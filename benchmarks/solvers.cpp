@@ -30,7 +30,8 @@ using Models = std::vector<Matrix3Parameters>;
 struct Problem {
   PointMatrix points;
   Matrix3Parameters truth;
-  cv::Mat first, second;  // the same points, N x 2
+  Eigen::Vector3d left, right;  ///< diagonal matrices that bring a model to coordinates of order one
+  cv::Mat first, second;        ///< the same points, N x 2
 };
 
 struct Solver {
@@ -44,6 +45,14 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+double Distance(const Problem& problem, const Matrix3Parameters& model) {
+  const auto conditioned = [&](const Matrix3Parameters& m) {
+    return AsParameters(problem.left.asDiagonal() * AsMatrix(m) * problem.right.asDiagonal());
+  };
+  const Matrix3Parameters a = conditioned(model), b = conditioned(problem.truth);
+  return std::min((a - b).norm(), (a + b).norm());
+}
+
 double ErrorOf(const Solver& solver, const std::vector<Problem>& problems, double* solutions) {
   std::vector<double> errors;
   *solutions = 0.0;
@@ -51,8 +60,7 @@ double ErrorOf(const Solver& solver, const std::vector<Problem>& problems, doubl
     Matrix3Parameters models[10];
     const int count = solver.solve(problem, models);
     double best = 2.0;
-    for (int i = 0; i < count; ++i)
-      best = std::min({best, (models[i] - problem.truth).norm(), (models[i] + problem.truth).norm()});
+    for (int i = 0; i < count; ++i) best = std::min(best, Distance(problem, models[i]));
     errors.push_back(best);
     *solutions += count / static_cast<double>(problems.size());
   }
@@ -101,8 +109,9 @@ int FromOpenCv(const cv::Mat& models, Matrix3Parameters* out) {
   return count;
 }
 
-Problem Finish(PointMatrix points, const Matrix3Parameters& truth) {
-  Problem problem{std::move(points), truth, {}, {}};
+Problem Finish(PointMatrix points, const Matrix3Parameters& truth, const Eigen::Vector3d& left,
+               const Eigen::Vector3d& right) {
+  Problem problem{std::move(points), truth, left, right, {}, {}};
   problem.first = ImagePoints(problem.points, 0);
   problem.second = ImagePoints(problem.points, 1);
   return problem;
@@ -124,7 +133,8 @@ Problem EpipolarProblem(int count, bool pixels, Rng rng) {
     if (second[2] < 0.5) continue;
     points.row(i++) << (k * first).hnormalized().transpose(), (k * second).hnormalized().transpose();
   }
-  return Finish(points, AsParameters(FundamentalFromEssential(EssentialFromPose(pose), k, k)));
+  const Eigen::Vector3d unit(k(0, 0), k(1, 1), 1.0);
+  return Finish(points, AsParameters(FundamentalFromEssential(EssentialFromPose(pose), k, k)), unit, unit);
 }
 
 Problem PlanarProblem(int count, Rng rng) {
@@ -137,7 +147,8 @@ Problem PlanarProblem(int count, Rng rng) {
     const Eigen::Vector3d x(rng.Uniform(0.0, 1000.0), rng.Uniform(0.0, 800.0), 1.0);
     points.row(i) << x.head<2>().transpose(), (h * x).hnormalized().transpose();
   }
-  return Finish(points, AsParameters(h));
+  const Eigen::Vector3d unit(500.0, 500.0, 1.0);
+  return Finish(points, AsParameters(h), unit.cwiseInverse(), unit);
 }
 
 template <class Make>

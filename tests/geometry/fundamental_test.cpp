@@ -10,6 +10,7 @@
 namespace diffsac {
 namespace {
 
+using testing::FundamentalDistance;
 using testing::ModelDistance;
 using testing::RandomProblem;
 
@@ -17,7 +18,7 @@ constexpr int kSet[] = {0, 1, 2, 3, 4, 5, 6, 7};
 
 double Closest(const Matrix3Parameters* models, int count, const Matrix3Parameters& truth) {
   double best = 2.0;
-  for (int i = 0; i < count; ++i) best = std::min(best, ModelDistance(models[i], truth));
+  for (int i = 0; i < count; ++i) best = std::min(best, FundamentalDistance(models[i], truth));
   return best;
 }
 
@@ -182,7 +183,7 @@ TEST_CASE("Weighted fits recover exact F, have rank 2 and ignore points of no we
       Matrix3Parameters model;
       REQUIRE(Fundamental::Fit(problem.pixels, weights, &model));
       CHECK(std::abs(AsMatrix(model).determinant()) < 1e-15);
-      recovered += ModelDistance(model, problem.fundamental) < 1e-6 ? 1 : 0;
+      recovered += FundamentalDistance(model, problem.fundamental) < 1e-6 ? 1 : 0;
     }
     CAPTURE(count, recovered);
     CHECK(recovered >= (count == 8 ? 280 : 298));

@@ -9,6 +9,7 @@ namespace diffsac {
 namespace {
 
 using testing::HomographyPoints;
+using testing::HomographyDistance;
 using testing::ModelDistance;
 using testing::RandomHomography;
 
@@ -23,7 +24,7 @@ TEST_CASE("Homographies of four exact points are recovered") {
     Matrix3Parameters model;
     if (Homography::SolveMinimal(points, kSet, &model) != 1) continue;
     ++solved;
-    recovered += ModelDistance(model, truth) < 1e-8 ? 1 : 0;
+    recovered += HomographyDistance(model, truth) < 1e-8 ? 1 : 0;
   }
   CHECK(solved == 10000);
   CHECK(recovered >= 9990);
@@ -110,7 +111,7 @@ TEST_CASE("Weighted homography fits recover exact models and ignore points of no
       points(count + 2, 1) = std::nan("");
       Matrix3Parameters model;
       REQUIRE(Homography::Fit(points, weights, &model));
-      recovered += ModelDistance(model, truth) < 1e-8 ? 1 : 0;
+      recovered += HomographyDistance(model, truth) < 1e-8 ? 1 : 0;
     }
     CAPTURE(count);
     CHECK(recovered >= (count == 4 ? 190 : 198));

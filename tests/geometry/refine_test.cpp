@@ -11,6 +11,7 @@
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/sampson_equations.h"
 #include "geometry/jacobian_check.h"
 #include "geometry/two_view_problems.h"
 
@@ -41,6 +42,28 @@ TEST_CASE("The Sampson residual's gradient by F is exact") {
           return Eigen::VectorXd::Constant(1, SampsonResidual(x.data(), point.data(), nullptr));
         },
         f, gradient);
+  }
+}
+
+TEST_CASE("The sums of the normal equations are those of the single residuals") {
+  Rng rng(10);
+  for (const int count : {1, 3, 4, 7, 64}) {
+    const auto problem = RandomProblem(count, rng, 2.0);
+    const Eigen::MatrixXd columns = problem.normalized;
+    const double* pointers[4];
+    for (int j = 0; j < 4; ++j) pointers[j] = columns.col(j).data();
+    Eigen::VectorXd weights(count);
+    for (double& weight : weights) weight = rng.Below(3) == 0 ? 0.0 : rng.Uniform();
+    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+    Matrix3Parameters pull = Matrix3Parameters::Zero(), gradient;
+    for (int i = 0; i < count; ++i) {
+      const double r = SampsonResidual(problem.essential.data(), problem.normalized.data() + 4 * i, gradient.data());
+      normal += weights[i] * gradient * gradient.transpose();
+      pull += weights[i] * r * gradient;
+    }
+    const NormalEquations sums = SumSampsonEquations(problem.essential.data(), pointers, weights.data(), count);
+    CHECK((sums.normal - normal).norm() <= 1e-13 * (1.0 + normal.norm()));
+    CHECK((sums.gradient - pull).norm() <= 1e-13 * (1.0 + pull.norm()));
   }
 }
 
@@ -113,6 +136,7 @@ struct Task {
   /// exact points, the true model
   std::function<std::pair<PointMatrix, Matrix3Parameters>(int, Rng&)> make;
   std::function<bool(const PointMatrix&, const Eigen::VectorXd&, Matrix3Parameters*)> fit;
+  std::function<double(const Matrix3Parameters&, const Matrix3Parameters&)> distance;
 };
 
 std::vector<Task> Tasks() {
@@ -123,24 +147,24 @@ std::vector<Task> Tasks() {
   return {
       {"transfer", 1.0,
        [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyError::kTransfer, m); },
-       TransferError, homography, Homography::Fit},
+       TransferError, homography, Homography::Fit, testing::HomographyDistance},
       {"symmetric transfer", 1.0,
        [](auto& p, auto& w, auto& o, auto* m) {
          return RefineHomography(p, w, o, HomographyError::kSymmetricTransfer, m);
        },
-       SymmetricTransferError, homography, Homography::Fit},
+       SymmetricTransferError, homography, Homography::Fit, testing::HomographyDistance},
       {"fundamental", 1.0, RefineFundamental, SampsonError,
        [](int count, Rng& rng) {
          const auto problem = RandomProblem(count, rng);
          return std::pair(problem.pixels, problem.fundamental);
        },
-       Fundamental::Fit},
+       Fundamental::Fit, testing::FundamentalDistance},
       {"essential", 1e-3, RefineEssential, SampsonError,
        [](int count, Rng& rng) {
          const auto problem = RandomProblem(count, rng);
          return std::pair(problem.normalized, problem.essential);
        },
-       Essential::Fit},
+       Essential::Fit, ModelDistance},
   };
 }
 
@@ -212,7 +236,7 @@ TEST_CASE("From a disturbed start, exact points bring back the exact model") {
       options.loss.kind = LossKind::kTrivial;
       options.max_iterations = 100;
       const RefineReport report = task.refine(points, ones, options, &model);
-      recovered += report.final_cost < 1e-16 * task.unit * task.unit && ModelDistance(model, truth) < 1e-7 ? 1 : 0;
+      recovered += report.final_cost < 1e-16 * task.unit * task.unit && task.distance(model, truth) < 1e-7 ? 1 : 0;
     }
     CHECK(recovered >= 97);
   }

@@ -14,6 +14,8 @@
 namespace diffsac {
 namespace {
 
+using testing::FundamentalDistance;
+using testing::HomographyDistance;
 using testing::ModelDistance;
 using testing::RandomProblem;
 
@@ -53,7 +55,7 @@ TEST_CASE("OpenCV's 7-point algorithm has the same solutions") {
     if (f.rows != 3 * count) continue;  // a near-double root may be counted either way
     for (int i = 0; i < count; ++i) {
       double best = 2.0;
-      for (int j = 0; j < count; ++j) best = std::min(best, ModelDistance(models[i], AsParameters(ToEigen(f, 3 * j))));
+      for (int j = 0; j < count; ++j) best = std::min(best, FundamentalDistance(models[i], AsParameters(ToEigen(f, 3 * j))));
       compared += best < 1e-5 ? 1 : 0;
       // OpenCV does not normalise the points of its 7-point algorithm: solutions far from the data differ more.
       CHECK(best < 1e-3);
@@ -70,7 +72,7 @@ TEST_CASE("OpenCV's 8-point algorithm gives the same F on clean points") {
     REQUIRE(f.rows == 3);
     Matrix3Parameters model;
     REQUIRE(Fundamental::Fit(points, Eigen::VectorXd::Ones(30), &model));
-    CHECK(ModelDistance(model, AsParameters(ToEigen(f))) < 1e-6);
+    CHECK(FundamentalDistance(model, AsParameters(ToEigen(f))) < 1e-6);
   }
 }
 
@@ -112,11 +114,11 @@ TEST_CASE("OpenCV's homography agrees, from four points and from many") {
     const cv::Mat many = cv::findHomography(ImagePoints(points, 0), ImagePoints(points, 1), 0);
     Matrix3Parameters model;
     REQUIRE(Homography::Fit(points, Eigen::VectorXd::Ones(30), &model));
-    CHECK(ModelDistance(model, AsParameters(ToEigen(many))) < 1e-6);
+    CHECK(HomographyDistance(model, AsParameters(ToEigen(many))) < 1e-6);
     const PointMatrix four = points.topRows(4);
     const cv::Mat minimal = cv::findHomography(ImagePoints(four, 0), ImagePoints(four, 1), 0);
     if (Homography::SolveMinimal(four, set, &model) == 1 && minimal.rows == 3)
-      CHECK(ModelDistance(model, AsParameters(ToEigen(minimal))) < 1e-6);
+      CHECK(HomographyDistance(model, AsParameters(ToEigen(minimal))) < 1e-6);
   }
 }
 
