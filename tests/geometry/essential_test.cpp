@@ -43,7 +43,7 @@ TEST_CASE("The 5-point solver recovers E, with the expected number of real solut
   CAPTURE(all, oriented, recovered, precise);
   CHECK(recovered >= 9995);
   CHECK(precise >= 9950);
-  CHECK(all > 40000);   // 4 to 5 real solutions on average (Nistér 2004 reports 4.55)
+  CHECK(all > 40000);  // 4 to 5 real solutions on average (Nistér 2004 reports 4.55)
   CHECK(all < 52000);
   CHECK(oriented < all);
   CHECK(oriented >= 10000);

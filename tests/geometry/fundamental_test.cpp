@@ -3,12 +3,14 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
+#include "diffsac/geometry/null_space.h"
 #include "geometry/two_view_problems.h"
 #include "geometry/two_view_properties.h"
 
 namespace diffsac {
 namespace {
 
+using testing::FundamentalDistance;
 using testing::ModelDistance;
 using testing::RandomProblem;
 
@@ -16,7 +18,7 @@ constexpr int kSet[] = {0, 1, 2, 3, 4, 5, 6, 7};
 
 double Closest(const Matrix3Parameters* models, int count, const Matrix3Parameters& truth) {
   double best = 2.0;
-  for (int i = 0; i < count; ++i) best = std::min(best, ModelDistance(models[i], truth));
+  for (int i = 0; i < count; ++i) best = std::min(best, FundamentalDistance(models[i], truth));
   return best;
 }
 
@@ -32,9 +34,9 @@ TEST_CASE("The 7-point solver recovers F, with the expected number of real solut
     recovered += Closest(models, count, problem.fundamental) < 1e-6 ? 1 : 0;
   }
   CHECK(recovered >= 9980);
-  CHECK(all > 20000);      // one or three: between 1 and 3 on average, mostly three for real scenes
+  CHECK(all > 20000);  // one or three: between 1 and 3 on average, mostly three for real scenes
   CHECK(all < 30000);
-  CHECK(oriented < all);   // the orientation test removes wrong ones only
+  CHECK(oriented < all);  // the orientation test removes wrong ones only
   CHECK(oriented >= 10000);
 }
 
@@ -87,15 +89,33 @@ TEST_CASE("The 7-point solver gives the value of the Matlab reference") {
 
 TEST_CASE("The 8-point solver gives the value of the Matlab reference") {
   PointMatrix points(8, 4);
-  points << 1.839035, 1.924743, 1.002114, 1.129644, 0.543582, 0.375221, 1.521742, 1.846002, 0.473240, 0.142522, 1.084332,
-      0.275134, 0.964910, 0.598376, 0.293328, 0.588992, 0.102388, 0.140092, 0.839509, 0.087290, 15.994343, 9.622164,
-      1.779735, 1.116857, 0.285901, 0.430055, 0.878616, 0.602447, 0.091150, 0.254594, 0.642616, 1.028681;
+  points << 1.839035, 1.924743, 1.002114, 1.129644, 0.543582, 0.375221, 1.521742, 1.846002, 0.473240, 0.142522,
+      1.084332, 0.275134, 0.964910, 0.598376, 0.293328, 0.588992, 0.102388, 0.140092, 0.839509, 0.087290, 15.994343,
+      9.622164, 1.779735, 1.116857, 0.285901, 0.430055, 0.878616, 0.602447, 0.091150, 0.254594, 0.642616, 1.028681;
   Eigen::Matrix3d expected;
   expected << -0.217859, 0.419282, -0.0343075, -0.0717941, 0.0451643, 0.0216073, 0.248062, -0.429478, 0.0221019;
+  // The reference normalises the root mean square distance to √2, we the mean: with noise the closest matrix of rank 2
+  // depends on it, a little. So its value belongs to its own normalisation of the same null vector.
+  Eigen::Matrix3d normalization[2];
+  double rows[8][9], basis[1][9];
+  for (int image = 0; image < 2; ++image) {
+    const Eigen::RowVector2d centre = points.middleCols<2>(2 * image).colwise().mean();
+    const double mean_square = (points.middleCols<2>(2 * image).rowwise() - centre).rowwise().squaredNorm().mean();
+    normalization[image] = ImageNormalization{centre[0], centre[1], std::sqrt(2.0 / mean_square)}.Matrix();
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d x1 = normalization[0] * Eigen::Vector3d(points(i, 0), points(i, 1), 1.0);
+    const Eigen::Vector3d x2 = normalization[1] * Eigen::Vector3d(points(i, 2), points(i, 3), 1.0);
+    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
+  }
+  REQUIRE(OrthogonalComplement(rows, basis));
+  const Eigen::Matrix3d null = AsMatrix(Eigen::Map<const Matrix3Parameters>(basis[0]));
+  const Eigen::Matrix3d f = normalization[1].transpose() * ClosestRankTwo(null) * normalization[0];
+  CHECK(ModelDistance(AsParameters(f), AsParameters(expected)) < 1e-5);
   Matrix3Parameters minimal, fitted;
   REQUIRE(Fundamental8::SolveMinimal(points, kSet, &minimal) == 1);
   REQUIRE(Fundamental::Fit(points, Eigen::VectorXd::Ones(8), &fitted));
-  CHECK(ModelDistance(minimal, AsParameters(expected)) < 1e-5);
+  CHECK(ModelDistance(minimal, AsParameters(expected)) < 5e-3);
   CHECK(ModelDistance(minimal, fitted) < 1e-8);
 }
 
@@ -163,7 +183,7 @@ TEST_CASE("Weighted fits recover exact F, have rank 2 and ignore points of no we
       Matrix3Parameters model;
       REQUIRE(Fundamental::Fit(problem.pixels, weights, &model));
       CHECK(std::abs(AsMatrix(model).determinant()) < 1e-15);
-      recovered += ModelDistance(model, problem.fundamental) < 1e-6 ? 1 : 0;
+      recovered += FundamentalDistance(model, problem.fundamental) < 1e-6 ? 1 : 0;
     }
     CAPTURE(count, recovered);
     CHECK(recovered >= (count == 8 ? 280 : 298));
@@ -197,7 +217,7 @@ TEST_CASE("Fundamental: shared properties") {
 
 TEST_CASE("The epipoles as a correspondence have residual 0, not NaN") {
   Matrix3Parameters f;
-  f << 0, -1, 0, 1, 0, 0, 0, 0, 0;   // forward motion: both epipoles at the origin
+  f << 0, -1, 0, 1, 0, 0, 0, 0, 0;  // forward motion: both epipoles at the origin
   const double origin[] = {0.0, 0.0, 0.0, 0.0};
   CHECK(Fundamental::Residual(f, origin) == 0.0);
   CHECK(SymmetricEpipolarError(f, origin) == 0.0);

@@ -9,6 +9,7 @@ namespace diffsac {
 namespace {
 
 using testing::HomographyPoints;
+using testing::HomographyDistance;
 using testing::ModelDistance;
 using testing::RandomHomography;
 
@@ -23,7 +24,7 @@ TEST_CASE("Homographies of four exact points are recovered") {
     Matrix3Parameters model;
     if (Homography::SolveMinimal(points, kSet, &model) != 1) continue;
     ++solved;
-    recovered += ModelDistance(model, truth) < 1e-8 ? 1 : 0;
+    recovered += HomographyDistance(model, truth) < 1e-8 ? 1 : 0;
   }
   CHECK(solved == 10000);
   CHECK(recovered >= 9990);
@@ -45,13 +46,13 @@ TEST_CASE("A minimal homography maps its points onto each other, on its positive
 
 TEST_CASE("Known homographies") {
   PointMatrix square(4, 4);
-  square << 0, 0, 3, 4, 1, 0, 5, 4, 1, 1, 5, 6, 0, 1, 3, 6;   // twice as large and moved
+  square << 0, 0, 3, 4, 1, 0, 5, 4, 1, 1, 5, 6, 0, 1, 3, 6;  // twice as large and moved
   Eigen::Matrix3d expected;
   expected << 2, 0, 3, 0, 2, 4, 0, 0, 1;
   Matrix3Parameters model;
   REQUIRE(Homography::SolveMinimal(square, kSet, &model) == 1);
   CHECK(ModelDistance(model, AsParameters(expected)) < 1e-14);
-  const double point[] = {1.0, 1.0, 8.0, 10.0};   // maps to (5, 6): off by (3, 4); back: (2.5, 3), off by (1.5, 2)
+  const double point[] = {1.0, 1.0, 8.0, 10.0};  // maps to (5, 6): off by (3, 4); back: (2.5, 3), off by (1.5, 2)
   CHECK(TransferError(model, point) == Approx(5.0));
   CHECK(SymmetricTransferError(model, point) == Approx(std::sqrt(0.5 * (25.0 + 6.25))));
   CHECK(Homography::Residual(-3.0 * model, point) == Approx(Homography::Residual(model, point)));
@@ -70,9 +71,9 @@ TEST_CASE("The orientation test refuses crossed, mirrored and folded quadrangles
   CHECK(Homography::SolveMinimal(mirrored, kSet, &model) == 0);
   CHECK(Homography::Fit(mirrored, Eigen::VectorXd::Ones(4), &model));
   PointMatrix folded = points;
-  folded.row(2).tail<2>() << 1.0, 1.0;   // the corner pushed through the diagonal
+  folded.row(2).tail<2>() << 1.0, 1.0;  // the corner pushed through the diagonal
   CHECK(Homography::SolveMinimal(folded, kSet, &model) == 0);
-  folded.row(2).tail<2>() << 6.0, 6.0;   // not yet through
+  folded.row(2).tail<2>() << 6.0, 6.0;  // not yet through
   CHECK(Homography::SolveMinimal(folded, kSet, &model) == 1);
 }
 
@@ -110,7 +111,7 @@ TEST_CASE("Weighted homography fits recover exact models and ignore points of no
       points(count + 2, 1) = std::nan("");
       Matrix3Parameters model;
       REQUIRE(Homography::Fit(points, weights, &model));
-      recovered += ModelDistance(model, truth) < 1e-8 ? 1 : 0;
+      recovered += HomographyDistance(model, truth) < 1e-8 ? 1 : 0;
     }
     CAPTURE(count);
     CHECK(recovered >= (count == 4 ? 190 : 198));
@@ -135,7 +136,7 @@ TEST_CASE("A homography fit averages noise and heeds weights") {
     many += error(256) / 100.0;
   }
   CHECK(few < 3.0);
-  CHECK(many < 0.4 * few);   // 1/4 by the law of large numbers
+  CHECK(many < 0.4 * few);  // 1/4 by the law of large numbers
 }
 
 TEST_CASE("Homography: shared properties") {

@@ -46,12 +46,12 @@ TEST_CASE("The cubic's roots are found, simple and triple, and lower degrees") {
     for (int i = 0; i < 3; ++i) CHECK(roots[i] == Approx(expected[i]).margin(1e-9));
   }
   double roots[3];
-  const double one_real[] = {-6.0, 1.0, 4.0, 1.0};   // (z - 1)(z² + 5z + 6)
+  const double one_real[] = {-6.0, 1.0, 4.0, 1.0};  // (z - 1)(z² + 5z + 6)
   REQUIRE(SolveCubic(one_real, roots) == 3);
   CHECK(roots[0] == Approx(-3.0));
   CHECK(roots[1] == Approx(-2.0));
   CHECK(roots[2] == Approx(1.0));
-  const double complex_pair[] = {-2.0, 1.0, -2.0, 1.0};   // (z - 2)(z² + 1)
+  const double complex_pair[] = {-2.0, 1.0, -2.0, 1.0};  // (z - 2)(z² + 1)
   REQUIRE(SolveCubic(complex_pair, roots) == 1);
   CHECK(roots[0] == Approx(2.0));
   const double triple[] = {-1.0, 3.0, -3.0, 1.0};
@@ -85,9 +85,10 @@ TEST_CASE("Real roots of degree 10 are found among complex ones, near and far fr
       const double middle = rng.Uniform(-1, 1), height = rng.Uniform(0.3, 2.0);
       c = Multiply(c, {middle * middle + height * height, -2.0 * middle, 1.0});
     }
-    double roots[10];
-    REQUIRE(RealRoots10(c.data(), roots) == real);
-    std::sort(roots, roots + real);
+    std::vector<double> roots(10);
+    REQUIRE(RealRoots10(c.data(), roots.data()) == real);
+    roots.resize(real);
+    std::sort(roots.begin(), roots.end());
     std::sort(expected.begin(), expected.end());
     for (int i = 0; i < real; ++i) CHECK(roots[i] == Approx(expected[i]).epsilon(1e-6));
   }
@@ -95,10 +96,11 @@ TEST_CASE("Real roots of degree 10 are found among complex ones, near and far fr
 
 TEST_CASE("Ten real roots, vanishing leading coefficients and bad coefficients") {
   std::vector<double> c = FromRoots({-5, -4, -3, -2, -1, 1, 2, 3, 4, 5});
+  std::vector<double> all(10);
+  REQUIRE(RealRoots10(c.data(), all.data()) == 10);
+  std::sort(all.begin(), all.end());
+  for (int i = 0; i < 10; ++i) CHECK(all[i] == Approx(i < 5 ? i - 5.0 : i - 4.0).epsilon(1e-10));
   double roots[10];
-  REQUIRE(RealRoots10(c.data(), roots) == 10);
-  std::sort(roots, roots + 10);
-  for (int i = 0; i < 10; ++i) CHECK(roots[i] == Approx(i < 5 ? i - 5.0 : i - 4.0).epsilon(1e-10));
   const double cubic[11] = {-6.0, 11.0, -6.0, 1.0};
   REQUIRE(RealRoots10(cubic, roots) == 3);
   const double linear[11] = {3.0, -1.0};
@@ -110,7 +112,7 @@ TEST_CASE("Ten real roots, vanishing leading coefficients and bad coefficients")
   double bad[11] = {1.0, 1.0};
   bad[10] = std::nan("");
   CHECK(RealRoots10(bad, roots) == 0);
-  const double even[11] = {-1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0};   // z¹⁰ = 1
+  const double even[11] = {-1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0};  // z¹⁰ = 1
   REQUIRE(RealRoots10(even, roots) == 2);
   CHECK(std::abs(roots[0]) == Approx(1.0));
 }

@@ -137,7 +137,8 @@ TEST_CASE("A pure rotation is flagged; a motion with parallax is not") {
     CHECK_FALSE(moving.pure_rotation);
     // The same rays, turned only, with noise of half a pixel; a tenth of the matches wrong.
     for (int i = 0; i < 60; ++i) {
-      const Eigen::Vector3d ray = problem.pose.rotation * Eigen::Vector3d(problem.normalized(i, 0), problem.normalized(i, 1), 1.0);
+      const Eigen::Vector3d ray =
+          problem.pose.rotation * Eigen::Vector3d(problem.normalized(i, 0), problem.normalized(i, 1), 1.0);
       problem.normalized.row(i).tail<2>() = ray.hnormalized().transpose();
       for (int j = 2; j < 4; ++j) problem.normalized(i, j) += 0.5 / 800.0 * rng.Normal();
       if (i % 20 == 0) problem.normalized(i, 3) += 0.05;

@@ -49,7 +49,8 @@ double SymmetricEpipolarError(const Matrix3Parameters& model, const double* poin
   const Eigen::Vector3d line2 = f * x1, line1 = f.transpose() * x2;
   const double product = x2.dot(line2);
   constexpr double kLeast = std::numeric_limits<double>::min();
-  const double inverse = 1.0 / (line2.head<2>().squaredNorm() + kLeast) + 1.0 / (line1.head<2>().squaredNorm() + kLeast);
+  const double inverse =
+      1.0 / (line2.head<2>().squaredNorm() + kLeast) + 1.0 / (line1.head<2>().squaredNorm() + kLeast);
   return std::abs(product) * std::sqrt(0.5 * inverse);
 }
 

@@ -9,8 +9,8 @@
 namespace diffsac {
 
 /// First-order distance of a correspondence to the epipolar constraint (Sampson; Luong and Faugeras, IJCV 1996):
-/// |x2ᵀ F x1| / sqrt((F x1)₁² + (F x1)₂² + (Fᵀ x2)₁² + (Fᵀ x2)₂²), linear, in the points' unit. Any scale and sign of F.
-/// 0 where the two epipoles meet. `f` is row-major.
+/// |x2ᵀ F x1| / sqrt((F x1)₁² + (F x1)₂² + (Fᵀ x2)₁² + (Fᵀ x2)₂²), linear, in the points' unit. Any scale and sign of
+/// F. 0 where the two epipoles meet. `f` is row-major.
 inline double SampsonDistance(const double* f, double x1, double y1, double x2, double y2) {
   const double a = (f[0] * x1 + f[1] * y1) + f[2];
   const double b = (f[3] * x1 + f[4] * y1) + f[5];
@@ -31,9 +31,9 @@ double SampsonError(const Matrix3Parameters& model, const double* point);
 /// Root mean square of the distances of x2 to F x1 and of x1 to Fᵀ x2, in the points' unit.
 double SymmetricEpipolarError(const Matrix3Parameters& model, const double* point);
 
-/// Oriented epipolar constraint (Chum, Werner, Matas, "Epipolar geometry estimation via RANSAC benefits from the oriented
-/// epipolar constraint", ICPR 2004): e2 x x2 = λ F x1 with the same sign of λ for all, as for points in front of both
-/// cameras. `points` holds `count` rows of four values.
+/// Oriented epipolar constraint (Chum, Werner, Matas, "Epipolar geometry estimation via RANSAC benefits from the
+/// oriented epipolar constraint", ICPR 2004): e2 x x2 = λ F x1 with the same sign of λ for all, as for points in front
+/// of both cameras. `points` holds `count` rows of four values.
 bool SatisfiesOrientation(const Eigen::Matrix3d& f, const double (*points)[4], int count);
 
 /// The same for rows `set[0..count)` of `points`.
@@ -42,8 +42,8 @@ bool SatisfiesOrientation(const Matrix3Parameters& model, const PointMatrix& poi
 /// The nearest matrix of rank 2 in the Frobenius norm.
 Eigen::Matrix3d ClosestRankTwo(const Eigen::Matrix3d& f);
 
-/// Weighted normalised 8-point algorithm without a constraint on the singular values (Hartley, PAMI 1997): the matrix of
-/// least weighted algebraic error, in the coordinates of `normalization`, which it sets. False when the points of
+/// Weighted normalised 8-point algorithm without a constraint on the singular values (Hartley, PAMI 1997): the matrix
+/// of least weighted algebraic error, in the coordinates of `normalization`, which it sets. False when the points of
 /// positive weight are fewer than 8 or leave more than one solution.
 bool FitEpipolarMatrix(const PointMatrix& points, const Eigen::VectorXd& weights, PairNormalization* normalization,
                        Eigen::Matrix3d* f);

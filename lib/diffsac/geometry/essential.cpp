@@ -235,6 +235,17 @@ Eigen::Vector4d Polish(const NullBasis& basis, const Eigen::Vector4d& start) {
   return share;
 }
 
+/// Reflects the basis by a fixed generic vector. Motions along an axis leave zeros in it, so that E could have no share
+/// of the last vector, and x, y, z no finite value.
+void MixBasis(double (&basis)[4][9]) {
+  constexpr double kUnit[4] = {0.36, 0.48, 0.64, 0.48};
+  for (int j = 0; j < 9; ++j) {
+    double dot = 0.0;
+    for (int k = 0; k < 4; ++k) dot += kUnit[k] * basis[k][j];
+    for (int k = 0; k < 4; ++k) basis[k][j] -= 2.0 * dot * kUnit[k];
+  }
+}
+
 int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
   double rows[5][9], basis[4][9];
   for (int i = 0; i < 5; ++i) {
@@ -242,6 +253,7 @@ int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
     for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
   }
   if (!OrthogonalComplement(rows, basis)) return 0;
+  MixBasis(basis);
   Row cubics[10];
   CubicConstraints(basis, cubics);
   if (!Eliminate(cubics)) return 0;

@@ -9,8 +9,8 @@
 namespace diffsac {
 
 /// Epipolar geometry of two calibrated cameras: x2ᵀ E x1 = 0 with E = [t]ₓ R, singular values (s, s, 0). Points are
-/// correspondences x1 y1 x2 y2 in normalised coordinates (K⁻¹ times pixels); parameters are E, row-major, unit Frobenius
-/// norm.
+/// correspondences x1 y1 x2 y2 in normalised coordinates (K⁻¹ times pixels); parameters are E, row-major, unit
+/// Frobenius norm.
 struct Essential {
   using Parameters = Matrix3Parameters;
   static constexpr int kDimension = 4;
@@ -40,8 +40,8 @@ struct Essential {
 /// All real solutions of the 5-point problem, up to 10, without the orientation test.
 ///
 /// Nistér, "An efficient solution to the five-point relative pose problem", PAMI 2004: E is a combination of the four
-/// null vectors of the epipolar equations; det E = 0 and 2 E Eᵀ E = tr(E Eᵀ) E are ten cubics in its three unknowns, which
-/// elimination turns into one polynomial of degree 10. Each root is then polished on the cubics themselves by
+/// null vectors of the epipolar equations; det E = 0 and 2 E Eᵀ E = tr(E Eᵀ) E are ten cubics in its three unknowns,
+/// which elimination turns into one polynomial of degree 10. Each root is then polished on the cubics themselves by
 /// Gauss-Newton steps, because the elimination loses digits near degenerate sets. No memory on the heap.
 int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters* out);
 

@@ -7,8 +7,8 @@
 
 namespace diffsac {
 
-/// A plane seen in two images: x2 ~ H x1. Points are correspondences x1 y1 x2 y2 in pixels (any unit); parameters are H,
-/// row-major, unit Frobenius norm.
+/// A plane seen in two images: x2 ~ H x1. Points are correspondences x1 y1 x2 y2 in pixels (any unit); parameters are
+/// H, row-major, unit Frobenius norm.
 struct Homography {
   using Parameters = Matrix3Parameters;
   static constexpr int kDimension = 4;
@@ -17,9 +17,9 @@ struct Homography {
 
   /// The homography through 4 points in closed form: λ scales three points of each image so that they sum to the fourth
   /// (Heckbert, "Fundamentals of texture mapping and image warping", 1989), H = M2 adj(M1). 0 when three points of an
-  /// image are collinear, and by the orientation test: a plane seen from one side keeps the turning sense of each triple
-  /// (Marquez-Neila et al., "Improving RANSAC for fast landmark recognition", 2008). So mirrored images give 0; w > 0
-  /// for the four points.
+  /// image are collinear, and by the orientation test: a plane seen from one side keeps the turning sense of each
+  /// triple (Marquez-Neila et al., "Improving RANSAC for fast landmark recognition", 2008). So mirrored images give 0;
+  /// w > 0 for the four points.
   static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out);
 
   /// Weighted normalised direct linear transformation (Hartley and Zisserman, alg. 4.2). Needs 4 points of positive
@@ -39,8 +39,9 @@ struct Homography {
 /// |H x1 - x2| in the second image. Not finite for points that H sends to infinity.
 double TransferError(const Matrix3Parameters& model, const double* point);
 
-/// sqrt((|H x1 - x2|² + |H⁻¹ x2 - x1|²) / 2): root mean square of the two images' distances, so a threshold means pixels
-/// of one image. Not finite (so no inlier) for a singular H and for points sent to infinity. Any scale and sign of H.
+/// sqrt((|H x1 - x2|² + |H⁻¹ x2 - x1|²) / 2): root mean square of the two images' distances, so a threshold means
+/// pixels of one image. Not finite (so no inlier) for a singular H and for points sent to infinity. Any scale and sign
+/// of H.
 double SymmetricTransferError(const Matrix3Parameters& model, const double* point);
 
 }  // namespace diffsac

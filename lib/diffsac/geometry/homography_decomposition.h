@@ -16,7 +16,7 @@ struct PlaneMotion {
 };
 
 struct PlaneMotions {
-  int count = 0;                          ///< 4; 1 for a pure rotation (t = 0, n means nothing); 0 for a bad matrix
+  int count = 0;  ///< 4; 1 for a pure rotation (t = 0, n means nothing); 0 for a bad matrix
   std::array<PlaneMotion, 4> motions;
 };
 

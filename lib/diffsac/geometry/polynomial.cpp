@@ -50,7 +50,7 @@ class SturmChain {
     Rescale(above, degree);
     Rescale(below, degree - 1);
     for (int step = 0; step + 1 < degree; ++step) {
-      const int top = degree - step;   // degree of `above`; `below` has one less
+      const int top = degree - step;  // degree of `above`; `below` has one less
       const double slope = above[top] / below[top - 1];
       const double offset = (above[top - 1] - slope * below[top - 2]) / below[top - 1];
       double rest[11];
@@ -181,7 +181,7 @@ int RealRoots10(const double c[11], double roots[10]) {
   const SturmChain chain(c, degree);
 
   struct Interval {
-    double low, high;   // in the unit coordinate
+    double low, high;  // in the unit coordinate
     int changes_low, changes_high;
     int depth;
   };
@@ -201,7 +201,7 @@ int RealRoots10(const double c[11], double roots[10]) {
         continue;
       }
     }
-    if (interval.depth >= 50) {   // a cluster that rounding cannot separate
+    if (interval.depth >= 50) {  // a cluster that rounding cannot separate
       roots[count++] = FromUnit(middle);
       continue;
     }

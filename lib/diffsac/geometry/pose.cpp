@@ -60,11 +60,13 @@ std::vector<int> Explained(const PointMatrix& points, const std::vector<int>& ro
 
 Eigen::Matrix3d EssentialFromPose(const RelativePose& pose) { return CrossMatrix(pose.translation) * pose.rotation; }
 
-Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2) {
+Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2) {
   return k2.transpose() * f * k1;
 }
 
-Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2) {
+Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2) {
   return k2.inverse().transpose() * e * k1.inverse();
 }
 
@@ -140,7 +142,8 @@ bool Triangulate(const RelativePose& pose, const double* point, Eigen::Vector3d*
 }
 
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2) {
-  // |R1 − R2| = 2 √2 sin(θ/2) and tr(R1ᵀ R2) = 4 cos²(θ/2) − 1: sine and cosine of the half angle each keep their digits.
+  // |R1 − R2| = 2 √2 sin(θ/2) and tr(R1ᵀ R2) = 4 cos²(θ/2) − 1: sine and cosine of the half angle each keep their
+  // digits.
   const double sine = (r1 - r2).norm() / (2.0 * std::sqrt(2.0));
   const double cosine = 0.5 * std::sqrt(std::max(0.0, 1.0 + (r1.transpose() * r2).trace()));
   return 2.0 * std::atan2(sine, cosine) * kDegrees;

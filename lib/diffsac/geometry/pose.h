@@ -19,9 +19,11 @@ struct RelativePose {
 /// [t]ₓ R, with t at its own length.
 Eigen::Matrix3d EssentialFromPose(const RelativePose& pose);
 /// K2ᵀ F K1; an essential matrix up to the error of F (ClosestEssential projects it).
-Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2);
+Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2);
 /// K2⁻ᵀ E K1⁻¹.
-Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2);
+Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2);
 
 /// Correspondences in pixels to normalised coordinates, K⁻¹ (x, y, 1) in each image.
 PointMatrix NormalizedCoordinates(const PointMatrix& pixels, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2);
@@ -43,9 +45,10 @@ struct PoseChoice {
   int runner_up = 0;  ///< and of the second best
 };
 
-/// Chooses among the four poses by how many of the points (normalised coordinates, rows with inliers[i] != 0; empty: all)
-/// lie before both cameras.
-PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers = {});
+/// Chooses among the four poses by how many of the points (normalised coordinates, rows with inliers[i] != 0; empty:
+/// all) lie before both cameras.
+PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
+                      const std::vector<std::uint8_t>& inliers = {});
 
 /// The space point, in the first camera's frame, of least algebraic error (linear triangulation, Hartley and Zisserman
 /// 12.2). False when the rays are parallel, or something is not finite.
@@ -60,8 +63,8 @@ double DirectionAngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 struct RotationTest {
   Status status = Status::kOk;  ///< kTooFewPoints (fewer than 2) or kDegenerate (not finite, all rays equal)
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  double explained = 0.0;       ///< share of the points within the threshold of R x1
-  bool pure_rotation = false;   ///< explained >= kPureRotationShare
+  double explained = 0.0;      ///< share of the points within the threshold of R x1
+  bool pure_rotation = false;  ///< explained >= kPureRotationShare
 };
 constexpr double kPureRotationShare = 0.9;
 
@@ -69,6 +72,7 @@ constexpr double kPureRotationShare = 0.9;
 /// counts those with |π(R x1) − x2| <= threshold, all in normalised coordinates; give E's inliers and their threshold.
 /// The test asks whether t is needed at all to explain what supports E: with parallax, a rotation explains only distant
 /// points. A far scene seen with little parallax is flagged too: its t is as unobservable.
-RotationTest TestPureRotation(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers = {});
+RotationTest TestPureRotation(const PointMatrix& points, double threshold,
+                              const std::vector<std::uint8_t>& inliers = {});
 
 }  // namespace diffsac

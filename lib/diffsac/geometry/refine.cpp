@@ -2,12 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
+#include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/sampson_equations.h"
 
 namespace diffsac {
 namespace {
@@ -18,41 +19,41 @@ struct Observation {
 };
 using Observations = std::vector<Observation>;
 
-/// J ᵀJ and Jᵀr over the nine entries of the matrix, before they are restricted to the manifold's tangent.
-struct NormalEquations {
-  Eigen::Matrix<double, 9, 9> normal;
-  Matrix3Parameters gradient;
-};
-
-/// Sampson distances: one residual a point.
-struct SampsonCost {
-  const Observations& observations;
-  RobustLoss loss;
-
-  double operator()(const Matrix3Parameters& model) const {
-    double sum = 0.0;
-    for (const Observation& o : observations) {
-      const double r = SampsonResidual(model.data(), o.point, nullptr);
-      sum += o.weight * loss.Value(r * r);
+/// Sampson distances: one residual a point. Keeps the points as columns, so that several are handled at a time.
+class SampsonCost {
+ public:
+  SampsonCost(const Observations& observations, const RobustLoss& loss)
+      : loss_(loss), columns_(observations.size(), 4), weights_(observations.size()), work_(observations.size()) {
+    for (Eigen::Index i = 0; i < weights_.size(); ++i) {
+      for (int j = 0; j < 4; ++j) columns_(i, j) = observations[i].point[j];
+      weights_[i] = observations[i].weight;
     }
+    for (int j = 0; j < 4; ++j) pointers_[j] = columns_.col(j).data();
+  }
+
+  double operator()(const Matrix3Parameters& model) {
+    Distances(model);
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < work_.size(); ++i) sum += weights_[i] * loss_.Value(work_[i] * work_[i]);
     return sum;
   }
 
-  NormalEquations Linearize(const Matrix3Parameters& model) const {
-    double normal[9][9] = {}, gradient[9] = {};
-    for (const Observation& o : observations) {
-      double g[9];
-      const double r = SampsonResidual(model.data(), o.point, g);
-      const double weight = o.weight * loss.Weight(r * r);
-      if (!(weight > 0.0)) continue;
-      for (int i = 0; i < 9; ++i) {
-        const double scaled = weight * g[i];
-        gradient[i] += scaled * r;
-        for (int j = 0; j < 9; ++j) normal[i][j] += scaled * g[j];
-      }
-    }
-    return {Eigen::Map<const Eigen::Matrix<double, 9, 9>>(&normal[0][0]), Eigen::Map<const Matrix3Parameters>(gradient)};
+  NormalEquations Linearize(const Matrix3Parameters& model) {
+    Distances(model);
+    for (Eigen::Index i = 0; i < work_.size(); ++i) work_[i] = weights_[i] * loss_.Weight(work_[i] * work_[i]);
+    return SumSampsonEquations(model.data(), pointers_, work_.data(), static_cast<int>(work_.size()));
   }
+
+ private:
+  void Distances(const Matrix3Parameters& model) {
+    SampsonDistances(model.data(), pointers_, 0, static_cast<int>(work_.size()), work_.data());
+  }
+
+  RobustLoss loss_;
+  Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;
+  Eigen::VectorXd weights_;
+  Eigen::VectorXd work_;   ///< distances, then robust weights
+  const double* pointers_[4];
 };
 
 /// Sums over transfer residuals. With q qᵀ (6 values) times 1, p_0, p_1 and |p|², the blocks of JᵀJ are
@@ -62,8 +63,7 @@ class TransferSums {
   void Add(const TransferResidual& t, double weight) {
     const double* q = t.q;
     const double square[6] = {q[0] * q[0], q[0] * q[1], q[0] * q[2], q[1] * q[1], q[1] * q[2], q[2] * q[2]};
-    const double factor[4] = {weight, weight * t.p[0], weight * t.p[1],
-                              weight * (t.p[0] * t.p[0] + t.p[1] * t.p[1])};
+    const double factor[4] = {weight, weight * t.p[0], weight * t.p[1], weight * (t.p[0] * t.p[0] + t.p[1] * t.p[1])};
     const double pull[3] = {weight * t.r[0], weight * t.r[1], -weight * (t.r[0] * t.p[0] + t.r[1] * t.p[1])};
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 6; ++k) sums_[j][k] += factor[j] * square[k];
@@ -115,7 +115,8 @@ struct TransferCost {
   }
 };
 
-/// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its derivative.
+/// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its
+/// derivative.
 struct SymmetricCost {
   const Observations& observations;
   RobustLoss loss;
@@ -153,7 +154,7 @@ struct SymmetricCost {
 
 /// Levenberg-Marquardt; a step is taken only where it lowers the cost. True when the model moved.
 template <class Manifold, class Cost>
-bool Minimize(const Cost& cost, const RefineOptions& options, Manifold* state, RefineReport* report) {
+bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, RefineReport* report) {
   constexpr int kFreedom = Manifold::kFreedom;
   using Vector = Eigen::Matrix<double, kFreedom, 1>;
   constexpr double kMaxDamping = 1e10, kMinDamping = 1e-10;
@@ -249,8 +250,7 @@ void RefineNormalizedHomography(const Observations& observations, const RefineOp
   const double scale = n.first.scale;
   HomographyManifold state =
       HomographyManifold::From(AsParameters(n.second.Matrix() * AsMatrix(*model) * n.first.Inverse()));
-  const Cost cost{observations, Scaled(options.loss, scale)};
-  const bool moved = Minimize(cost, options, &state, report);
+  const bool moved = Minimize(Cost{observations, Scaled(options.loss, scale)}, options, &state, report);
   Rescale(scale, report);
   if (moved) Keep(AsParameters(n.second.Inverse() * AsMatrix(state.Parameters()) * n.first.Matrix()), report, model);
 }
@@ -303,9 +303,9 @@ RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd&
   report.status = Prepare(points, weights, 7, true, *model, &n, &observations);
   if (report.status != Status::kOk) return report;
   const double scale = n.first.scale;
-  FundamentalManifold state = FundamentalManifold::From(
-      AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved = Minimize(SampsonCost{observations, Scaled(options.loss, scale)}, options, &state, &report);
+  FundamentalManifold state =
+      FundamentalManifold::From(AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
+  const bool moved = Minimize(SampsonCost(observations, Scaled(options.loss, scale)), options, &state, &report);
   Rescale(scale, &report);
   if (moved)
     Keep(AsParameters(n.second.Matrix().transpose() * AsMatrix(state.Parameters()) * n.first.Matrix()), &report, model);
@@ -320,7 +320,7 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
   report.status = Prepare(points, weights, 5, false, *model, &identity, &observations);
   if (report.status != Status::kOk) return report;
   EssentialManifold state = EssentialManifold::From(*model);
-  if (Minimize(SampsonCost{observations, options.loss}, options, &state, &report))
+  if (Minimize(SampsonCost(observations, options.loss), options, &state, &report))
     Keep(state.Parameters(), &report, model);
   return report;
 }
