@@ -254,7 +254,10 @@ TEST_CASE("Unknown names are refused") {
   refused([](ConsensusOptions& o) { o.stopping = "never"; });
   refused([](ConsensusOptions& o) { o.final_refinement = "best"; });
   refused([](ConsensusOptions& o) { o.local_optimization = "gc"; });
-  refused([](ConsensusOptions& o) { o.residual_dof = 9; o.score = "magsac_pp"; });
+  refused([](ConsensusOptions& o) {
+    o.residual_dof = 9;
+    o.score = "magsac_pp";
+  });
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ TEST_CASE("Incomplete gamma functions agree with their integrals") {
       // The reference itself loses digits near a pole at 0.
       CHECK(UpperIncompleteGamma(twice_a, x) == Approx(expected).epsilon(twice_a <= 1 && x < 1e-2 ? 1e-6 : 1e-10));
       if (twice_a > 0)
-        CHECK(LowerIncompleteGamma(twice_a, x) + UpperIncompleteGamma(twice_a, x) == Approx(std::tgamma(0.5 * twice_a)));
+        CHECK(LowerIncompleteGamma(twice_a, x) + UpperIncompleteGamma(twice_a, x) ==
+              Approx(std::tgamma(0.5 * twice_a)));
     }
 }
 
@@ -111,7 +112,9 @@ TEST_CASE("The exact loss is a score") {
     CAPTURE(dof);
     const MagsacLoss loss(2.0, dof);
     testing::CheckScore({[&](double r) { return loss.Score(r); },
-                         [&](double r) { return -r * loss.ExactWeight(r) / 4.0; }, 2.0, {2.0}});
+                         [&](double r) { return -r * loss.ExactWeight(r) / 4.0; },
+                         2.0,
+                         {2.0}});
   }
 }
 

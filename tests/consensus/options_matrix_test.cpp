@@ -197,11 +197,11 @@ TEST_CASE("MAGSAC++ is more accurate than a plain search, most of all where the 
       magsac_error += error(options);
       options.local_optimization = "gc_ransac";
       cut_error += error(options);
-  }
-  CAPTURE(sigma, plain_error, magsac_error, cut_error);
-  const double share = sigma > 0.5 * kThreshold ? 0.85 : 0.97;
-  CHECK(magsac_error < share * plain_error);
-  CHECK(cut_error < share * plain_error);
+    }
+    CAPTURE(sigma, plain_error, magsac_error, cut_error);
+    const double share = sigma > 0.5 * kThreshold ? 0.85 : 0.97;
+    CHECK(magsac_error < share * plain_error);
+    CHECK(cut_error < share * plain_error);
   }
 }
 
@@ -238,8 +238,7 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
           options.final_refinement = "lm";
           ConsensusHints hints;
           hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
-          const auto result =
-              SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints, 2);
+          const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints, 2);
           CAPTURE(name, score, optimizer, points.rows(), scale);
           CHECK(result.status == expected);
           CHECK(result.model.size() == (expected == Status::kOk ? 3 : 0));
@@ -251,7 +250,8 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
 
 TEST_CASE("Useless thresholds give no model") {
   const PointMatrix points = MakeRandomProblem<2>(30, 0.5, 0.03, Rng(5)).points;
-  for (double threshold : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+  for (double threshold :
+       {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     CHECK(SampleConsensus<Line>(points, threshold, UniformSource(), {}, Rng(1)).status == Status::kNoModel);
   for (double threshold : {1e-300, 1e-12, 1e12, 1e300})
     for (const char* score : kScores) {
@@ -294,7 +294,8 @@ TEST_CASE("New options read from YAML and come back out; the defaults are the ol
   CHECK(options.residual_dof == 4);
   CHECK(options.max_iterations == 7);
   CHECK(options.sprt);
-  CHECK(WriteOptions(ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)))) == WriteOptions(options));
+  CHECK(WriteOptions(ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)))) ==
+        WriteOptions(options));
   for (const char* wrong : {"confidence: 1\n", "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n",
                             "final_refinement: yes\n", "spatial_weight: -1\n", "irls_rounds: 0\n"})
     CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString(wrong)), Error);

@@ -55,7 +55,8 @@ std::vector<NamedSource> AllSources(const PointMatrix& points, int set_size, con
   all.push_back({"p_napsac without quality", MakeHypothesisSource(options, points, set_size)});
   all.push_back({"given", std::make_unique<GivenSource>(given)});
   for (bool unique : {false, true})
-    all.push_back({"confidence", std::make_unique<ConfidenceSource>(confidences, Selection::kProbabilistic, unique, 1.0)});
+    all.push_back(
+        {"confidence", std::make_unique<ConfidenceSource>(confidences, Selection::kProbabilistic, unique, 1.0)});
   return all;
 }
 

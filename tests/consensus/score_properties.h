@@ -11,9 +11,9 @@ namespace diffsac::testing {
 struct ScoreFunction {
   std::function<double(double)> value;
   std::function<double(double)> derivative;
-  double threshold;                 ///< The scale of residuals worth looking at.
-  std::vector<double> kinks;        ///< Where the derivative need not exist.
-  double value_error = 0.0;         ///< How far `value` may be from the function `derivative` belongs to.
+  double threshold;           ///< The scale of residuals worth looking at.
+  std::vector<double> kinks;  ///< Where the derivative need not exist.
+  double value_error = 0.0;   ///< How far `value` may be from the function `derivative` belongs to.
 };
 
 /// What every score must be: within [0, 1], 1 at 0, never rising, 0 far away and for NaN, with the derivative it says.
@@ -44,7 +44,8 @@ inline void CheckScore(const ScoreFunction& score) {
                          (12.0 * step);
     CAPTURE(residual);
     REQUIRE(score.derivative(residual) <= 0.0);
-    REQUIRE(slope == Approx(score.derivative(residual)).margin((1e-5 + 2.0 * score.value_error / 1e-3) / score.threshold));
+    REQUIRE(slope ==
+            Approx(score.derivative(residual)).margin((1e-5 + 2.0 * score.value_error / 1e-3) / score.threshold));
   }
 }
 

@@ -23,7 +23,8 @@ TEST_CASE("Every score has the properties of a score, at any scale") {
         const double threshold = 0.1 * scale;
         const Score score(kind, threshold, 0.03 * scale, 20.0, dof);
         const double table_error = kind == ScoreKind::kMagsac ? 1e-6 : 0.0;
-        testing::CheckScore({score, [&](double r) { return score.Derivative(r); }, threshold, {threshold}, table_error});
+        testing::CheckScore(
+            {score, [&](double r) { return score.Derivative(r); }, threshold, {threshold}, table_error});
         if (kind != ScoreKind::kMagsac) break;
       }
 }

@@ -8,10 +8,10 @@
 
 namespace diffsac {
 
-/// Local optimisation of graph-cut RANSAC (Barath and Matas, CVPR 2018, algorithm 2): the best model's inliers are found
-/// by a graph cut, then least squares on all of them and, `samples` times, on 7γ random ones; from the start again while
-/// the score rises, kRounds times at most. Returns the best model met, the start itself when none scores higher; every
-/// fit is added to *fits.
+/// Local optimisation of graph-cut RANSAC (Barath and Matas, CVPR 2018, algorithm 2): the best model's inliers are
+/// found by a graph cut, then least squares on all of them and, `samples` times, on 7γ random ones; from the start
+/// again while the score rises, kRounds times at most. Returns the best model met, the start itself when none scores
+/// higher; every fit is added to *fits.
 template <MinimalModel Model>
 ScoredModel<Model> OptimizeByGraphCut(const Scorer<Model>& scorer, const Score& score, double threshold,
                                       const GraphCut& graph_cut, int samples, const ScoredModel<Model>& start, Rng rng,

@@ -48,6 +48,8 @@ double UpperIncompleteGamma(int twice_a, double x) {
   return value;
 }
 
-double LowerIncompleteGamma(int twice_a, double x) { return std::tgamma(0.5 * twice_a) - UpperIncompleteGamma(twice_a, x); }
+double LowerIncompleteGamma(int twice_a, double x) {
+  return std::tgamma(0.5 * twice_a) - UpperIncompleteGamma(twice_a, x);
+}
 
 }  // namespace diffsac

@@ -5,12 +5,12 @@
 
 namespace diffsac {
 
-/// Iteratively reweighted least squares with the weights of MAGSAC++ (σ-consensus++: Barath, Noskova, Ivashechkin, Matas,
-/// CVPR 2020, section 3.2), until no weight moves by more than 1e-3 of the largest, `rounds` times at most. Returns the
-/// best model met by `score`, the start itself when none scores higher; every fit is added to *fits.
+/// Iteratively reweighted least squares with the weights of MAGSAC++ (σ-consensus++: Barath, Noskova, Ivashechkin,
+/// Matas, CVPR 2020, section 3.2), until no weight moves by more than 1e-3 of the largest, `rounds` times at most.
+/// Returns the best model met by `score`, the start itself when none scores higher; every fit is added to *fits.
 template <MinimalModel Model>
-ScoredModel<Model> OptimizeReweighted(const Scorer<Model>& scorer, const Score& score, const MagsacLoss& loss, int rounds,
-                                      const ScoredModel<Model>& start, int* fits) {
+ScoredModel<Model> OptimizeReweighted(const Scorer<Model>& scorer, const Score& score, const MagsacLoss& loss,
+                                      int rounds, const ScoredModel<Model>& start, int* fits) {
   constexpr double kTolerance = 1e-3;
   ScoredModel<Model> best = start;
   typename Model::Parameters model = start.model;

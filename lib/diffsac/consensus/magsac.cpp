@@ -11,8 +11,8 @@
 namespace diffsac {
 namespace {
 
-constexpr std::array<double, MagsacLoss::kMaxDof> kChiQuantiles99 = {2.575829303548900, 3.034854258770293, 3.368214175218708,
-                                                                     3.643721193503647, 3.884105105347836, 4.100230948345577};
+constexpr std::array<double, MagsacLoss::kMaxDof> kChiQuantiles99 = {
+    2.575829303548900, 3.034854258770293, 3.368214175218708, 3.643721193503647, 3.884105105347836, 4.100230948345577};
 /// Residuals below this share of the threshold weigh as if they were there.
 constexpr double kSmallestShare = 1e-3;
 

@@ -11,7 +11,8 @@ namespace diffsac {
 /// for r ≤ τ; beyond, the weight is 0 and the loss ρ(τ). The score of a residual is 1 − ρ(r)/ρ(τ).
 ///
 /// By its definition n is 1 for the distance to a line or plane, 2 for transfer into one image, 4 for correspondences
-/// (the paper's choice; see kResidualDof in model_hooks.h for what works). For n = 1 the weight grows without bound, as −log r; `Weight` is capped at its value for r = τ/1000.
+/// (the paper's choice; see kResidualDof in model_hooks.h for what works). For n = 1 the weight grows without bound, as
+/// −log r; `Weight` is capped at its value for r = τ/1000.
 class MagsacLoss {
  public:
   static constexpr int kMaxDof = 6;
@@ -37,8 +38,8 @@ class MagsacLoss {
 /// The .99 quantile of the χ distribution with n degrees of freedom, 1 … 6.
 double ChiQuantile99(int dof);
 
-/// Score(r) for τ = 1 at r = i / kMagsacTableSize, i = 0 … kMagsacTableSize; made at the first use. Linear interpolation
-/// in it is within 1e-6 of MagsacLoss::Score.
+/// Score(r) for τ = 1 at r = i / kMagsacTableSize, i = 0 … kMagsacTableSize; made at the first use. Linear
+/// interpolation in it is within 1e-6 of MagsacLoss::Score.
 inline constexpr int kMagsacTableSize = 4096;
 const double* MagsacScoreTable(int dof);
 

@@ -41,12 +41,11 @@ double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals);
 /// As `sigma_prior` of MixtureRefit: σ is known and stays.
 inline constexpr double kSigmaKnown = std::numeric_limits<double>::infinity();
 
-/// Expectation maximisation over the model, w and, unless it is known, σ, from *model and the inlier share `start`. Each
-/// iteration weights every point by its posterior probability q of being an inlier and fits by weighted total least
-/// squares; stops when no weight moves by more than 1e-3, after 30 iterations (100 with σ), or when the fit fails (the
-/// last model stays).
-/// sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate is
-/// σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
+/// Expectation maximisation over the model, w and, unless it is known, σ, from *model and the inlier share `start`.
+/// Each iteration weights every point by its posterior probability q of being an inlier and fits by weighted total
+/// least squares; stops when no weight moves by more than 1e-3, after 30 iterations (100 with σ), or when the fit fails
+/// (the last model stays). sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate
+/// is σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
 /// being left out. Must be positive.
 /// Returns the number of fits; *model is the result.
 template <MinimalModel Model>

@@ -9,7 +9,8 @@ namespace diffsac {
 
 /// What a model may offer the loop beyond MinimalModel. Each hook is a static member; a model without it goes without.
 ///
-///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the paper's
+///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the
+///   paper's
 ///                                    choice for correspondences, and the most accurate of 1, 2 and 4 for lines and
 ///                                    planes as well: the weights of n = 1 rise without bound towards 0 and waste
 ///                                    inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean error of 300
@@ -33,9 +34,8 @@ concept HasRefine = requires(const PointMatrix& points, double threshold, typena
 };
 
 template <class M>
-concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set,
-                                         const typename M::Parameters& model, double threshold, Rng rng,
-                                         typename M::Parameters* out, int* fits) {
+concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
+                                         double threshold, Rng rng, typename M::Parameters* out, int* fits) {
   { M::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
 };
 

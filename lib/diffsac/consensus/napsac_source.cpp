@@ -22,7 +22,9 @@ int NapsacSource::DrawBlock(int num_points, int set_size, std::int64_t first, in
 
 ProgressiveNapsacSource::ProgressiveNapsacSource(const PointMatrix& points, std::span<const double> quality,
                                                  int set_size, int local_draws)
-    : index_(points), set_size_(set_size), local_draws_(std::int64_t{local_draws} * points.rows()),
+    : index_(points),
+      set_size_(set_size),
+      local_draws_(std::int64_t{local_draws} * points.rows()),
       prosac_(quality, set_size) {
   const int num_points = index_.size();
   if (set_size < 1 || num_points < set_size) return;

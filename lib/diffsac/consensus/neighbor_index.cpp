@@ -28,7 +28,8 @@ constexpr int kLeafSize = 16;
 
 struct NeighborIndex::Impl {
   explicit Impl(const PointMatrix& points)
-      : cloud{points}, tree(static_cast<int>(points.cols()), cloud, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {
+      : cloud{points},
+        tree(static_cast<int>(points.cols()), cloud, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {
     tree.buildIndex();
   }
   Cloud cloud;

@@ -81,9 +81,9 @@ struct ConsensusResult {
   double score = 0.0;                 ///< of the returned model, by the score that chose it last
   int hypotheses = 0;                 ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
-  std::int64_t iterations = 0;                 ///< minimal sets drawn
-  StopReason stop = StopReason::kNotRun;       ///< why there were no more
-  int rejected_early = 0;                      ///< models dropped by the sequential test
+  std::int64_t iterations = 0;            ///< minimal sets drawn
+  StopReason stop = StopReason::kNotRun;  ///< why there were no more
+  int rejected_early = 0;                 ///< models dropped by the sequential test
 };
 
 /// Optional extra hypotheses.
@@ -120,11 +120,11 @@ Status CheckPoints(const PointMatrix& points);
 
 /// The instantiations for one model: extern in this header, defined in a file that includes sample_consensus_impl.h.
 /// A model of one's own needs that include alone.
-#define DIFFSAC_CONSENSUS_TEMPLATES(prefix, Model)                                                                   \
-  prefix template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, const std::vector<int>&,        \
-                                                         const ConsensusOptions&, Rng, const ConsensusHints&);       \
-  prefix template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, const HypothesisSource&,        \
-                                                         const ConsensusOptions&, Rng, const ConsensusHints&, int);  \
+#define DIFFSAC_CONSENSUS_TEMPLATES(prefix, Model)                                                                  \
+  prefix template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, const std::vector<int>&,       \
+                                                         const ConsensusOptions&, Rng, const ConsensusHints&);      \
+  prefix template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, const HypothesisSource&,       \
+                                                         const ConsensusOptions&, Rng, const ConsensusHints&, int); \
   prefix template Status CheckPoints<Model>(const PointMatrix&);
 
 DIFFSAC_CONSENSUS_TEMPLATES(extern, Line)

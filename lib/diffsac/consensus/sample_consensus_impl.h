@@ -134,8 +134,7 @@ class Run {
   void Solve(int draw) {
     Slot& slot = slots_[draw];
     const int* set = sets_.data() + static_cast<std::size_t>(draw) * Model::kMinimalSize;
-    const bool valid =
-        std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i >= 0 && i < scorer_.size(); });
+    const bool valid = std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i >= 0 && i < scorer_.size(); });
     slot.solutions = valid ? Model::SolveMinimal(scorer_.points(), set, slot.models) : 0;
   }
 
@@ -216,8 +215,8 @@ class Run {
       if (set == nullptr) return best;
       Parameters others[Model::kMaxSolutions];
       const Rng rng = rng_.Fork("degeneracy", mended_runs_++);
-      const int count = Model::RecoverFromDegeneracy(scorer_.points(), set, found.model, score_threshold_, rng, others,
-                                                     &hypotheses_);
+      const int count =
+          Model::RecoverFromDegeneracy(scorer_.points(), set, found.model, score_threshold_, rng, others, &hypotheses_);
       for (int i = 0; i < count; ++i) {
         const double score = scorer_(others[i], score_, best.score);
         if (score > best.score) best = {others[i], score};
@@ -255,7 +254,9 @@ class Run {
     return static_cast<int>((scorer_.Residuals(model).array() <= threshold_).count());
   }
 
-  double InlierShare(const Parameters& model) const { return static_cast<double>(CountInliers(model)) / scorer_.size(); }
+  double InlierShare(const Parameters& model) const {
+    return static_cast<double>(CountInliers(model)) / scorer_.size();
+  }
 
   double FinalScore(const Parameters& model) const {
     if (final_kind_ == ScoreKind::kGaussianUniform) return MixtureScore(mixture_, scorer_.Residuals(model));
@@ -308,8 +309,7 @@ class Run {
   /// (docs/experiments.md).
   void EstimateSigmaToo(ConsensusResult* result) {
     Parameters model = result->model;
-    hypotheses_ += MixtureRefit<Model>(scorer_.points(), mixture_, InlierShare(model), &model,
-                                       options_.sigma_prior);
+    hypotheses_ += MixtureRefit<Model>(scorer_.points(), mixture_, InlierShare(model), &model, options_.sigma_prior);
     if (CountInliers(model) < Model::kMinimalSize) return;
     result->model = model;
     result->score = FinalScore(model);
@@ -406,8 +406,8 @@ ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_thresho
   if (!consensus_internal::CheckProblem<Model>(points, inlier_threshold, &result)) return result;
   consensus_internal::Run<Model> run(points, inlier_threshold, options, rng);
   run.ConsiderHints(hints);
-  run.ConsiderSource(source,
-                     {options.max_iterations, options.min_iterations, StopsByConfidence(options.stopping)}, threads);
+  run.ConsiderSource(source, {options.max_iterations, options.min_iterations, StopsByConfidence(options.stopping)},
+                     threads);
   run.Finish(&result);
   return result;
 }

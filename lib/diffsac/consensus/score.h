@@ -42,7 +42,7 @@ class Score {
   double odds_;
   double inverse_log_;
   int residual_dof_;
-  const double* table_;       ///< Of kMagsac, for residuals 0 … threshold.
+  const double* table_;  ///< Of kMagsac, for residuals 0 … threshold.
   double table_scale_;
 };
 

@@ -27,8 +27,7 @@ void SequentialTest::Design() {
   }
   inlier_factor_ = bad_share_ / good_share_;
   outlier_factor_ = (1.0 - bad_share_) / (1.0 - good_share_);
-  const double information =
-      (1.0 - bad_share_) * std::log(outlier_factor_) + bad_share_ * std::log(inlier_factor_);
+  const double information = (1.0 - bad_share_) * std::log(outlier_factor_) + bad_share_ * std::log(inlier_factor_);
   const double base = kSolveCost * information / solutions_per_set_ + 1.0;
   decision_threshold_ = base;
   for (int i = 0; i < 10; ++i) decision_threshold_ = base + std::log(decision_threshold_);

@@ -6,9 +6,9 @@ namespace diffsac {
 
 /// Wald's sequential probability ratio test of a model (Matas and Chum, "Randomized RANSAC with sequential probability
 /// ratio test", ICCV 2005). Points are looked at in a random order that is fixed for a problem; a model is dropped once
-/// the likelihood ratio of "bad" (a point is an inlier with probability δ) to "good" (ε) exceeds the threshold A. A good
-/// model is lost with probability 1/A, so results can differ from those without the test, and the number of draws for a
-/// confidence grows by 1/(1 − 1/A).
+/// the likelihood ratio of "bad" (a point is an inlier with probability δ) to "good" (ε) exceeds the threshold A. A
+/// good model is lost with probability 1/A, so results can differ from those without the test, and the number of draws
+/// for a confidence grows by 1/(1 − 1/A).
 ///
 /// ε is raised to the inlier share of each new best model, δ follows the dropped models; A is the best threshold for
 /// them (section 3.1), given that solving a set costs as much as `kSolveCost` residuals.
@@ -58,8 +58,8 @@ class SequentialTest {
 
   static constexpr int kBlock = 64;
   double solutions_per_set_;
-  double good_share_ = 0.1;   ///< ε, from the paper's start.
-  double bad_share_ = 0.01;   ///< δ, likewise.
+  double good_share_ = 0.1;  ///< ε, from the paper's start.
+  double bad_share_ = 0.01;  ///< δ, likewise.
   double tested_ = 0.0, tested_inliers_ = 0.0;
   double inlier_factor_ = 1.0, outlier_factor_ = 1.0, decision_threshold_ = 0.0;
 };
