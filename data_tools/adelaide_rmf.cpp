@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kPlausibleDistancePx = 3.0;
-constexpr double kPlausibleShare = 0.8;   // the good files explain 0.9 and more, the two bad ones 0.6 and 0.7
+constexpr double kPlausibleShare = 0.8;  // the good files explain 0.9 and more, the two bad ones 0.6 and 0.7
 constexpr const char* kModelSuffix = "_model.txt";
 
 struct LabelledPoints {
@@ -85,7 +85,8 @@ Eigen::Matrix3d FitFundamental(const PointMatrix& inliers, const std::string& pa
   }
   cv::Mat fitted;
   if (inliers.rows() >= 8) fitted = cv::findFundamentalMat(first, second, cv::USAC_MAGSAC, 2.0, 0.9999, 10000);
-  if (fitted.rows != 3 || fitted.cols != 3) throw Error(path + ": the labelled inliers determine no fundamental matrix");
+  if (fitted.rows != 3 || fitted.cols != 3)
+    throw Error(path + ": the labelled inliers determine no fundamental matrix");
   return MatrixFromRows(fitted.ptr<double>());
 }
 

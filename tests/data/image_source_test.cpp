@@ -82,7 +82,9 @@ TEST_CASE("KITTI: camera-to-world poses, pairs by step, frames that are missing"
   REQUIRE(source.scenes[1].pairs.size() == 1);
   CHECK((source.scenes[1].pairs[0].image1 == 1 && source.scenes[1].pairs[0].image2 == 2));
 
-  const auto error = [&](const std::vector<int>& steps = {1}) { return ErrorOf([&] { ReadKitti(root, "03", steps); }); };
+  const auto error = [&](const std::vector<int>& steps = {1}) {
+    return ErrorOf([&] { ReadKitti(root, "03", steps); });
+  };
   CHECK(Has(error({7}), "kitti_03_step_07"));
   CHECK(Has(error({0}), "positive"));
   CHECK(Has(error({}), "at least one"));
@@ -143,7 +145,8 @@ TEST_CASE("COLMAP: world-to-camera quaternions, its pixels, lines without points
     WriteRaw(root + "/sparse/0/images.txt", images);
   };
   const std::string cameras =
-      "# comment\n1 SIMPLE_RADIAL 10 8 500 5 4 -0.03\n2 OPENCV 10 8 500 510 5 4 0.1 0.2 0.3 0.4\n3 PINHOLE 10 8 1 2 3 4\n";
+      "# comment\n1 SIMPLE_RADIAL 10 8 500 5 4 -0.03\n2 OPENCV 10 8 500 510 5 4 0.1 0.2 0.3 0.4\n3 PINHOLE 10 8 1 2 3 "
+      "4\n";
   const std::string images = "# comment\n2 0.6 0 0 0.8 1 2 3 1 b.jpg\n1 2 -1\n1 1 0 0 0 1 2 3 2 a-1.jpg\n\n";
   write(cameras, images);
   const ImageSource source = ReadColmap(root);
@@ -231,7 +234,8 @@ TEST_CASE("AdelaideRMF: labels, tentative matches, a wrong F is fitted again") {
   };
   std::string labelled, tentative = "60\n", scores;
   for (Eigen::Index i = 0; i < 60; ++i) {
-    const std::string x1 = number(points(i, 0)) + number(points(i, 1)), x2 = number(points(i, 2)) + number(points(i, 3));
+    const std::string x1 = number(points(i, 0)) + number(points(i, 1)),
+                      x2 = number(points(i, 2)) + number(points(i, 3));
     labelled += x1 + "1 " + x2 + "1 " + std::to_string(i % 3) + "\n";
     tentative += x1 + x2 + "\n";
     scores += number(pair.problem.quality[i]) + "\n";

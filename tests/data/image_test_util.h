@@ -31,7 +31,8 @@ inline cv::Mat Texture(int width, int height, std::uint64_t seed) {
 }
 
 // What a camera sees of a texture on the world's plane z = 5, 100 texture pixels a unit.
-inline cv::Mat Render(const cv::Mat& texture, const LensCamera& camera, const RigidMotion& pose, const ImageSize& size) {
+inline cv::Mat Render(const cv::Mat& texture, const LensCamera& camera, const RigidMotion& pose,
+                      const ImageSize& size) {
   cv::Mat map_x(size.height, size.width, CV_32F), map_y(size.height, size.width, CV_32F), image;
   const Eigen::Matrix3d inverse_K = camera.K.inverse();
   const Eigen::Vector3d centre = -pose.rotation.transpose() * pose.translation;

@@ -67,8 +67,8 @@ void WriteStrecha(const Views& views, const std::string& root) {
     views.Write(root + "/images/" + name, i, PlainCamera());
     const Eigen::Matrix3d to_world = views.poses[i].rotation.inverse();
     const Eigen::Vector3d centre = -(to_world * views.poses[i].translation);
-    WriteRaw(root + "/gt_dense_cameras/" + name + ".camera", Text(PlainCamera().K) + "0 0 0\n" + Text(to_world) +
-                                                                  Text(centre.transpose()) + "320 240\n");
+    WriteRaw(root + "/gt_dense_cameras/" + name + ".camera",
+             Text(PlainCamera().K) + "0 0 0\n" + Text(to_world) + Text(centre.transpose()) + "320 240\n");
   }
 }
 

@@ -1,5 +1,5 @@
-// The conventions of the real sets beside the checkout: matches of real images must obey the ground truth as it is read,
-// and must not obey it under the opposite convention.
+// The conventions of the real sets beside the checkout: matches of real images must obey the ground truth as it is
+// read, and must not obey it under the opposite convention.
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -152,7 +152,8 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     // The tentative matches are of the same images; a good ratio goes with the truth.
     CHECK(tentative.pairs[i].id == pair.id);
     CHECK(ShareNear(tentative.pairs[i].problem, tentative.pairs[i].truth, 3.0) > 0.3);
-    CHECK((tentative.pairs[i].problem.quality.minCoeff() >= 0.0 && tentative.pairs[i].problem.quality.maxCoeff() <= 1.0));
+    CHECK(
+        (tentative.pairs[i].problem.quality.minCoeff() >= 0.0 && tentative.pairs[i].problem.quality.maxCoeff() <= 1.0));
   }
 }
 
