@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -18,13 +19,15 @@ constexpr Eigen::Index kBlockRows = 256;
 
 // Calibrations refer to the pixels as stored, so the orientation flag is ignored.
 cv::Mat ReadGrayImage(const std::string& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) throw Error(path + ": no such file");
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     throw Error(path + ": cannot be read as an image: " + e.err);
   }
-  if (image.empty()) throw Error(path + ": no such file, or not an image");
+  if (image.empty()) throw Error(path + ": not an image, or truncated");
   return image;
 }
 

@@ -18,7 +18,8 @@ std::vector<std::string> ListImages(const std::string& folder) {
   std::vector<std::string> paths;
   for (const auto& entry : fs::directory_iterator(folder)) {
     std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     if (kExtensions.count(extension) > 0) paths.push_back(entry.path().string());
   }
   if (paths.empty()) throw Error(folder + ": no images in this folder");

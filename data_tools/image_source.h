@@ -11,15 +11,15 @@ namespace diffsac {
 
 /// An image with what its source knows about it.
 struct SourceImage {
-  std::string name;                  ///< Unique in the source, without '-' (which joins the names of a pair).
+  std::string name;  ///< Unique in the source, without '-' (which joins the names of a pair).
   std::string path;
   std::optional<LensCamera> camera;
-  std::optional<RigidMotion> pose;   ///< World-to-camera.
+  std::optional<RigidMotion> pose;  ///< World-to-camera.
 };
 
 struct SourcePair {
-  int image1 = 0, image2 = 0;        ///< Indices of images.
-  std::optional<Eigen::Matrix3d> homography;   ///< x2 ~ H x1 in pixels.
+  int image1 = 0, image2 = 0;                 ///< Indices of images.
+  std::optional<Eigen::Matrix3d> homography;  ///< x2 ~ H x1 in pixels.
 };
 
 /// Pairs that are evaluated together.
@@ -37,17 +37,17 @@ struct ImageSource {
 // The readers below throw Error with one line that names the file (and its line).
 
 /// KITTI odometry (Geiger et al., "Are we ready for autonomous driving?", CVPR 2012) in the official layout:
-/// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a frame.
-/// A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
+/// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a
+/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
 ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps);
 
-/// The dense-matching benchmark of Strecha et al. (CVPR 2008): `images/`, and `gt_dense_cameras/<image file>.camera` with
-/// K, zeros, the camera-to-world rotation, the camera's centre and width, height. All pairs.
+/// The dense-matching benchmark of Strecha et al. (CVPR 2008): `images/`, and `gt_dense_cameras/<image file>.camera`
+/// with K, zeros, the camera-to-world rotation, the camera's centre and width, height. All pairs.
 ImageSource ReadStrecha(const std::string& folder);
 
-/// A COLMAP text model (cameras.txt, images.txt; in the folder itself, in colmap_ground_truth, sparse/0 or sparse) beside
-/// `images/`; the camera models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV. All pairs. COLMAP's first
-/// pixel has its centre at (0.5, 0.5), which the calibration takes back.
+/// A COLMAP text model (cameras.txt, images.txt; in the folder itself, in colmap_ground_truth, sparse/0 or sparse)
+/// beside `images/`; the camera models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV. All pairs. COLMAP's
+/// first pixel has its centre at (0.5, 0.5), which the calibration takes back.
 ImageSource ReadColmap(const std::string& folder);
 
 /// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or

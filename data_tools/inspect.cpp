@@ -117,8 +117,8 @@ class Inspector {
     }
     const auto& labels = pair.truth.labels;
     if (!labels.empty())
-      labelled_.push_back(static_cast<double>(std::count_if(labels.begin(), labels.end(), [](int l) { return l > 0; })) /
-                          count);
+      labelled_.push_back(
+          static_cast<double>(std::count_if(labels.begin(), labels.end(), [](int l) { return l > 0; })) / count);
   }
 
   void Check(const TwoViewExample& pair, bool good, const char* problem) {
@@ -153,8 +153,8 @@ SceneSummary InspectScene(const std::string& folder, double threshold_px, const 
 }
 
 std::string SummaryText(const std::vector<SceneSummary>& summaries, double threshold_px) {
-  std::string text = Format("share: matches within %g px of the true model, %% (Sampson distance; transfer error for H)\n",
-                            threshold_px);
+  std::string text = Format(
+      "share: matches within %g px of the true model, %% (Sampson distance; transfer error for H)\n", threshold_px);
   text += Format("%-24s %6s  %-20s %6s  %-24s %8s %7s  %-8s %s\n", "scene", "pairs", "matches min/med/max", "mean",
                  "share p10/median/p90", "labelled", "repeats", "checks", "contents");
   for (const SceneSummary& s : summaries) {
@@ -164,8 +164,8 @@ std::string SummaryText(const std::vector<SceneSummary>& summaries, double thres
     const std::string checks = s.problems.empty() ? "ok" : std::to_string(s.problems.size()) + " bad";
     text += Format("%-24s %6d  %-20s %6s  %-24s %8s %7lld  %-8s %s\n", s.scene.c_str(), s.pairs, matches.c_str(),
                    s.has_truth ? Percent(s.mean_share).c_str() : "-", share.c_str(),
-                   s.labelled_share >= 0.0 ? Percent(s.labelled_share).c_str() : "-",
-                   static_cast<long long>(s.repeats), checks.c_str(), s.contents.c_str());
+                   s.labelled_share >= 0.0 ? Percent(s.labelled_share).c_str() : "-", static_cast<long long>(s.repeats),
+                   checks.c_str(), s.contents.c_str());
   }
   for (const SceneSummary& s : summaries) {
     for (std::size_t i = 0; i < std::min(s.problems.size(), kMaxProblemsShown); ++i)

@@ -16,14 +16,14 @@ struct Spread {
 struct SceneSummary {
   std::string scene;
   int pairs = 0;
-  Spread matches;                ///< Correspondences a pair.
-  bool has_truth = false;        ///< Whether distances to a true model are known.
-  double mean_share = 0.0;       ///< Of matches within the threshold of the truth, mean over pairs.
-  Spread share;                  ///< The same over pairs.
-  double labelled_share = -1.0;  ///< Of matches labelled as inliers, mean over pairs; -1 without labels.
-  std::int64_t repeats = 0;      ///< Correspondences equal to an earlier one of their pair.
-  std::string contents;          ///< "ratio K pose E F H labels": what the pairs have.
-  std::vector<std::string> problems;   ///< One line each, naming the pair.
+  Spread matches;                     ///< Correspondences a pair.
+  bool has_truth = false;             ///< Whether distances to a true model are known.
+  double mean_share = 0.0;            ///< Of matches within the threshold of the truth, mean over pairs.
+  Spread share;                       ///< The same over pairs.
+  double labelled_share = -1.0;       ///< Of matches labelled as inliers, mean over pairs; -1 without labels.
+  std::int64_t repeats = 0;           ///< Correspondences equal to an earlier one of their pair.
+  std::string contents;               ///< "ratio K pose E F H labels": what the pairs have.
+  std::vector<std::string> problems;  ///< One line each, naming the pair.
 };
 
 /// Reads all pairs of one scene. `threshold_px` is the distance that counts as an inlier. Checks: no value is infinite

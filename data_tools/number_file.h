@@ -8,7 +8,7 @@ namespace diffsac {
 
 /// One line of a text file with numbers.
 struct NumberLine {
-  int line = 0;   ///< Its number, from 1, for messages.
+  int line = 0;  ///< Its number, from 1, for messages.
   std::vector<double> values;
 };
 

@@ -248,7 +248,8 @@ bool RunPairs(const PairsRequest& request, const std::atomic<bool>& stop) {
   if (request.format == "adelaidermf") return RunAdelaideRmf(request, stop);
   ImageSource source = ReadSource(request);
   if (!request.scene.empty()) {
-    if (source.scenes.size() != 1) throw Error("--scene: the source has " + std::to_string(source.scenes.size()) + " scenes");
+    if (source.scenes.size() != 1)
+      throw Error("--scene: the source has " + std::to_string(source.scenes.size()) + " scenes");
     source.scenes[0].name = request.scene;
   }
   return PreparePairs(source, request.options, request.output, stop);

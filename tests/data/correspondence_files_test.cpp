@@ -224,9 +224,7 @@ TEST_CASE("missing, truncated and wrong files are named with their data set") {
     file.createGroup(id);
   }
   expect("Egt.h5", id, "data set");
-  {
-    H5::H5File file(path + "/matches.h5", H5F_ACC_TRUNC);
-  }
+  { H5::H5File file(path + "/matches.h5", H5F_ACC_TRUNC); }
   expect("matches.h5", "", "no pairs");
   for (const char* file : {"matches.h5", "match_conf.h5", "R.h5"}) {
     const std::string whole = ReadFile(path + "/" + file);

@@ -192,10 +192,11 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, TwoViewProble
   if (options.descriptors && descriptors.exists()) {
     const Numbers rows = descriptors.Read(id);
     if (rows.shape.size() != 2 || static_cast<Eigen::Index>(rows.shape[0]) != count || rows.shape[1] % 2 != 0)
-      throw Error(descriptors.Place(id) + ": expected " + std::to_string(count) + "x2d (image 1, then image 2), found " +
-                  ShapeText(rows));
+      throw Error(descriptors.Place(id) + ": expected " + std::to_string(count) +
+                  "x2d (image 1, then image 2), found " + ShapeText(rows));
     problem->descriptors =
-        Eigen::Map<const PointMatrix>(rows.values.data(), count, static_cast<Eigen::Index>(rows.shape[1])).cast<float>();
+        Eigen::Map<const PointMatrix>(rows.values.data(), count, static_cast<Eigen::Index>(rows.shape[1]))
+            .cast<float>();
   }
 }
 

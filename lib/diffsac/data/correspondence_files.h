@@ -13,8 +13,8 @@ namespace diffsac {
 
 /// How a scene in the layout of the CVPR 2020 RANSAC tutorial is read.
 struct CorrespondenceOptions {
-  double inlier_threshold_px = 1.0;   ///< The layout stores none.
-  bool descriptors = false;           ///< Whether to read `descriptors.h5` where it exists.
+  double inlier_threshold_px = 1.0;  ///< The layout stores none.
+  bool descriptors = false;          ///< Whether to read `descriptors.h5` where it exists.
 };
 
 /// One scene in the layout of the CVPR 2020 RANSAC tutorial: a folder of flat HDF5 files whose data sets carry the name

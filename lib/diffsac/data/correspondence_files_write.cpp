@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using Shape = std::vector<hsize_t>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",     "T.h5",          "Egt.h5",
+constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",          "Egt.h5",
                                   "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5"};
 
 // One flat file that is being written, with a data set for each call.
@@ -256,8 +256,6 @@ void SceneWriter::Write() {
 
 }  // namespace
 
-void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set) {
-  SceneWriter(folder, set).Write();
-}
+void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set) { SceneWriter(folder, set).Write(); }
 
 }  // namespace diffsac
