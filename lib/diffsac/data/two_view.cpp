@@ -42,11 +42,6 @@ Eigen::Matrix3d EssentialFromMotion(const RigidMotion& motion) {
   return CrossMatrix(motion.translation) * motion.rotation;
 }
 
-Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& essential, const Eigen::Matrix3d& K1,
-                                         const Eigen::Matrix3d& K2) {
-  return K2.inverse().transpose() * essential * K1.inverse();
-}
-
 void CompleteTruth(const TwoViewProblem& problem, TwoViewTruth* truth) {
   if (!truth->essential && truth->motion) truth->essential = EssentialFromMotion(*truth->motion);
   if (!problem.calibrated) return;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/geometry/points.h"
+#include "diffsac/geometry/pose.h"
 
 namespace diffsac {
 
@@ -71,10 +72,6 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 
 /// E = [t]× R.
 Eigen::Matrix3d EssentialFromMotion(const RigidMotion& motion);
-
-/// F = K2⁻ᵀ E K1⁻¹.
-Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& essential, const Eigen::Matrix3d& K1,
-                                         const Eigen::Matrix3d& K2);
 
 /// Fills E and F from what is there: E from the motion or from F and the calibration, F from E and the calibration.
 /// What is already known stays.
