@@ -23,8 +23,8 @@ struct Quadratic {
 };
 /// Nistér's order: x³ y³ x²y xy² x²z x² y²z y² xyz xy | xz² xz x | yz² yz y | z³ z² z 1.
 constexpr int kCubicTerms = 20;
-/// Sine of the angle between two rays below which noise may decide on which side they meet: a pixel at a focal length of
-/// 1000.
+/// Sine of the angle between two rays below which noise may decide on which side they meet: a pixel at a focal length
+/// of 1000.
 constexpr double kMinParallax = 1e-3;
 using Row = double[kCubicTerms];
 
@@ -250,7 +250,8 @@ void MixBasis(double (&basis)[4][9]) {
   }
 }
 
-int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
+/// `possible`: only solutions that a scene before both cameras can have.
+int SolveFive(const double (*points)[4], bool possible, Matrix3Parameters* out) {
   double rows[5][9], basis[4][9];
   for (int i = 0; i < 5; ++i) {
     const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
@@ -271,6 +272,10 @@ int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
   for (int i = 0; i < found; ++i) {
     const Eigen::Vector3d xy = NullVector(b, roots[i]);
     const Eigen::Vector4d share = Eigen::Vector4d(xy[0], xy[1], roots[i] * xy[2], xy[2]).normalized();
+    if (possible) {
+      const Eigen::Matrix3d e = Combine(columns, share);
+      if (!SatisfiesOrientation(e, points, 5) || !SatisfiesCheirality(e, points, 5)) continue;
+    }
     out[count] = columns * Polish(columns, share);
     out[count] /= out[count].norm();
     if (out[count].allFinite()) ++count;
@@ -304,19 +309,14 @@ int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  return SolveFive(p, out);
+  return SolveFive(p, false, out);
 }
 
 int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  const int found = SolveFive(p, out);
-  int count = 0;
-  for (int i = 0; i < found; ++i)
-    if (SatisfiesOrientation(AsMatrix(out[i]), p, 5) && SatisfiesCheirality(AsMatrix(out[i]), p, 5))
-      out[count++] = out[i];
-  return count;
+  return SolveFive(p, true, out);
 }
 
 bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {
