@@ -66,6 +66,42 @@ TEST_CASE("Solutions are essential matrices through the points, noisy ones too")
   }
 }
 
+TEST_CASE("Cheirality of a set: true for the true motion, and as the four poses say for any") {
+  Rng rng(8);
+  for (int trial = 0; trial < 500; ++trial) {
+    const auto problem = RandomProblem(5, rng);
+    double points[5][4];
+    for (int i = 0; i < 5; ++i)
+      for (int j = 0; j < 4; ++j) points[i][j] = problem.normalized(i, j);
+    CHECK(SatisfiesCheirality(AsMatrix(problem.essential), points, 5));
+    CHECK(SatisfiesCheirality(-3.0 * AsMatrix(problem.essential), points, 5));
+    Matrix3Parameters models[10];
+    const int count = SolveFivePoints(problem.normalized, kSet, models);
+    for (int k = 0; k < count; ++k) {
+      const Eigen::Matrix3d e = AsMatrix(models[k]);
+      bool any = false, small_parallax = false;
+      for (const RelativePose& pose : DecomposeEssential(e)) {
+        int in_front = 0;
+        for (int i = 0; i < 5; ++i) {
+          in_front += InFront(pose, points[i]) ? 1 : 0;
+          const Eigen::Vector3d a = pose.rotation * Eigen::Vector3d(points[i][0], points[i][1], 1.0);
+          const Eigen::Vector3d b(points[i][2], points[i][3], 1.0);
+          small_parallax = small_parallax || a.cross(b).norm() < 2e-3 * a.norm() * b.norm();
+        }
+        any = any || in_front == 5;
+      }
+      if (!small_parallax) CHECK(SatisfiesCheirality(e, points, 5) == any);
+    }
+    // A point at infinity has no say, whichever way noise pushes it.
+    const Eigen::Vector3d far = problem.pose.rotation * Eigen::Vector3d(points[0][0], points[0][1], 1.0);
+    for (const double push : {-1e-5, 1e-5}) {
+      points[0][2] = far[0] / far[2] + push * problem.pose.translation[0];
+      points[0][3] = far[1] / far[2] + push * problem.pose.translation[1];
+      CHECK(SatisfiesCheirality(AsMatrix(problem.essential), points, 5));
+    }
+  }
+}
+
 TEST_CASE("Special motions and planes are no trouble for the 5-point solver") {
   Rng rng(3);
   const auto share_recovered = [&](const RelativePose& pose, bool plane) {

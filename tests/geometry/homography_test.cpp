@@ -8,8 +8,8 @@
 namespace diffsac {
 namespace {
 
-using testing::HomographyPoints;
 using testing::HomographyDistance;
+using testing::HomographyPoints;
 using testing::ModelDistance;
 using testing::RandomHomography;
 

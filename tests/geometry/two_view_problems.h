@@ -90,8 +90,8 @@ inline double ModelDistance(const Matrix3Parameters& a, const Matrix3Parameters&
   return std::min((a - b).norm(), (a + b).norm());
 }
 
-/// Distances of models in pixels, measured in coordinates of order one: in pixels the unit norm is all but one entry's, and
-/// a difference would say little of the others.
+/// Distances of models in pixels, measured in coordinates of order one: in pixels the unit norm is all but one entry's,
+/// and a difference would say little of the others.
 inline double FundamentalDistance(const Matrix3Parameters& a, const Matrix3Parameters& b) {
   const Eigen::DiagonalMatrix<double, 3> pixels(500.0, 500.0, 1.0);
   return ModelDistance(AsParameters(pixels * AsMatrix(a) * pixels), AsParameters(pixels * AsMatrix(b) * pixels));

@@ -55,7 +55,8 @@ TEST_CASE("OpenCV's 7-point algorithm has the same solutions") {
     if (f.rows != 3 * count) continue;  // a near-double root may be counted either way
     for (int i = 0; i < count; ++i) {
       double best = 2.0;
-      for (int j = 0; j < count; ++j) best = std::min(best, FundamentalDistance(models[i], AsParameters(ToEigen(f, 3 * j))));
+      for (int j = 0; j < count; ++j)
+        best = std::min(best, FundamentalDistance(models[i], AsParameters(ToEigen(f, 3 * j))));
       compared += best < 1e-5 ? 1 : 0;
       // OpenCV does not normalise the points of its 7-point algorithm: solutions far from the data differ more.
       CHECK(best < 1e-3);

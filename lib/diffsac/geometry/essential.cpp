@@ -7,6 +7,7 @@
 
 #include "diffsac/geometry/null_space.h"
 #include "diffsac/geometry/polynomial.h"
+#include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
@@ -22,6 +23,9 @@ struct Quadratic {
 };
 /// Nistér's order: x³ y³ x²y xy² x²z x² y²z y² xyz xy | xz² xz x | yz² yz y | z³ z² z 1.
 constexpr int kCubicTerms = 20;
+/// Sine of the angle between two rays below which noise may decide on which side they meet: a pixel at a focal length
+/// of 1000.
+constexpr double kMinParallax = 1e-3;
 using Row = double[kCubicTerms];
 
 /// q += factor a b
@@ -246,7 +250,8 @@ void MixBasis(double (&basis)[4][9]) {
   }
 }
 
-int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
+/// `possible`: only solutions that a scene before both cameras can have.
+int SolveFive(const double (*points)[4], bool possible, Matrix3Parameters* out) {
   double rows[5][9], basis[4][9];
   for (int i = 0; i < 5; ++i) {
     const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
@@ -267,11 +272,30 @@ int SolveFive(const double (*points)[4], Matrix3Parameters* out) {
   for (int i = 0; i < found; ++i) {
     const Eigen::Vector3d xy = NullVector(b, roots[i]);
     const Eigen::Vector4d share = Eigen::Vector4d(xy[0], xy[1], roots[i] * xy[2], xy[2]).normalized();
+    if (possible) {
+      const Eigen::Matrix3d e = Combine(columns, share);
+      if (!SatisfiesOrientation(e, points, 5) || !SatisfiesCheirality(e, points, 5)) continue;
+    }
     out[count] = columns * Polish(columns, share);
     out[count] /= out[count].norm();
     if (out[count].allFinite()) ++count;
   }
   return count;
+}
+
+/// Whether all points of visible parallax lie before both cameras for R and t or for R and -t.
+bool AllInFront(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t, const double (*points)[4], int count) {
+  bool forward = true, backward = true;
+  for (int i = 0; i < count && (forward || backward); ++i) {
+    const double* p = points[i];
+    const Eigen::Vector3d a = rotation.col(0) * p[0] + rotation.col(1) * p[1] + rotation.col(2), b(p[2], p[3], 1.0);
+    const Eigen::Vector3d normal = a.cross(b);
+    if (!(normal.squaredNorm() > kMinParallax * kMinParallax * a.squaredNorm() * b.squaredNorm())) continue;
+    const double first = b.cross(t).dot(normal), second = a.cross(t).dot(normal);
+    forward = forward && first > 0.0 && second > 0.0;
+    backward = backward && first < 0.0 && second < 0.0;
+  }
+  return forward || backward;
 }
 
 void Gather(const PointMatrix& points, const int* set, double (*p)[4]) {
@@ -285,18 +309,26 @@ int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  return SolveFive(p, out);
+  return SolveFive(p, false, out);
 }
 
 int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  const int found = SolveFive(p, out);
-  int count = 0;
-  for (int i = 0; i < found; ++i)
-    if (SatisfiesOrientation(AsMatrix(out[i]), p, 5)) out[count++] = out[i];
-  return count;
+  return SolveFive(p, true, out);
+}
+
+bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {
+  Eigen::Matrix3d cofactors;
+  cofactors << e.col(1).cross(e.col(2)), e.col(2).cross(e.col(0)), e.col(0).cross(e.col(1));
+  // All columns of the cofactors are multiples of t.
+  Eigen::Index longest = 0;
+  const double length = std::sqrt(cofactors.colwise().squaredNorm().maxCoeff(&longest));
+  const Eigen::Vector3d t = cofactors.col(longest) * (std::sqrt(0.5) * e.norm() / length);
+  // cof(E) - [t]ₓ E = |t|² R, and the twisted rotation with -t.
+  const Eigen::Matrix3d turned = CrossMatrix(t) * e;
+  return AllInFront(cofactors - turned, t, points, count) || AllInFront(cofactors + turned, t, points, count);
 }
 
 bool Essential::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {

@@ -17,7 +17,8 @@ struct Essential {
   static constexpr int kMinimalSize = 5;
   static constexpr int kMaxSolutions = 10;
 
-  /// The 5-point algorithm (see SolveFivePoints); solutions against the oriented epipolar constraint are left out.
+  /// The 5-point algorithm (see SolveFivePoints); solutions against the oriented epipolar constraint, or with none of
+  /// whose poses the five points lie before both cameras, are left out.
   static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out);
 
   /// Weighted normalised 8-point algorithm, then the closest essential matrix; needs 8 points of positive weight.
@@ -36,6 +37,11 @@ struct Essential {
     return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
   }
 };
+
+/// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised
+/// coordinates. Points whose rays meet at less than 1e-3 rad have no say: noise would decide. R and t in closed form
+/// (Horn, "Recovering baseline and orientation from essential matrix", 1990).
+bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count);
 
 /// All real solutions of the 5-point problem, up to 10, without the orientation test.
 ///

@@ -118,10 +118,13 @@ Value Evaluate(const double* c, int degree, double z) {
   return result;
 }
 
-/// The root in [low, high], where the polynomial changes its sign: Newton, and halving where Newton leaves the bracket.
+/// The root in [low, high], where the polynomial changes its sign: Newton, and halving where Newton leaves the bracket
+/// or its steps do not shrink to half: far from the roots it would creep.
 double RootInBracket(const double* c, int degree, double low, double high, bool negative_at_low) {
-  double z = FromUnit(0.5 * (ToUnit(low) + ToUnit(high)));
-  for (int i = 0; i < 60; ++i) {
+  const auto middle = [&] { return FromUnit(0.5 * (ToUnit(low) + ToUnit(high))); };
+  double z = middle();
+  double last_step = high - low;
+  for (int i = 0; i < 100; ++i) {
     const Value f = Evaluate(c, degree, z);
     if (f.value == 0.0) return z;
     if ((f.value < 0.0) == negative_at_low) {
@@ -130,8 +133,11 @@ double RootInBracket(const double* c, int degree, double low, double high, bool 
       high = z;
     }
     double next = z - f.value / f.slope;
-    if (!(next > low && next < high)) next = FromUnit(0.5 * (ToUnit(low) + ToUnit(high)));
-    if (std::abs(next - z) <= 1e-15 * std::abs(z) || next == z) return next;
+    const bool newton = next > low && next < high && std::abs(next - z) <= 0.5 * last_step;
+    if (!newton) next = middle();
+    last_step = std::abs(next - z);
+    // Newton doubles the digits: after a step this small there are no more to gain.
+    if (next == z || (newton && last_step <= 1e-9 * std::abs(z))) return next;
     z = next;
   }
   return z;
@@ -195,9 +201,9 @@ int RealRoots10(const double c[11], double roots[10]) {
     const double middle = 0.5 * (interval.low + interval.high);
     if (inside == 1) {
       const double low = FromUnit(interval.low), high = FromUnit(interval.high);
-      const double at_low = Evaluate(c, degree, low).value, at_high = Evaluate(c, degree, high).value;
-      if ((at_low < 0.0) != (at_high < 0.0)) {
-        roots[count++] = RootInBracket(c, degree, low, high, at_low < 0.0);
+      const bool negative_at_low = Evaluate(c, degree, low).value < 0.0;
+      if (negative_at_low != (Evaluate(c, degree, high).value < 0.0)) {
+        roots[count++] = RootInBracket(c, degree, low, high, negative_at_low);
         continue;
       }
     }

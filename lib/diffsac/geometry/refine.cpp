@@ -52,7 +52,7 @@ class SampsonCost {
   RobustLoss loss_;
   Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;
   Eigen::VectorXd weights_;
-  Eigen::VectorXd work_;   ///< distances, then robust weights
+  Eigen::VectorXd work_;  ///< distances, then robust weights
   const double* pointers_[4];
 };
 

@@ -10,7 +10,7 @@ namespace diffsac {
 namespace {
 
 constexpr int kLanes = 4;
-constexpr int kPairs = 45;   // i >= j of nine
+constexpr int kPairs = 45;  // i >= j of nine
 
 /// One sum for each lane, one lane for each of four neighbouring points.
 struct LaneSums {

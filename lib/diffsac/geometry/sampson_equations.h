@@ -12,8 +12,8 @@ struct NormalEquations {
   Matrix3Parameters gradient;
 };
 
-/// Weighted sums over signed Sampson residuals (SampsonResidual) of `count` points given as 4 columns; points of weight 0
-/// add nothing. Four points go side by side, whatever the processor's vectors, so the sums are the same everywhere.
+/// Weighted sums over signed Sampson residuals (SampsonResidual) of `count` points given as 4 columns; points of weight
+/// 0 add nothing. Four points go side by side, whatever the processor's vectors, so the sums are the same everywhere.
 NormalEquations SumSampsonEquations(const double* f, const double* const* columns, const double* weights, int count);
 
 }  // namespace diffsac
