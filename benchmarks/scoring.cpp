@@ -75,17 +75,16 @@ PointMatrix MakePoints(int count) {
   return points;
 }
 
-template <int D>
-void Measure(const char* model_name, int count, double multiply_adds, double bytes) {
-  using Model = Hyperplane<D>;
+template <MinimalModel Model>
+void Measure(const char* model_name, const typename Model::Parameters& model, int count, double multiply_adds,
+             double bytes) {
+  constexpr int D = Model::kDimension;
   const PointMatrix points = MakePoints<D>(count);
   const Scorer<Model> scorer(points);
-  typename Model::Parameters model = Model::Parameters::Zero();
-  model[0] = 1.0;
   for (const char* name : {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"}) {
     const Score score(ScoreKindFromString(name), kThreshold, kThreshold / 3.0, 20.0, 4);
     const double rate = count / SecondsPerCall([&] { return scorer(model, score); });
-    std::printf("%-6s %8d  %-16s %8.0f M/s  %6.2f multiply-adds  %5.1f %% of the memory rate\n", model_name, count,
+    std::printf("%-11s %8d  %-16s %8.0f M/s  %6.2f multiply-adds  %5.1f %% of the memory rate\n", model_name, count,
                 name, rate / 1e6, multiply_adds / rate, 100.0 * rate * D * sizeof(double) / bytes);
   }
 }
@@ -95,8 +94,8 @@ void Main(const std::vector<int>& counts) {
   std::printf("one thread: %.2f G multiply-adds/s, %.2f GB/s read from memory\n", multiply_adds / 1e9, bytes / 1e9);
   std::printf("each line: residuals scored a second, and the multiply-adds that fit into the time of one\n");
   for (int count : counts) {
-    Measure<2>("line", count, multiply_adds, bytes);
-    Measure<3>("plane", count, multiply_adds, bytes);
+    Measure<Line>("line", Line::Parameters::UnitX(), count, multiply_adds, bytes);
+    Measure<Plane>("plane", Plane::Parameters::UnitX(), count, multiply_adds, bytes);
   }
 }
 
