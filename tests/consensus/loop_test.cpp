@@ -244,6 +244,24 @@ TEST_CASE("The degeneracy hook is asked for each new best model and judged by th
   CHECK(both.score == 4.0);
 }
 
+TEST_CASE("The degeneracy hook is asked again about what is not from a set: hints and optimised models") {
+  PointMatrix points(8, 1);
+  points << 19.9, 20.1, 29.8, 30, 30.1, 30.2, 40, 50;
+  ConsensusHints hints;
+  hints.models = {Eigen::VectorXd::Constant(1, 20.0)};
+  const auto hinted = SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), hints);
+  CHECK(hinted.model[0] == 30.0);
+  CHECK(hinted.hypotheses == 3);
+  // Point 1 alone leads to 20 by reweighting, and 20 to 30.
+  ConsensusOptions options = Plain();
+  options.score = options.final_score = "msac";
+  options.local_optimization = "lo_ransac";
+  const auto optimized = SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1));
+  CHECK(optimized.model[0] == Approx(30.0).margin(0.1));
+  options.local_optimization = "none";
+  CHECK(SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1)).model[0] == 20.1);
+}
+
 TEST_CASE("Unknown names are refused") {
   const PointMatrix points = Cluster(5, 10);
   const auto refused = [&](auto change) {

@@ -14,9 +14,9 @@ namespace {
 
 /// Tanh-sinh quadrature over (low, high): exact to nearly double precision, singular ends included.
 double Integrate(const std::function<double(double)>& f, double low, double high) {
-  const double half = 0.5 * (high - low), step = 1.0 / 64.0;
+  const double half = 0.5 * (high - low), step = 1.0 / 24.0;
   double sum = 0.0;
-  for (int i = -64 * 4; i <= 64 * 4; ++i) {
+  for (int i = -24 * 4; i <= 24 * 4; ++i) {
     const double t = i * step, u = 0.5 * 3.14159265358979323846 * std::sinh(t);
     const double weight = 0.5 * 3.14159265358979323846 * std::cosh(t) / (std::cosh(u) * std::cosh(u));
     // Distances from the nearer end keep their digits where the integrand is singular.

@@ -64,14 +64,15 @@ struct RefinedPlace : Place {
 };
 
 /// A place that is degenerate when it comes from an even point: then its hook offers 5 and a bad one, for three fits.
+/// What is not from a set is degenerate at 20 exactly, and mended to 30.
 struct MendedPlace : Place {
   static constexpr int kMaxSolutions = 2;
-  static int RecoverFromDegeneracy(const PointMatrix&, const int* set, const Parameters&, double, Rng, Parameters* out,
-                                   int* fits) {
-    if (set[0] % 2 != 0) return 0;
-    *fits += 3;
+  static int RecoverFromDegeneracy(const PointMatrix&, const int* set, const Parameters& model, double, Rng,
+                                   Parameters* out, int* fits) {
     out[0][0] = -1e6;
-    out[1][0] = 5.0;
+    out[1][0] = set == nullptr ? 30.0 : 5.0;
+    if (set == nullptr ? model[0] != 20.0 : set[0] % 2 != 0) return 0;
+    *fits += 3;
     return 2;
   }
 };

@@ -16,12 +16,14 @@ constexpr std::array<double, MagsacLoss::kMaxDof> kChiQuantiles99 = {
 /// Residuals below this share of the threshold weigh as if they were there.
 constexpr double kSmallestShare = 1e-3;
 
-using Table = std::array<double, kMagsacTableSize + 1>;
+/// One entry more than there are: interpolation at the end reads it, with weight 0.
+using Table = std::array<double, kMagsacTableSize + 2>;
 
 Table MakeTable(int dof) {
   const MagsacLoss loss(1.0, dof);
   Table table;
   for (int i = 0; i <= kMagsacTableSize; ++i) table[i] = loss.Score(static_cast<double>(i) / kMagsacTableSize);
+  table.back() = 0.0;
   return table;
 }
 

@@ -14,7 +14,8 @@ namespace diffsac {
 /// The source of minimal sets, by name.
 struct SourceOptions {
   /// "uniform" | "exhaustive" | "prosac" | "napsac" | "p_napsac" | "weighted". prosac needs a quality; p_napsac uses
-  /// one where it is known; weighted needs weights.
+  /// one where it is known; weighted needs weights. Every set of the exhaustive source is tried only if
+  /// ConsensusOptions::max_iterations allows as many.
   std::string source = "uniform";
   double prosac_samples = 200000.0;  ///< prosac: after so many draws it is uniform.
   int napsac_neighbors = 20;         ///< napsac: how many nearest points count as neighbours.

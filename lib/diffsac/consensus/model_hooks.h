@@ -7,7 +7,9 @@
 
 namespace diffsac {
 
-/// What a model may offer the loop beyond MinimalModel. Each hook is a static member; a model without it goes without.
+/// What a model may offer the loop beyond MinimalModel, as static members of ModelHooks<Model>: those of the model
+/// itself, or of a specialisation that derives from it where they are better kept apart. The specialisation must be
+/// seen where the loop is instantiated. A model without a hook goes without.
 ///
 ///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the
 ///   paper's
@@ -19,30 +21,33 @@ namespace diffsac {
 ///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
 ///                                    false when *model stays as it was
 ///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
-///                                    called for each new best model with the minimal set it was solved from: when
-///                                    that set is degenerate (for a fundamental matrix: most of it on one plane),
-///                                    writes up to kMaxSolutions other models to out and returns how many; 0 when
-///                                    there is nothing to mend. Adds what it solved or fitted to *fits. Depends on
-///                                    its arguments alone.
+///                                    called for each new best model with the minimal set it was solved from, and with
+///                                    a null set for what local optimisation made of it: where that is degenerate (for
+///                                    a fundamental matrix: most of its points on one plane), writes up to
+///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
+///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see CheckPoints
 ///
 /// The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
+template <class Model>
+struct ModelHooks : Model {};
+
 template <class M>
 concept HasRefine = requires(const PointMatrix& points, double threshold, typename M::Parameters* model) {
-  { M::Refine(points, threshold, model) } -> std::same_as<bool>;
+  { ModelHooks<M>::Refine(points, threshold, model) } -> std::same_as<bool>;
 };
 
 template <class M>
 concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
                                          double threshold, Rng rng, typename M::Parameters* out, int* fits) {
-  { M::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
+  { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
 };
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>
 constexpr int ResidualDof() {
-  if constexpr (requires { Model::kResidualDof; }) return Model::kResidualDof;
+  if constexpr (requires { ModelHooks<Model>::kResidualDof; }) return ModelHooks<Model>::kResidualDof;
   return 4;
 }
 

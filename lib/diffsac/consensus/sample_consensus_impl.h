@@ -196,7 +196,11 @@ class Run {
     const bool is_best = found.score > best_.best();
     best_.Offer(found.model, found.score);
     if (!is_best) return;
-    const ScoredModel<Model> optimized = OptimizedLocally(Mended(found, set));
+    ScoredModel<Model> optimized = found;
+    if (set != nullptr) optimized = Mended(found, set, false);
+    optimized = OptimizedLocally(optimized);
+    // Optimisation gathers points until a model is as degenerate as they are, so it is asked about once more.
+    if (local_ != LocalOptimization::kNone || set == nullptr) optimized = Mended(optimized, nullptr, true);
     best_.Offer(optimized.model, optimized.score);
     best_inliers_ = CountInliers(best_.entries().front().model);
     if (test_) test_changed_ |= test_->AddBest(static_cast<double>(best_inliers_) / scorer_.size());
@@ -208,18 +212,19 @@ class Run {
     needed_ = DrawsForConfidence(test_ ? good * test_->PassProbability() : good, options_.confidence);
   }
 
-  /// The best of the model and what the model's degeneracy hook makes of it.
-  ScoredModel<Model> Mended(const ScoredModel<Model>& found, [[maybe_unused]] const int* set) {
+  /// The best of the model and what the model's degeneracy hook makes of it, optimised locally if so asked.
+  ScoredModel<Model> Mended(const ScoredModel<Model>& found, [[maybe_unused]] const int* set,
+                            [[maybe_unused]] bool optimize) {
     ScoredModel<Model> best = found;
     if constexpr (HasDegeneracyRecovery<Model>) {
-      if (set == nullptr) return best;
       Parameters others[Model::kMaxSolutions];
       const Rng rng = rng_.Fork("degeneracy", mended_runs_++);
-      const int count =
-          Model::RecoverFromDegeneracy(scorer_.points(), set, found.model, score_threshold_, rng, others, &hypotheses_);
+      const int count = ModelHooks<Model>::RecoverFromDegeneracy(scorer_.points(), set, found.model, score_threshold_,
+                                                                 rng, others, &hypotheses_);
       for (int i = 0; i < count; ++i) {
-        const double score = scorer_(others[i], score_, best.score);
-        if (score > best.score) best = {others[i], score};
+        ScoredModel<Model> other{others[i], scorer_(others[i], score_)};
+        if (optimize) other = OptimizedLocally(other);
+        if (other.score > best.score) best = other;
       }
     }
     return best;
@@ -293,7 +298,7 @@ class Run {
     Parameters model = start;
     if constexpr (HasRefine<Model>) {
       ++hypotheses_;
-      if (!Model::Refine(scorer_.points(), score_threshold_, &model) || !model.allFinite()) return start;
+      if (!ModelHooks<Model>::Refine(scorer_.points(), score_threshold_, &model) || !model.allFinite()) return start;
     }
     return model;
   }
