@@ -35,7 +35,7 @@ bool AllFinite(const PointMatrix& points, const std::vector<int>& rows) {
 bool FitRotation(const PointMatrix& points, const std::vector<int>& rows, Eigen::Matrix3d* rotation) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const int i : rows) {
-    const double* p = points.data() + 4 * i;
+    const double* p = points.row(i).data();
     sum += Second(p).normalized() * First(p).normalized().transpose();
   }
   const Svd3 svd = ComputeRotationSvd3(sum);
@@ -48,7 +48,7 @@ std::vector<int> Explained(const PointMatrix& points, const std::vector<int>& ro
                            double threshold) {
   std::vector<int> explained;
   for (const int i : rows) {
-    const double* p = points.data() + 4 * i;
+    const double* p = points.row(i).data();
     const Eigen::Vector3d turned = rotation * First(p);
     if (turned[2] > 0.0 && (turned.hnormalized() - Eigen::Vector2d(p[2], p[3])).norm() <= threshold)
       explained.push_back(i);
@@ -108,7 +108,7 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   choice.runner_up = -1;
   for (const RelativePose& pose : DecomposeEssential(e)) {
     int count = 0;
-    for (const int i : rows) count += InFront(pose, points.data() + 4 * i) ? 1 : 0;
+    for (const int i : rows) count += InFront(pose, points.row(i).data()) ? 1 : 0;
     if (count > choice.in_front) {
       choice.runner_up = choice.in_front;
       choice.in_front = count;
