@@ -35,6 +35,10 @@ struct Essential {
   static double Residual(const Parameters& model, const double* point) {
     return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
   }
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
+  /// (RefineEssential). False, leaving *model, when that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
 };
 
 /// All real solutions of the 5-point problem, up to 10, without the orientation test.
