@@ -43,7 +43,7 @@ void CheckStatus(const FuzzProblem& problem, const ConsensusResult& result) {
   }
   if (of_points != Status::kOk) {
     Require(result.status == of_points, "unfit points give their own status");
-  } else if (!(problem.threshold > 0.0) || !std::isfinite(problem.threshold)) {
+  } else if (!(problem.threshold >= kLeastScale && problem.threshold <= kLargestScale)) {
     Require(result.status == Status::kNoModel, "an unfit threshold gives no model");
   } else {
     Require(result.status == Status::kOk || result.status == Status::kNoModel, "fit points give ok or no model");
