@@ -1,9 +1,9 @@
 // A dominant plane: where the plain loop finds the plane and any epipole, the degeneracy hook finds both.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
-#include <string>
+#include <utility>
 
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/mixture_impl.h"
@@ -84,18 +84,88 @@ TEST_CASE("A dominant plane: the hook finds the pose where the plain loop does n
   struct Case {
     int count;
     double on_plane, outliers;
-    int scenes;
+    int scenes, most_without, least;
   };
-  for (const Case& c :
-       {Case{200, 0.95, 0.0, 50}, Case{200, 0.95, 0.2, 50}, Case{200, 0.98, 0.0, 50}, Case{1000, 0.95, 0.2, 25}}) {
+  for (const Case& c : {Case{200, 0.95, 0.0, 50, 48, 49}, Case{200, 0.95, 0.2, 50, 36, 44},
+                        Case{200, 0.98, 0.0, 50, 36, 45}, Case{1000, 0.95, 0.2, 25, 19, 24}}) {
     CAPTURE(c.count, c.on_plane, c.outliers);
-    const int mended = Successes<Fundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options());
-    const int plain = Successes<PlainFundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options());
-    const int mended8 = Successes<Fundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options());
-    const int plain8 = Successes<PlainFundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options());
-    WARN(c.count << " " << c.on_plane << " " << c.outliers << ": " << mended << " " << plain << " " << mended8 << " "
-                 << plain8 << " of " << c.scenes);
+    CHECK(Successes<Fundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options()) >= c.least);
+    CHECK(Successes<Fundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options()) >= c.least - 2);
+    CHECK(Successes<PlainFundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options()) <= c.most_without);
+    CHECK(Successes<PlainFundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options()) <= c.most_without);
   }
+}
+
+TEST_CASE("Without a dominant plane the hook costs nothing in accuracy") {
+  const int mended = Successes<Fundamental>(200, 0.0, 0.3, 50, Options());
+  const int plain = Successes<PlainFundamental>(200, 0.0, 0.3, 50, Options());
+  CHECK(mended >= plain - 1);
+  CHECK(mended >= 47);
+}
+
+TEST_CASE("A scene that is one plane: an F that fits it, and no invented support") {
+  for (int trial = 0; trial < 20; ++trial) {
+    Rng rng = Rng(8).Fork("scene", trial);
+    const PlanarScene scene = MakePlanarScene(100, 1.0, 0.0, 0.5, rng);
+    const PointMatrix& points = scene.views.pixels;
+    const auto mended = SampleConsensus<Fundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
+    const auto plain = SampleConsensus<PlainFundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
+    REQUIRE(mended.status == Status::kOk);
+    CHECK(mended.inliers == InlierMask<Fundamental>(points, mended.model, kThreshold));
+    CHECK(std::count(mended.inliers.begin(), mended.inliers.end(), 1) >= 95);
+    // Nothing lies off the plane, so there was nothing to mend.
+    CHECK(mended.model == plain.model);
+    CHECK(mended.score == plain.score);
+  }
+}
+
+TEST_CASE("Mending changes nothing in the loop's determinism") {
+  Rng rng(9);
+  const PlanarScene scene = MakePlanarScene(300, 0.95, 0.3, 0.5, rng);
+  for (const char* optimizer : {"none", "lo_ransac", "lm"}) {
+    ConsensusOptions options = Options();
+    options.local_optimization = optimizer;
+    options.max_iterations = 200;
+    const auto run = [&](int threads, int block) {
+      options.block_size = block;
+      return SampleConsensus<Fundamental>(scene.views.pixels, kThreshold, UniformSource(), options, Rng(3), {},
+                                          threads);
+    };
+    const ConsensusResult one = run(1, 0);
+    REQUIRE(one.status == Status::kOk);
+    for (const auto& [threads, block] : {std::pair{4, 0}, {1, 7}, {3, 64}}) {
+      const ConsensusResult other = run(threads, block);
+      CHECK(other.model == one.model);
+      CHECK(other.inliers == one.inliers);
+      CHECK(other.score == one.score);
+      CHECK(other.hypotheses == one.hypotheses);
+    }
+  }
+}
+
+TEST_CASE("Planes with repeated, collinear and spoilt points keep their status") {
+  Rng rng(10);
+  const PlanarScene scene = MakePlanarScene(120, 0.95, 0.1, 0.3, rng);
+  const PointMatrix& points = scene.views.pixels;
+  const auto status = [&](const PointMatrix& p, double threshold = kThreshold) {
+    const ConsensusResult result = SampleConsensus<Fundamental>(p, threshold, UniformSource(), Options(), Rng(1));
+    CHECK(result.model.size() == (result.status == Status::kOk ? 9 : 0));
+    CHECK(result.model.allFinite());
+    return result.status;
+  };
+  PointMatrix repeated = points;
+  for (int i = 0; i < 100; ++i) repeated.row(i) = points.row(i % 10);
+  CHECK(status(repeated) == Status::kOk);
+  PointMatrix line = points;
+  for (int i = 0; i < 110; ++i) line.row(i) = points.row(0) + i / 110.0 * (points.row(1) - points.row(0));
+  const Status of_line = status(line);
+  CHECK((of_line == Status::kOk || of_line == Status::kNoModel));
+  line.col(1) = 2.0 * line.col(0);
+  CHECK(status(line) == Status::kDegenerate);
+  PointMatrix spoilt = points;
+  spoilt(5, 2) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(status(spoilt) == Status::kDegenerate);
+  for (const double scale : {1e-8, 1e8}) CHECK(status(scale * points, scale * kThreshold) == Status::kOk);
 }
 
 }  // namespace
