@@ -38,7 +38,7 @@ std::unique_ptr<HypothesisSource> MakeHypothesisSource(const SourceOptions& opti
     return std::make_unique<WeightedSource>(weights);
   }
   // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the source.
-  const bool usable = points.rows() > 0 && points.allFinite();
+  const bool usable = points.size() > 0 && points.allFinite();
   if (name == "napsac") {
     if (!usable) return std::make_unique<UniformSource>();
     return std::make_unique<NapsacSource>(points, options.napsac_neighbors);

@@ -12,6 +12,9 @@ constexpr double kShareTolerance = 1e-6;
 /// The share of inliers stays this far from 0 and 1, where expectation maximisation would be stuck.
 constexpr double kShareMargin = 1e-4;
 
+/// At most so large that its odds are finite for every share.
+double ClampDensityRatio(double ratio) { return std::clamp(ratio, 2.0, 1e300); }
+
 double EstimateShareFrom(const Eigen::ArrayXd& ratios, double start) {
   double share = ClampShare(start);
   for (int round = 0; round < kShareRounds; ++round) {
@@ -34,13 +37,13 @@ Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& resi
 
 double Mixture::Odds(double inlier_share) const { return density_ratio * inlier_share / (1.0 - inlier_share); }
 
-Mixture Mixture::WithSigma(double other) const { return {other, std::max(2.0, density_ratio * sigma / other)}; }
+Mixture Mixture::WithSigma(double other) const { return {other, ClampDensityRatio(density_ratio * sigma / other)}; }
 
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma) {
   const Eigen::RowVectorXd sides =
       (points.colwise().maxCoeff() - points.colwise().minCoeff()).cwiseMax(2.0 * inlier_threshold);
   const double mean_side = std::exp(sides.array().log().mean());
-  return {sigma, std::max(2.0, mean_side / (kSqrtTwoPi * sigma))};
+  return {sigma, ClampDensityRatio(mean_side / (kSqrtTwoPi * sigma))};
 }
 
 double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start) {

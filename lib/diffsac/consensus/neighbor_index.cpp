@@ -1,12 +1,22 @@
 #include "diffsac/consensus/neighbor_index.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <nanoflann.hpp>
 #include <numeric>
 
 namespace diffsac {
 namespace {
+
+/// Values up to order one, so that squared distances stay finite; by a power of two, so that their order is the same.
+PointMatrix Scaled(const PointMatrix& points) {
+  constexpr int kLeastExponent = -1000;
+  if (points.size() == 0) return points;
+  int exponent = 0;
+  std::frexp(points.cwiseAbs().maxCoeff(), &exponent);
+  return points * std::ldexp(1.0, -std::max(exponent, kLeastExponent));
+}
 
 /// nanoflann's view of the points.
 struct Cloud {
@@ -28,7 +38,7 @@ constexpr int kLeafSize = 16;
 
 struct NeighborIndex::Impl {
   explicit Impl(const PointMatrix& points)
-      : cloud{points},
+      : cloud{Scaled(points)},
         tree(static_cast<int>(points.cols()), cloud, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {
     tree.buildIndex();
   }

@@ -86,6 +86,10 @@ struct ConsensusResult {
   int rejected_early = 0;                 ///< models dropped by the sequential test
 };
 
+/// Thresholds beyond these have squares that are no ordinary numbers.
+constexpr double kLeastScale = 1e-150;
+constexpr double kLargestScale = 1e150;
+
 /// Optional extra hypotheses.
 struct ConsensusHints {
   /// Models to score along with the solved ones (already paid for by the caller, so not counted as hypotheses again).
@@ -97,9 +101,9 @@ struct ConsensusHints {
 /// The loop: minimal sets → solve → score → (local optimisation) → refit. Sets are given, drawn before anything is
 /// scored, and the best is the highest score with the lowest index, so the result does not depend on threads or blocks.
 /// Never throws for bad data: fewer than γ points, non-finite values and degenerate data give a status; kNoModel means
-/// that every set was degenerate, that there were none, or that ε is not a positive number. A model supported by its
-/// own minimal set alone is still kOk. Sets with an index out of range are skipped as degenerate.
-/// Throws Error for an option that is none of the documented names.
+/// that every set was degenerate, that there were none, or that ε or a multiple of it that the options ask for is not
+/// within [kLeastScale, kLargestScale]. A model supported by its own minimal set alone is still kOk. Sets with an index
+/// out of range are skipped as degenerate. Throws Error for an option that is none of the documented names.
 template <MinimalModel Model>
 ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold,
                                 const std::vector<int>& minimal_sets, const ConsensusOptions& options, Rng rng,

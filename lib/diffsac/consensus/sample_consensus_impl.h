@@ -369,13 +369,20 @@ class Run {
   std::uint64_t mended_runs_ = 0;
 };
 
+/// Whether squares of a length, and quotients by them, are ordinary numbers.
+inline bool IsUsableScale(double length) { return length >= kLeastScale && length <= kLargestScale; }
+
 /// Whether the loop can run; if not, *result says why.
 template <MinimalModel Model>
-bool CheckProblem(const PointMatrix& points, double threshold, ConsensusResult* result) {
+bool CheckProblem(const PointMatrix& points, double threshold, const ConsensusOptions& options,
+                  ConsensusResult* result) {
   result->status = CheckPoints<Model>(points);
   if (result->status != Status::kOk) return false;
   result->status = Status::kNoModel;
-  return threshold > 0.0 && std::isfinite(threshold);
+  const double scored = options.score_threshold_factor * threshold;
+  return IsUsableScale(threshold) && IsUsableScale(scored) && IsUsableScale(options.sigma_factor * threshold) &&
+         IsUsableScale(options.refit_threshold_factor * threshold) &&
+         IsUsableScale(options.refit_threshold_factor * scored);
 }
 
 }  // namespace consensus_internal
@@ -395,7 +402,7 @@ ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_thresho
                                 const std::vector<int>& minimal_sets, const ConsensusOptions& options, Rng rng,
                                 const ConsensusHints& hints) {
   ConsensusResult result;
-  if (!consensus_internal::CheckProblem<Model>(points, inlier_threshold, &result)) return result;
+  if (!consensus_internal::CheckProblem<Model>(points, inlier_threshold, options, &result)) return result;
   consensus_internal::Run<Model> run(points, inlier_threshold, options, rng);
   const auto sets = static_cast<std::int64_t>(minimal_sets.size()) / Model::kMinimalSize;
   run.ConsiderSource(GivenSource(minimal_sets), {sets, sets, false}, 1);
@@ -408,7 +415,7 @@ template <MinimalModel Model>
 ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, const HypothesisSource& source,
                                 const ConsensusOptions& options, Rng rng, const ConsensusHints& hints, int threads) {
   ConsensusResult result;
-  if (!consensus_internal::CheckProblem<Model>(points, inlier_threshold, &result)) return result;
+  if (!consensus_internal::CheckProblem<Model>(points, inlier_threshold, options, &result)) return result;
   consensus_internal::Run<Model> run(points, inlier_threshold, options, rng);
   run.ConsiderHints(hints);
   run.ConsiderSource(source, {options.max_iterations, options.min_iterations, StopsByConfidence(options.stopping)},

@@ -36,6 +36,10 @@ struct Essential {
   static double Residual(const Parameters& model, const double* point) {
     return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
   }
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
+  /// (RefineEssential). False, leaving *model, when that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
 };
 
 /// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised

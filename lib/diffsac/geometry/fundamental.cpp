@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "diffsac/geometry/null_space.h"
+#include "diffsac/geometry/plane_and_parallax.h"
 #include "diffsac/geometry/polynomial.h"
 
 namespace diffsac {
@@ -102,6 +103,16 @@ bool Fundamental::Fit(const PointMatrix& points, const Eigen::VectorXd& weights,
   Eigen::Matrix3d f;
   if (!FitEpipolarMatrix(points, weights, &normalization, &f)) return false;
   return Denormalize(ClosestRankTwo(f), normalization, out);
+}
+
+int Fundamental::RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model,
+                                       double threshold, Rng rng, Parameters* out, int* fits) {
+  return RecoverFromPlane(points, set, kMinimalSize, model, threshold, rng, kMaxSolutions, out, fits);
+}
+
+int Fundamental8::RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model,
+                                        double threshold, Rng rng, Parameters* out, int* fits) {
+  return RecoverFromPlane(points, set, kMinimalSize, model, threshold, rng, kMaxSolutions, out, fits);
 }
 
 }  // namespace diffsac

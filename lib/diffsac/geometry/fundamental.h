@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "diffsac/core/random.h"
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/two_view.h"
@@ -35,6 +36,15 @@ struct Fundamental {
   static double Residual(const Parameters& model, const double* point) {
     return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
   }
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
+  /// (RefineFundamental). False, leaving *model, when that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+
+  /// DEGENSAC: when all but two or fewer of the set `model` was solved from are on one plane, up to kMaxSolutions
+  /// models by plane and parallax (RecoverFromPlane); 0 otherwise.
+  static int RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model, double threshold,
+                                   Rng rng, Parameters* out, int* fits);
 };
 
 /// The same model from minimal sets of 8 points (Longuet-Higgins, Nature 1981; Hartley, PAMI 1997): one solution, the
@@ -45,6 +55,8 @@ struct Fundamental8 : Fundamental {
 
   static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out);
   static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
+  static int RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model, double threshold,
+                                   Rng rng, Parameters* out, int* fits);
 };
 
 /// All real solutions of the 7-point problem, up to 3, without the orientation test.

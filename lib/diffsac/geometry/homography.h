@@ -34,6 +34,10 @@ struct Homography {
 
   /// SymmetricTransferError.
   static double Residual(const Parameters& model, const double* point);
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
+  /// (RefineHomography, symmetric). False, leaving *model, when that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
 };
 
 /// |H x1 - x2| in the second image. Not finite for points that H sends to infinity.
