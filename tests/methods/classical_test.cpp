@@ -127,8 +127,8 @@ TEST_CASE("Options are read and checked; other types are left to others") {
   CHECK_THROWS_AS(Make("ransac", "{hypothesis: 20}"), Error);
   CHECK_THROWS_AS(Make("ransac", "{hypotheses: 0}"), Error);
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);
-  CHECK_THROWS_AS(DefaultClassicalOptions("usac"), Error);
-  const ClassicalOptions options = DefaultClassicalOptions("exhaustive");
+  CHECK_THROWS_AS(DefaultClassicalOptions("usac", Task::kLine), Error);
+  const ClassicalOptions options = DefaultClassicalOptions("exhaustive", Task::kLine);
   CHECK(options.consensus.score == "msac");
   CHECK(options.consensus.refit == "em");
 }

@@ -41,8 +41,8 @@ struct Problem {
   PointMatrix points;              ///< N × PointDimension(task), in the data's unit; two views: pixels.
   double inlier_threshold = 0.1;   ///< ε, in the data's unit, linear; two views: pixels.
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
-  Eigen::VectorXd quality;
-  std::optional<CameraPair> cameras;   ///< Two views: where the calibration is known. The essential matrix needs it.
+  Eigen::VectorXd quality = {};
+  std::optional<CameraPair> cameras = {};   ///< Two views: where the calibration is known. The essential matrix needs it.
 };
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
@@ -52,7 +52,7 @@ Status CheckProblem(const Problem& problem);
 /// What only labels, metrics and the oracle may see.
 struct GroundTruth {
   ModelParameters model;               ///< Empty when unknown (real scans). E in normalised coordinates.
-  std::optional<RelativePose> pose;    ///< Two views: of the second camera seen from the first, where it is known.
+  std::optional<RelativePose> pose = {};    ///< Two views: of the second camera seen from the first, where it is known.
   std::vector<std::uint8_t> inliers;   ///< N values, 1 for a true inlier; empty when unknown.
 };
 

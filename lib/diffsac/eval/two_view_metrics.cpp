@@ -1,5 +1,6 @@
 #include "diffsac/eval/two_view_metrics.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

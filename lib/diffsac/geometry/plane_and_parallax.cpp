@@ -217,6 +217,20 @@ bool BestEpipole(const Scene& scene, const Eigen::Matrix3d& h, OffPlane* off, Rn
   return most.votes >= 2 + kMinVotes;
 }
 
+/// `size` random inliers of the model in random order; none when there are fewer.
+std::vector<int> DrawInliers(const PointMatrix& points, const Matrix3Parameters& model, double threshold, int size,
+                             Rng rng) {
+  std::vector<int> inliers;
+  if (points.cols() != 4) return inliers;
+  for (int i = 0; i < points.rows(); ++i)
+    if (Fundamental::Residual(model, points.data() + 4 * i) <= threshold) inliers.push_back(i);
+  if (static_cast<int>(inliers.size()) < size) return {};
+  std::vector<int> positions(size);
+  rng.Distinct(static_cast<int>(inliers.size()), size, positions.data());
+  for (int& position : positions) position = inliers[position];
+  return positions;
+}
+
 }  // namespace
 
 bool PlaneHomography(const Eigen::Matrix3d& f, const double (*points)[4], const int triplet[3], Eigen::Matrix3d* h) {
@@ -285,6 +299,12 @@ bool FundamentalFromPlaneAndParallax(const Eigen::Matrix3d& h, const double* fir
 
 int RecoverFromPlane(const PointMatrix& points, const int* set, int size, const Matrix3Parameters& model,
                      double threshold, Rng rng, int max_models, Matrix3Parameters* out, int* fits) {
+  std::vector<int> drawn_set;
+  if (set == nullptr) {
+    drawn_set = DrawInliers(points, model, threshold, size, rng.Fork("set"));
+    if (drawn_set.empty()) return 0;
+    set = drawn_set.data();
+  }
   PairNormalization n;
   if (points.cols() != 4 || !model.allFinite() || !NormalizeSet(points, set, size, &n)) return 0;
   n.first.scale = n.second.scale = std::sqrt(n.first.scale * n.second.scale);
