@@ -85,16 +85,16 @@ double MeanErrorOfRefit(double sigma, double sigma_prior) {
   double sum = 0.0;
   for (int trial = 0; trial < 300; ++trial) {
     const auto problem = MakeRandomProblem<D>(100, 0.5, sigma, Rng(trial).Fork("sigma"));
-    const auto result = SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, 400, trial),
-                                                       options, Rng(1));
+    const auto result =
+        SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, 400, trial), options, Rng(1));
     sum += AngleBetweenDegrees(result.model, problem.truth);
   }
   return sum / 300.0;
 }
 
 // At twice the noise that it was told the refit lost to a plain RANSAC.
-TEMPLATE_TEST_CASE_SIG("Estimating sigma mends a refit that was told half of it and costs nothing when it was right", "",
-                       ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("Estimating sigma mends a refit that was told half of it and costs nothing when it was right",
+                       "", ((int D), D), 2, 3) {
   const double told = MeanErrorOfRefit<D>(2.0 * kSigma, 0.0), estimated = MeanErrorOfRefit<D>(2.0 * kSigma, 30.0);
   CAPTURE(told, estimated);
   CHECK(estimated < 0.9 * told);

@@ -35,8 +35,8 @@ TEST_CASE("problems.csv has a line for each problem and method") {
   results.cells[0].records[1].status = Status::kDegenerate;
   const std::string csv = ProblemsCsv(results);
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 6 * 4);
-  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,20,20,0,0,0,0.5\n"));
-  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,20,20,0,0,0,0.5\n"));
+  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,,,,20,20,0,0,0,0.5\n"));
+  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,,,,20,20,0,0,0,0.5\n"));
 }
 
 TEST_CASE("results.json has intervals and paired differences") {

@@ -19,7 +19,8 @@ Example MakeExample(int num_points, double outlier_ratio, std::uint64_t seed) {
   const auto random = testing::MakeRandomProblem<D>(num_points, outlier_ratio, 0.03, Rng(seed));
   Example example;
   example.problem = {D == 2 ? Task::kLine : Task::kPlane, random.points, 0.1};
-  example.truth = {random.truth, random.inliers};
+  example.truth.model = random.truth;
+  example.truth.inliers = random.inliers;
   return example;
 }
 
@@ -127,8 +128,8 @@ TEST_CASE("Options are read and checked; other types are left to others") {
   CHECK_THROWS_AS(Make("ransac", "{hypothesis: 20}"), Error);
   CHECK_THROWS_AS(Make("ransac", "{hypotheses: 0}"), Error);
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);
-  CHECK_THROWS_AS(DefaultClassicalOptions("usac"), Error);
-  const ClassicalOptions options = DefaultClassicalOptions("exhaustive");
+  CHECK_THROWS_AS(DefaultClassicalOptions("usac", Task::kLine), Error);
+  const ClassicalOptions options = DefaultClassicalOptions("exhaustive", Task::kLine);
   CHECK(options.consensus.score == "msac");
   CHECK(options.consensus.refit == "em");
 }
@@ -188,7 +189,7 @@ TEST_CASE("The oracle fits the true inliers and says when it cannot") {
   CHECK(estimate.model == ModelParameters(expected));
   CHECK(estimate.report.hypotheses == 1);
   CHECK(OracleEstimate(example.problem, {}).status == Status::kNoModel);
-  CHECK(OracleEstimate(example.problem, {{}, std::vector<std::uint8_t>(50, 0)}).status == Status::kNoModel);
+  CHECK(OracleEstimate(example.problem, {{}, {}, std::vector<std::uint8_t>(50, 0)}).status == Status::kNoModel);
   CHECK(OracleEstimate({Task::kPlane, PointMatrix(2, 3), 0.1}, {}).status == Status::kTooFewPoints);
 }
 

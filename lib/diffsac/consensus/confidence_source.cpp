@@ -115,4 +115,14 @@ int ConfidenceSource::Draw(int num_points, int set_size, int count, Rng rng, std
   return given;
 }
 
+int ConfidenceSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                                std::vector<int>* sets) const {
+  if (count < 1 || first < 0 || first > std::numeric_limits<int>::max() - count) return 0;
+  std::vector<int> all;
+  const int given = Draw(num_points, set_size, static_cast<int>(first) + count, rng, &all);
+  if (given <= first) return 0;
+  sets->insert(sets->end(), all.begin() + first * set_size, all.end());
+  return given - static_cast<int>(first);
+}
+
 }  // namespace diffsac

@@ -7,18 +7,6 @@
 namespace diffsac {
 namespace {
 
-/// Distinct integers below n; rejection where sets are small next to n, which is faster than a shuffle.
-void DrawSet(int n, int size, Rng& rng, int* out) {
-  if (2 * size > n) {
-    rng.Distinct(n, size, out);
-    return;
-  }
-  for (int i = 0; i < size;) {
-    const int index = static_cast<int>(rng.Below(static_cast<std::uint64_t>(n)));
-    if (std::find(out, out + i, index) == out + i) out[i++] = index;
-  }
-}
-
 /// Advances an ascending set to its lexicographic successor; false after the last.
 bool NextSet(int n, int size, int* set) {
   int position = size - 1;
@@ -29,7 +17,40 @@ bool NextSet(int n, int size, int* set) {
   return true;
 }
 
+/// The set at `rank` in lexicographic order: each member in turn is moved up past the sets that start lower.
+void SetOfRank(int n, int size, std::int64_t rank, int* set) {
+  int value = 0;
+  for (int position = 0; position < size; ++position, ++value) {
+    for (std::int64_t block; rank >= (block = Combinations(n - value - 1, size - position - 1)); ++value) rank -= block;
+    set[position] = value;
+  }
+}
+
 }  // namespace
+
+void DrawDistinct(int n, int size, Rng& rng, int* out) {
+  if (2 * size > n) {
+    rng.Distinct(n, size, out);
+    return;
+  }
+  for (int i = 0; i < size;) {
+    const int index = static_cast<int>(rng.Below(static_cast<std::uint64_t>(n)));
+    if (std::find(out, out + i, index) == out + i) out[i++] = index;
+  }
+}
+
+int UniformSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                             std::vector<int>* sets) const {
+  if (set_size < 1 || num_points < set_size || count < 1) return 0;
+  std::vector<int> set(set_size);
+  for (int i = 0; i < count; ++i) {
+    Rng draw = DrawRng(rng, first + i);
+    DrawDistinct(num_points, set_size, draw, set.data());
+    std::sort(set.begin(), set.end());
+    sets->insert(sets->end(), set.begin(), set.end());
+  }
+  return count;
+}
 
 int UniformSource::Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const {
   if (set_size < 1 || num_points < set_size || count < 1) return 0;
@@ -37,7 +58,7 @@ int UniformSource::Draw(int num_points, int set_size, int count, Rng rng, std::v
   sets->resize(start + static_cast<std::size_t>(count) * set_size);
   int* set = sets->data() + start;
   for (int i = 0; i < count; ++i, set += set_size) {
-    DrawSet(num_points, set_size, rng, set);
+    DrawDistinct(num_points, set_size, rng, set);
     std::sort(set, set + set_size);
   }
   return count;
@@ -53,6 +74,29 @@ int ExhaustiveSource::Draw(int num_points, int set_size, int /*count*/, Rng /*rn
     sets->insert(sets->end(), set.begin(), set.end());
     ++given;
   } while (NextSet(num_points, set_size, set.data()));
+  return given;
+}
+
+int ExhaustiveSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& /*rng*/,
+                                std::vector<int>* sets) const {
+  if (set_size < 1 || count < 1 || first < 0 || first >= Combinations(num_points, set_size)) return 0;
+  std::vector<int> set(set_size);
+  SetOfRank(num_points, set_size, first, set.data());
+  int given = 0;
+  do {
+    sets->insert(sets->end(), set.begin(), set.end());
+    ++given;
+  } while (given < count && NextSet(num_points, set_size, set.data()));
+  return given;
+}
+
+int GivenSource::DrawBlock(int /*num_points*/, int set_size, std::int64_t first, int count, const Rng& /*rng*/,
+                           std::vector<int>* sets) const {
+  if (set_size < 1 || count < 1 || first < 0) return 0;
+  const std::int64_t available = static_cast<std::int64_t>(sets_.size()) / set_size - first;
+  const int given = static_cast<int>(std::clamp<std::int64_t>(available, 0, count));
+  const auto begin = sets_.begin() + (given > 0 ? first * set_size : 0);
+  sets->insert(sets->end(), begin, begin + static_cast<std::int64_t>(given) * set_size);
   return given;
 }
 

@@ -9,24 +9,49 @@
 namespace diffsac {
 
 /// Where minimal sets come from. A source fills a flat list of sets: γ indices each, ascending within a set.
-/// All sets are drawn before any is scored, from the given generator alone.
+/// A source is made for one problem and holds what it knows of it (an order, weights, neighbourhoods), borrowed.
 class HypothesisSource {
  public:
   virtual ~HypothesisSource() = default;
-  /// Appends up to `count` sets of `set_size` distinct points out of `num_points`; returns how many it gave.
-  virtual int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const = 0;
+  /// Appends the sets of draws first … first + count − 1; returns how many it gave, less than `count` when it has run
+  /// out. A set depends on `rng` and on its index alone, so any division into blocks gives the same sets.
+  /// Gives none when `num_points` or `set_size` is not what the source was made for.
+  virtual int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                        std::vector<int>* sets) const = 0;
+  /// The first `count` sets at once.
+  virtual int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const {
+    return DrawBlock(num_points, set_size, 0, count, rng, sets);
+  }
 };
 
-/// Uniform random sets; a set may repeat.
+/// Uniform random sets; a set may repeat. `Draw` takes them from one stream, `DrawBlock` each from its own: the sets
+/// differ, their distribution does not.
 class UniformSource : public HypothesisSource {
  public:
+  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                std::vector<int>* sets) const override;
   int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
 };
 
-/// Every set once, in lexicographic order (`count` is ignored).
+/// Every set once, in lexicographic order. `Draw` gives them all (`count` is ignored).
 class ExhaustiveSource : public HypothesisSource {
  public:
+  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                std::vector<int>* sets) const override;
   int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
+};
+
+/// Sets that the caller has already, in their order. A set with an index out of range is passed on; the loop counts it
+/// as degenerate.
+class GivenSource : public HypothesisSource {
+ public:
+  /// sets: γ indices each, borrowed; a trailing part of a set is left out.
+  explicit GivenSource(std::span<const int> sets) : sets_(sets) {}
+  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                std::vector<int>* sets) const override;
+
+ private:
+  std::span<const int> sets_;
 };
 
 /// The number of sets the exhaustive source gives, n over k.
@@ -44,6 +69,9 @@ class ConfidenceSource : public HypothesisSource {
  public:
   /// confidences: κ × N row-major, borrowed for the source's lifetime. unique: no set twice.
   ConfidenceSource(std::span<const float> confidences, Selection selection, bool unique, double temperature);
+  /// Where sets must be unique, a block draws all earlier ones again to know them.
+  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                std::vector<int>* sets) const override;
   int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
 
  private:
@@ -52,6 +80,12 @@ class ConfidenceSource : public HypothesisSource {
   bool unique_;
   double temperature_;
 };
+
+/// `size` distinct integers below n in random order; rejection where that is faster than a shuffle.
+void DrawDistinct(int n, int size, Rng& rng, int* out);
+
+/// The generator of draw `index`: every source derives its sets from these.
+inline Rng DrawRng(const Rng& rng, std::int64_t index) { return rng.Fork("draw", static_cast<std::uint64_t>(index)); }
 
 /// The number of distinct sets in a flat list of sets with ascending members.
 int CountUniqueSets(const std::vector<int>& sets, int set_size);

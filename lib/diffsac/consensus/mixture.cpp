@@ -3,28 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diffsac/consensus/scorer.h"
-
 namespace diffsac {
 namespace {
 
 constexpr double kSqrtTwoPi = 2.50662827463100050242;
 constexpr int kShareRounds = 100;
 constexpr double kShareTolerance = 1e-6;
-constexpr int kRefitRounds = 30;
-/// σ and the weights follow each other, which takes longer to settle.
-constexpr int kRefitRoundsWithSigma = 100;
-constexpr double kWeightTolerance = 1e-3;
 /// The share of inliers stays this far from 0 and 1, where expectation maximisation would be stuck.
 constexpr double kShareMargin = 1e-4;
 
-double ClampShare(double share) { return std::clamp(share, kShareMargin, 1.0 - kShareMargin); }
-
-/// ρ exp(−r²/2σ²) of each point.
-Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals) {
-  const double rate = -0.5 / (mixture.sigma * mixture.sigma);
-  return mixture.density_ratio * (rate * residuals.array().square()).exp();
-}
+/// At most so large that its odds are finite for every share.
+double ClampDensityRatio(double ratio) { return std::clamp(ratio, 2.0, 1e300); }
 
 double EstimateShareFrom(const Eigen::ArrayXd& ratios, double start) {
   double share = ClampShare(start);
@@ -37,23 +26,24 @@ double EstimateShareFrom(const Eigen::ArrayXd& ratios, double start) {
   return share;
 }
 
-template <MinimalModel Model>
-double EstimateSigma(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, double sigma, double prior) {
-  const double squares = weights.dot(residuals.cwiseAbs2()) + prior * sigma * sigma;
-  return std::sqrt(squares / (std::max(0.0, weights.sum() - Model::kMinimalSize) + prior));
-}
-
 }  // namespace
+
+double ClampShare(double share) { return std::clamp(share, kShareMargin, 1.0 - kShareMargin); }
+
+Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals) {
+  const double rate = -0.5 / (mixture.sigma * mixture.sigma);
+  return mixture.density_ratio * (rate * residuals.array().square()).exp();
+}
 
 double Mixture::Odds(double inlier_share) const { return density_ratio * inlier_share / (1.0 - inlier_share); }
 
-Mixture Mixture::WithSigma(double other) const { return {other, std::max(2.0, density_ratio * sigma / other)}; }
+Mixture Mixture::WithSigma(double other) const { return {other, ClampDensityRatio(density_ratio * sigma / other)}; }
 
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma) {
   const Eigen::RowVectorXd sides =
       (points.colwise().maxCoeff() - points.colwise().minCoeff()).cwiseMax(2.0 * inlier_threshold);
   const double mean_side = std::exp(sides.array().log().mean());
-  return {sigma, std::max(2.0, mean_side / (kSqrtTwoPi * sigma))};
+  return {sigma, ClampDensityRatio(mean_side / (kSqrtTwoPi * sigma))};
 }
 
 double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start) {
@@ -68,34 +58,5 @@ double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals) {
   const double sum = ((1.0 - share) + share * ratios).log().sum();
   return std::clamp(sum / std::log(mixture.density_ratio), 0.0, static_cast<double>(residuals.size()));
 }
-
-template <MinimalModel Model>
-int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
-                 double sigma_prior) {
-  const Scorer<Model> scorer(points);
-  const bool sigma_known = std::isinf(sigma_prior);
-  const int rounds = sigma_known ? kRefitRounds : kRefitRoundsWithSigma;
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points.rows());
-  Mixture current = mixture;
-  double share = ClampShare(start);
-  int fits = 0;
-  while (fits < rounds) {
-    const Eigen::ArrayXd ratios = share * DensityRatios(current, scorer.Residuals(*model));
-    const Eigen::VectorXd next = ratios / ((1.0 - share) + ratios);
-    if (fits > 0 && (next - weights).cwiseAbs().maxCoeff() <= kWeightTolerance) break;
-    weights = next;
-    share = ClampShare(weights.mean());
-    typename Model::Parameters fitted;
-    ++fits;
-    if (!Model::Fit(points, weights, &fitted)) break;
-    *model = fitted;
-    if (!sigma_known)
-      current = mixture.WithSigma(EstimateSigma<Model>(scorer.Residuals(fitted), weights, mixture.sigma, sigma_prior));
-  }
-  return fits;
-}
-
-template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*, double);
-template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*, double);
 
 }  // namespace diffsac

@@ -24,6 +24,12 @@ struct Mixture {
 /// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma);
 
+/// ρ exp(−r²/2σ²) of each point.
+Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals);
+
+/// The share kept away from 0 and 1, where expectation maximisation would be stuck.
+double ClampShare(double share);
+
 /// The share of inliers w in [0, 1) of greatest likelihood given the residuals, from `start` (expectation maximisation
 /// on w alone, until it moves by less than 1e-6, at most 100 rounds).
 double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start);
@@ -35,19 +41,22 @@ double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals);
 /// As `sigma_prior` of MixtureRefit: σ is known and stays.
 inline constexpr double kSigmaKnown = std::numeric_limits<double>::infinity();
 
-/// Expectation maximisation over the model, w and, unless it is known, σ, from *model and the inlier share `start`. Each
-/// iteration weights every point by its posterior probability q of being an inlier and fits by weighted total least
-/// squares; stops when no weight moves by more than 1e-3, after 30 iterations (100 with σ), or when the fit fails (the
-/// last model stays).
-/// sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate is
-/// σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
+/// Expectation maximisation over the model, w and, unless it is known, σ, from *model and the inlier share `start`.
+/// Each iteration weights every point by its posterior probability q of being an inlier and fits by weighted total
+/// least squares; stops when no weight moves by more than 1e-3, after 30 iterations (100 with σ), or when the fit fails
+/// (the last model stays). sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate
+/// is σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
 /// being left out. Must be positive.
 /// Returns the number of fits; *model is the result.
 template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
                  double sigma_prior = kSigmaKnown);
 
-extern template int MixtureRefit<Line>(const PointMatrix&, const Mixture&, double, Line::Parameters*, double);
-extern template int MixtureRefit<Plane>(const PointMatrix&, const Mixture&, double, Plane::Parameters*, double);
+/// The instantiations for one model: extern in this header, defined in a file that includes mixture_impl.h.
+#define DIFFSAC_MIXTURE_TEMPLATES(prefix, Model) \
+  prefix template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);
+
+DIFFSAC_MIXTURE_TEMPLATES(extern, Line)
+DIFFSAC_MIXTURE_TEMPLATES(extern, Plane)
 
 }  // namespace diffsac

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/consensus/magsac.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -12,21 +13,26 @@ ScoreKind ScoreKindFromString(const std::string& name) {
   if (name == "inlier_count") return ScoreKind::kInlierCount;
   if (name == "msac") return ScoreKind::kMsac;
   if (name == "gaussian_uniform") return ScoreKind::kGaussianUniform;
-  throw Error("unknown score '" + name + "': expected inlier_count, msac or gaussian_uniform");
+  if (name == "magsac_pp") return ScoreKind::kMagsac;
+  throw Error("unknown score '" + name + "': expected inlier_count, msac, gaussian_uniform or magsac_pp");
 }
 
 std::string ToString(ScoreKind kind) {
   if (kind == ScoreKind::kMsac) return "msac";
+  if (kind == ScoreKind::kMagsac) return "magsac_pp";
   return kind == ScoreKind::kGaussianUniform ? "gaussian_uniform" : "inlier_count";
 }
 
-Score::Score(ScoreKind kind, double threshold, double sigma, double odds)
+Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof)
     : kind_(kind),
       threshold_(threshold),
       inverse_threshold_squared_(1.0 / (threshold * threshold)),
       half_inverse_variance_(0.5 / (sigma * sigma)),
       odds_(odds),
-      inverse_log_(1.0 / std::log1p(odds)) {}
+      inverse_log_(1.0 / std::log1p(odds)),
+      residual_dof_(residual_dof),
+      table_(kind == ScoreKind::kMagsac ? MagsacScoreTable(residual_dof) : nullptr),
+      table_scale_(kMagsacTableSize / threshold) {}
 
 double Score::operator()(double residual) const {
   // A comparison that is false for NaN comes first in each, so that NaN scores 0.
@@ -35,11 +41,37 @@ double Score::operator()(double residual) const {
       return residual <= threshold_ ? 1.0 : 0.0;
     case ScoreKind::kMsac:
       return std::max(0.0, 1.0 - residual * residual * inverse_threshold_squared_);
+    case ScoreKind::kMagsac:
+      return FromTable(residual);
     case ScoreKind::kGaussianUniform:
       break;
   }
   const double ratio = odds_ * std::exp(-residual * residual * half_inverse_variance_);
   return ratio > 0.0 ? std::log1p(ratio) * inverse_log_ : 0.0;
+}
+
+double Score::Derivative(double residual) const {
+  switch (kind_) {
+    case ScoreKind::kInlierCount:
+      return 0.0;
+    case ScoreKind::kMsac:
+      return residual < threshold_ ? -2.0 * residual * inverse_threshold_squared_ : 0.0;
+    case ScoreKind::kMagsac:
+      if (!(residual > 0.0)) return 0.0;
+      return -residual * MagsacLoss(threshold_, residual_dof_).ExactWeight(residual) * inverse_threshold_squared_;
+    case ScoreKind::kGaussianUniform:
+      break;
+  }
+  const double ratio = odds_ * std::exp(-residual * residual * half_inverse_variance_);
+  return ratio > 0.0 ? -2.0 * residual * half_inverse_variance_ * ratio / (1.0 + ratio) * inverse_log_ : 0.0;
+}
+
+double Score::FromTable(double residual) const {
+  // Without a branch, which would be guessed wrong for every other point; NaN goes to the end, where the score is 0.
+  const double scaled = std::abs(residual) * table_scale_;
+  const double place = scaled < kMagsacTableSize ? scaled : kMagsacTableSize;
+  const int cell = static_cast<int>(place);
+  return table_[cell] + (place - cell) * (table_[cell + 1] - table_[cell]);
 }
 
 double Score::Sum(const double* residuals, int count) const {
@@ -58,6 +90,14 @@ double Score::Sum(const double* residuals, int count) const {
         sums[lane] += share > 0.0 ? share : 0.0;
       }
     for (; i < count; ++i) sums[0] += (*this)(residuals[i]);
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  }
+  if (kind_ == ScoreKind::kMagsac) {
+    double sums[4] = {0.0, 0.0, 0.0, 0.0};
+    int i = 0;
+    for (; i + 4 <= count; i += 4)
+      for (int lane = 0; lane < 4; ++lane) sums[lane] += FromTable(residuals[i + lane]);
+    for (; i < count; ++i) sums[0] += FromTable(residuals[i]);
     return (sums[0] + sums[1]) + (sums[2] + sums[3]);
   }
   return SumGaussianUniform(residuals, count);

@@ -11,24 +11,28 @@ namespace diffsac {
 ///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian with
 ///   σ,
 ///                     an outlier uniform; k is the odds of the two densities at r = 0
-enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform };
+///   kMagsac           Σ 1 − ρ(r)/ρ(ε), the loss ρ of MAGSAC++ marginalised over σ up to ε/k (see magsac.h)
+enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac };
 
-/// "inlier_count", "msac", "gaussian_uniform".
+/// "inlier_count", "msac", "gaussian_uniform", "magsac_pp".
 ScoreKind ScoreKindFromString(const std::string& name);
 std::string ToString(ScoreKind kind);
 
 /// A score with its constants worked out once.
 class Score {
  public:
-  /// threshold: ε, linear. sigma and odds are used by kGaussianUniform only.
-  Score(ScoreKind kind, double threshold, double sigma, double odds);
+  /// threshold: ε, linear. sigma and odds are used by kGaussianUniform only, residual_dof (1 … 6) by kMagsac only.
+  Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof = 1);
   /// The contribution of one residual (linear), in [0, 1], never increasing in r.
   double operator()(double residual) const;
+  /// d/dr of it, ≤ 0; 0 where it jumps. Of kMagsac: of the exact loss, from which the score differs by under 1e-6.
+  double Derivative(double residual) const;
   /// The sum over `count` residuals, the hot loop's form; an exact count for kInlierCount.
   double Sum(const double* residuals, int count) const;
   ScoreKind kind() const { return kind_; }
 
  private:
+  double FromTable(double residual) const;
   double SumGaussianUniform(const double* residuals, int count) const;
 
   ScoreKind kind_;
@@ -37,6 +41,9 @@ class Score {
   double half_inverse_variance_;
   double odds_;
   double inverse_log_;
+  int residual_dof_;
+  const double* table_;  ///< Of kMagsac, for residuals 0 … threshold.
+  double table_scale_;
 };
 
 }  // namespace diffsac

@@ -4,6 +4,7 @@
 
 #include "diffsac/data/point_files.h"
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/two_view_dataset.h"
 
 namespace diffsac {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 constexpr char kTypeKey[] = "type";
 
 void BindType(OptionsBinder& b, std::string& type) {
-  b.Choice(kTypeKey, type, {"synthetic_line", "synthetic_plane", "point_sets"});
+  b.Choice(kTypeKey, type, {"synthetic_line", "synthetic_plane", "point_sets", "correspondences"});
 }
 
 // The options of one type, with the type beside them.
@@ -30,22 +31,25 @@ struct Typed {
 std::string PeekType(const Config& config) {
   const YAML::Node root = YAML::Load(config.Dump());
   if (!root.IsMap() || !root[kTypeKey])
-    throw Error(config.Where(kTypeKey) + ": missing; expected synthetic_line, synthetic_plane or point_sets");
+    throw Error(config.Where(kTypeKey) + ": missing; expected synthetic_line, synthetic_plane, point_sets or correspondences");
   return root[kTypeKey].IsScalar() ? root[kTypeKey].as<std::string>() : "";
 }
-
-bool IsPointSets(const Config& config) { return PeekType(config) == "point_sets"; }
 
 }  // namespace
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
-  if (IsPointSets(config)) return MakePointSets(ReadOptions<Typed<PointSetsOptions>>(config).options);
+  const std::string type = PeekType(config);
+  if (type == "point_sets") return MakePointSets(ReadOptions<Typed<PointSetsOptions>>(config).options);
+  if (type == "correspondences")
+    return MakeCorrespondences(ReadOptions<Typed<CorrespondencesOptions>>(config).options);
   const auto read = ReadOptions<Typed<SyntheticOptions>>(config);
   return MakeSynthetic(read.type == "synthetic_line" ? Task::kLine : Task::kPlane, read.options, seed);
 }
 
 std::string WriteDatasetOptions(const Config& config) {
-  if (IsPointSets(config)) return WriteOptions(ReadOptions<Typed<PointSetsOptions>>(config));
+  const std::string type = PeekType(config);
+  if (type == "point_sets") return WriteOptions(ReadOptions<Typed<PointSetsOptions>>(config));
+  if (type == "correspondences") return WriteOptions(ReadOptions<Typed<CorrespondencesOptions>>(config));
   return WriteOptions(ReadOptions<Typed<SyntheticOptions>>(config));
 }
 

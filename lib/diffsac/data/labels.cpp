@@ -202,6 +202,9 @@ void LabelOptions::Bind(OptionsBinder& b) {
 }
 
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count) {
+  if (IsTwoView(example.problem.task))
+    throw Error("labels: optimal minimal sets are found for lines and planes, not for task " +
+                ToString(example.problem.task));
   return example.problem.task == Task::kLine ? FindOptimal<2>(example, options, count)
                                              : FindOptimal<3>(example, options, count);
 }

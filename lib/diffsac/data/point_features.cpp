@@ -158,7 +158,9 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Require(!kinds.empty(), "kinds", "at least one of coordinates, preference");
 }
 
-PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {}
+PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {
+  if (IsTwoView(task)) throw Error("features: a network sees lines and planes, not task " + ToString(task));
+}
 
 int PointFeatures::width() const {
   int width = 0;

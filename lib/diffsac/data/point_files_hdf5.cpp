@@ -11,45 +11,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/point_files.h"
 
 namespace diffsac {
 namespace {
-
-// The HDF5 library is not thread-safe as distributions build it.
-std::mutex& Hdf5Mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-struct Numbers {
-  std::vector<hsize_t> shape;
-  std::vector<double> values;
-};
-
-void ReadInto(const H5::DataSet& source, double* out) { source.read(out, H5::PredType::NATIVE_DOUBLE); }
-void ReadInto(const H5::Attribute& source, double* out) { source.read(H5::PredType::NATIVE_DOUBLE, out); }
-
-// `place` names file and object in messages.
-template <class Source>
-Numbers ReadNumbers(const Source& source, const std::string& place) {
-  const H5T_class_t kind = source.getTypeClass();
-  if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(place + ": expected numbers");
-  const H5::DataSpace space = source.getSpace();
-  Numbers numbers;
-  const int rank = space.getSimpleExtentNdims();
-  numbers.shape.resize(rank);
-  if (rank > 0) space.getSimpleExtentDims(numbers.shape.data());
-  numbers.values.resize(static_cast<std::size_t>(space.getSimpleExtentNpoints()));
-  if (!numbers.values.empty()) ReadInto(source, numbers.values.data());
-  return numbers;
-}
-
-std::string ShapeText(const Numbers& numbers) {
-  std::string text;
-  for (hsize_t size : numbers.shape) text += (text.empty() ? "" : "x") + std::to_string(size);
-  return text.empty() ? "a single number" : text;
-}
 
 PointMatrix ToPoints(const Numbers& numbers, const std::string& place) {
   if (numbers.shape.size() != 2 || numbers.shape[1] < 2 || numbers.shape[1] > 3)
@@ -141,8 +107,6 @@ PointSet ReadSet(const H5::H5File& file, const std::string& key, const std::stri
   }
   return set;
 }
-
-std::string Describe(const H5::Exception& e) { return "HDF5: " + e.getDetailMsg() + " (" + e.getFuncName() + ")"; }
 
 void WriteNumbers(const H5::Group& group, const char* name, const double* values, std::vector<hsize_t> shape) {
   const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());

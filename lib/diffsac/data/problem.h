@@ -1,31 +1,48 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/points.h"
+#include "diffsac/geometry/pose.h"
 
 namespace diffsac {
 
 /// The model that is estimated.
-enum class Task { kLine, kPlane };
+enum class Task { kLine, kPlane, kHomography, kFundamental, kEssential };
 
-/// "line", "plane".
+/// "line", "plane", "homography", "fundamental", "essential".
 std::string ToString(Task task);
 /// Throws Error for an unknown name.
 Task TaskFromString(const std::string& name);
-/// γ, the size of a minimal set: 2 for lines, 3 for planes.
+/// γ, the size of a minimal set: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E.
 int MinimalSetSize(Task task);
-/// Values in a point: 2 for lines, 3 for planes.
+/// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels).
 int PointDimension(Task task);
+/// Values in a model: 3 for lines, 4 for planes, 9 for the two-view models (row-major 3 × 3).
+int ModelSize(Task task);
+/// Homography, fundamental and essential matrix.
+bool IsTwoView(Task task);
+
+/// Calibration matrices of the two images.
+struct CameraPair {
+  Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d K2 = Eigen::Matrix3d::Identity();
+  /// The mean of the four focal lengths: pixels in one unit of normalised coordinates.
+  double MeanFocal() const { return (K1(0, 0) + K1(1, 1) + K2(0, 0) + K2(1, 1)) / 4.0; }
+};
 
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
 struct Problem {
   Task task = Task::kLine;
-  PointMatrix points;              ///< N × PointDimension(task), in the data's unit.
-  double inlier_threshold = 0.1;   ///< ε, in the data's unit, linear.
+  PointMatrix points;              ///< N × PointDimension(task), in the data's unit; two views: pixels.
+  double inlier_threshold = 0.1;   ///< ε, in the data's unit, linear; two views: pixels.
+  /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
+  Eigen::VectorXd quality = {};
+  std::optional<CameraPair> cameras = {};   ///< Two views: where the calibration is known. The essential matrix needs it.
 };
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
@@ -34,7 +51,8 @@ Status CheckProblem(const Problem& problem);
 
 /// What only labels, metrics and the oracle may see.
 struct GroundTruth {
-  ModelParameters model;               ///< Empty when unknown (real scans).
+  ModelParameters model;               ///< Empty when unknown (real scans). E in normalised coordinates.
+  std::optional<RelativePose> pose = {};    ///< Two views: of the second camera seen from the first, where it is known.
   std::vector<std::uint8_t> inliers;   ///< N values, 1 for a true inlier; empty when unknown.
 };
 

@@ -243,11 +243,14 @@ void FigureOptions::Bind(OptionsBinder& b) {
 void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("name", name);
   b.Field("title", title);
-  b.Choice("task", task, {"line", "plane"});
+  b.Choice("task", task, {"line", "plane", "homography", "fundamental", "essential"});
   b.Field("seed", seed);
   b.Field("problems", problems, AtLeast(1));
   b.Field("threads", threads, AtLeast(0));
-  b.GroupWith("metric", [this](OptionsBinder& metric) { metric.Field("threshold_deg", threshold_deg, Positive()); });
+  b.GroupWith("metric", [this](OptionsBinder& metric) {
+    metric.Field("threshold_deg", threshold_deg, Positive());
+    metric.Field("threshold_px", threshold_px, Positive());
+  });
   b.Field("condition_label", condition_label);
   b.Field("reference", reference);
   b.Field("notes", notes);
@@ -304,9 +307,9 @@ std::string WriteExperiment(const ExperimentOptions& experiment) {
   return DumpYaml(tree);
 }
 
-std::string MetricName(const std::string& metric, double threshold_deg) {
+std::string MetricName(const std::string& metric, const Tolerance& tolerance) {
   char text[64];
-  std::snprintf(text, sizeof(text), "%s@%gdeg", metric.c_str(), threshold_deg);
+  std::snprintf(text, sizeof(text), "%s@%g%s", metric.c_str(), tolerance.value, tolerance.pixels ? "px" : "deg");
   return text;
 }
 

@@ -8,6 +8,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/data/problem.h"
+#include "diffsac/eval/metrics.h"
 
 namespace diffsac {
 
@@ -67,6 +68,7 @@ struct ExperimentOptions {
   int problems = 2000;                        ///< For each condition; fewer when the dataset is smaller.
   int threads = 0;                            ///< 0: all cores.
   double threshold_deg = 0.5;                 ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
+  double threshold_px = 20.0;                 ///< The same for homographies (`metric.threshold_px`).
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
@@ -74,6 +76,8 @@ struct ExperimentOptions {
   bool optional_data = false;
   FigureOptions figures;
   void Bind(OptionsBinder& b);
+  /// The c of the task's metrics.
+  Tolerance tolerance() const { return task == "homography" ? Tolerance(threshold_px, true) : Tolerance(threshold_deg); }
 
   // Lists, read by ReadExperiment.
   std::vector<Condition> conditions;
@@ -91,7 +95,7 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
 /// The whole experiment with every option of the data and the experiment filled in; reads back to the same.
 std::string WriteExperiment(const ExperimentOptions& experiment);
 
-/// "mAA@0.5deg": a metric's name with its threshold.
-std::string MetricName(const std::string& metric, double threshold_deg);
+/// "mAA@0.5deg", "mAA@20px": a metric's name with its threshold.
+std::string MetricName(const std::string& metric, const Tolerance& tolerance);
 
 }  // namespace diffsac

@@ -227,6 +227,7 @@ bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
 bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   if (results.fits.empty()) return false;
   const Task task = TaskFromString(results.experiment.task);
+  if (IsTwoView(task)) return false;
   const bool one_condition = results.experiment.conditions.size() == 1;
   const int fits = static_cast<int>(results.fits.size());
   const int columns = std::min(4, one_condition ? fits : std::max(1, fits / results.experiment.figures.qualitative));

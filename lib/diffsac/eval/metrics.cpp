@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "diffsac/eval/two_view_metrics.h"
 #include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac {
@@ -28,6 +29,7 @@ double BoundingDiagonal(const PointMatrix& points) {
 }  // namespace
 
 EstimateError MeasureError(const Estimate& estimate, const Example& example) {
+  if (IsTwoView(example.problem.task)) return MeasureTwoViewError(estimate, example);
   const ModelParameters& truth = example.truth.model;
   const PointMatrix& points = example.problem.points;
   EstimateError error;
@@ -43,6 +45,17 @@ EstimateError MeasureError(const Estimate& estimate, const Example& example) {
     error.offset = OffsetDifference(estimate.model, truth, points);
   }
   return error;
+}
+
+double MainError(const EstimateError& error, const Tolerance& tolerance) {
+  return tolerance.pixels ? error.transfer_px : error.angle_deg;
+}
+
+double AverageAccuracyWithin(double error, const Tolerance& tolerance) {
+  if (!tolerance.pixels) return AverageAccuracy(error, tolerance.value);
+  int accurate = 0;
+  for (int k = 0; k < kBins; ++k) accurate += error <= std::pow(tolerance.value, static_cast<double>(k) / (kBins - 1));
+  return static_cast<double>(accurate) / kBins;
 }
 
 double AverageAccuracy(double error, double threshold) {

@@ -54,7 +54,7 @@ Json DifferenceJson(const ExperimentResults& results, const Cell& cell) {
   if (reference < 0 || static_cast<std::size_t>(reference) == cell.method) return nullptr;
   const Cell* other = results.Find(cell.condition, reference);
   if (other == nullptr) return nullptr;
-  const double c = results.experiment.threshold_deg;
+  const Tolerance c = results.experiment.tolerance();
   const SceneValues a = SceneAccuracies(Common(*other, cell), c), b = SceneAccuracies(Common(cell, *other), c);
   if (a.empty() || b.empty()) return nullptr;
   Json json = {{"reference", results.experiment.methods[reference].name}};
@@ -63,7 +63,7 @@ Json DifferenceJson(const ExperimentResults& results, const Cell& cell) {
 }
 
 Json CellJson(const ExperimentResults& results, const Cell& cell) {
-  const double c = results.experiment.threshold_deg;
+  const Tolerance c = results.experiment.tolerance();
   Json scenes = Json::object();
   for (const MetricValue& value : CellMetrics(cell, c)) scenes[value.scene][value.metric] = NumberJson(value.value);
   const MethodRow& row = results.experiment.methods[cell.method];
@@ -91,7 +91,7 @@ std::string ResultsCsv(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   std::string text = "experiment,dataset,scene,condition,method,metric,value\n";
   for (const Cell& cell : results.cells) {
-    for (const MetricValue& value : CellMetrics(cell, experiment.threshold_deg)) {
+    for (const MetricValue& value : CellMetrics(cell, experiment.tolerance())) {
       text += CsvText(experiment.name) + "," + CsvText(results.dataset) + "," + CsvText(value.scene) + "," +
               CsvText(experiment.conditions[cell.condition].name) + "," +
               CsvText(experiment.methods[cell.method].name) + "," + value.metric + "," + NumberText(value.value) + "\n";
@@ -102,14 +102,16 @@ std::string ResultsCsv(const ExperimentResults& results) {
 
 std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text =
-      "id,scene,condition,method,status,angle_deg,offset,inliers,hypotheses,ms_features,ms_denoise,ms_consensus,"
-      "ms_total\n";
+      "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,transfer_px,inliers,hypotheses,"
+      "ms_features,ms_denoise,ms_consensus,ms_total\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
                               CsvText(results.experiment.methods[cell.method].name) + ",";
     for (const ProblemRecord& record : cell.records) {
       text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status)) + "," +
               NumberText(record.error.angle_deg) + "," + NumberText(record.error.offset) + "," +
+              NumberText(record.error.rotation_deg) + "," + NumberText(record.error.translation_deg) + "," +
+              NumberText(record.error.transfer_px) + "," +
               std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
               NumberText(record.report.ms_features) + "," + NumberText(record.report.ms_denoise) + "," +
               NumberText(record.report.ms_consensus) + "," + NumberText(record.report.ms_total) + "\n";

@@ -9,7 +9,8 @@ namespace diffsac {
 /// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
 std::string ResultsCsv(const ExperimentResults& results);
 
-/// problems.csv: id,scene,condition,method,status,angle_deg,offset,inliers,hypotheses,ms_features,ms_denoise,
+/// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,transfer_px,inliers,
+/// hypotheses,ms_features,ms_denoise,
 /// ms_consensus,ms_total.
 std::string ProblemsCsv(const ExperimentResults& results);
 

@@ -11,14 +11,14 @@ namespace {
 
 double CellAccuracy(const ExperimentResults& results, std::size_t condition, std::size_t method) {
   const Cell* cell = results.Find(condition, method);
-  const double c = results.experiment.threshold_deg;
+  const Tolerance c = results.experiment.tolerance();
   return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, c), "mean", MetricName("mAA", c));
 }
 
 double CellHypotheses(const ExperimentResults& results, std::size_t condition, std::size_t method) {
   const Cell* cell = results.Find(condition, method);
   return cell == nullptr ? std::nan("")
-                         : FindMetric(CellMetrics(*cell, results.experiment.threshold_deg), "mean", "hypotheses");
+                         : FindMetric(CellMetrics(*cell, results.experiment.tolerance()), "mean", "hypotheses");
 }
 
 struct Point {
@@ -110,7 +110,7 @@ std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
 
 std::string AxisTexts(const ExperimentResults& results, const std::string& x_label) {
   return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " +
-         GnuplotText(MetricName("mAA", results.experiment.threshold_deg)) + "\nset grid ls 100\nset tics nomirror\n";
+         GnuplotText(MetricName("mAA", results.experiment.tolerance())) + "\nset grid ls 100\nset tics nomirror\n";
 }
 
 std::string Title(const ExperimentResults& results) {

@@ -47,22 +47,47 @@ const Cell* ExperimentResults::Find(std::size_t condition, std::size_t method) c
   return nullptr;
 }
 
+namespace {
+
+// Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
+void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                    const Tolerance& tolerance, std::vector<MetricValue>* metrics) {
+  std::vector<double> rotations, translations, worst;
+  for (const ProblemRecord* record : records) {
+    if (std::isnan(record->error.rotation_deg)) continue;
+    rotations.push_back(record->error.rotation_deg);
+    translations.push_back(record->error.translation_deg);
+    worst.push_back(record->error.angle_deg);
+  }
+  metrics->push_back({scene, MetricName("mAA_R", tolerance), MeanAverageAccuracy(rotations, tolerance.value)});
+  metrics->push_back({scene, MetricName("mAA_t", tolerance), MeanAverageAccuracy(translations, tolerance.value)});
+  for (double degrees : {5.0, 10.0, 20.0})
+    if (degrees != tolerance.value)
+      metrics->push_back({scene, MetricName("AUC", degrees), AreaUnderCurve(worst, degrees)});
+  metrics->push_back({scene, "median_R_deg", Median(rotations)});
+  metrics->push_back({scene, "median_t_deg", Median(translations)});
+}
+
+}  // namespace
+
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                                      double threshold_deg) {
-  std::vector<double> angles, offsets;
+                                      const Tolerance& tolerance, bool poses) {
+  std::vector<double> errors, accuracies, offsets;
   double failures = 0;
   for (const ProblemRecord* record : records) {
     failures += record->error.failed;
-    if (std::isnan(record->error.angle_deg)) continue;
-    angles.push_back(record->error.angle_deg);
+    const double error = MainError(record->error, tolerance);
+    if (std::isnan(error)) continue;
+    errors.push_back(error);
+    accuracies.push_back(AverageAccuracyWithin(error, tolerance));
     offsets.push_back(record->error.offset);
   }
   const auto median = [&](auto get) { return MedianOf(records, get); };
-  return {
-      {scene, MetricName("mAA", threshold_deg), MeanAverageAccuracy(angles, threshold_deg)},
-      {scene, MetricName("AUC", threshold_deg), AreaUnderCurve(angles, threshold_deg)},
-      {scene, MetricName("acc", threshold_deg), AccuracyWithin(angles, threshold_deg)},
-      {scene, "median_deg", Median(angles)},
+  std::vector<MetricValue> metrics = {
+      {scene, MetricName("mAA", tolerance), Mean(accuracies)},
+      {scene, MetricName("AUC", tolerance), AreaUnderCurve(errors, tolerance.value)},
+      {scene, MetricName("acc", tolerance), AccuracyWithin(errors, tolerance.value)},
+      {scene, tolerance.pixels ? "median_px" : "median_deg", Median(errors)},
       {scene, "median_offset", Median(offsets)},
       {scene, "problems", static_cast<double>(records.size())},
       {scene, "failures", failures},
@@ -74,19 +99,23 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},
       {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
   };
+  if (poses) AddPoseMetrics(scene, records, tolerance, &metrics);
+  return metrics;
 }
 
-std::vector<MetricValue> CellMetrics(const Cell& cell, double threshold_deg) {
+std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
+  const bool poses = std::any_of(cell.records.begin(), cell.records.end(),
+                                 [](const ProblemRecord& r) { return !std::isnan(r.error.rotation_deg); });
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)
       if (record.scene == scene) records.push_back(&record);
-    const auto values = SceneMetrics(scene, records, threshold_deg);
+    const auto values = SceneMetrics(scene, records, tolerance, poses);
     all.insert(all.end(), values.begin(), values.end());
   }
-  const std::size_t kinds = SceneMetrics("", {}, threshold_deg).size();
+  const std::size_t kinds = SceneMetrics("", {}, tolerance, poses).size();
   std::vector<MetricValue> means;
   for (std::size_t i = 0; i < kinds; ++i) means.push_back({"mean", all[i].metric, OverScenes(all, all[i].metric)});
   all.insert(all.end(), means.begin(), means.end());
@@ -99,15 +128,16 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
   return std::nan("");
 }
 
-SceneValues SceneAccuracies(const Cell& cell, double threshold_deg, std::size_t limit) {
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit) {
   SceneValues values;
   const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
   for (const std::string& scene : Scenes(cell)) {
     std::vector<double> accuracies;
     for (std::size_t i = 0; i < count; ++i) {
       const ProblemRecord& record = cell.records[i];
-      if (record.scene != scene || std::isnan(record.error.angle_deg)) continue;
-      accuracies.push_back(AverageAccuracy(record.error.angle_deg, threshold_deg));
+      const double error = MainError(record.error, tolerance);
+      if (record.scene != scene || std::isnan(error)) continue;
+      accuracies.push_back(AverageAccuracyWithin(error, tolerance));
     }
     if (!accuracies.empty()) values.push_back(std::move(accuracies));
   }

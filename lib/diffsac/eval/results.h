@@ -63,18 +63,19 @@ struct MetricValue {
   double value = 0.0;  ///< NaN: unknown (no ground truth).
 };
 
-/// The metrics of one scene's records, in the order of the files (docs/metrics.md).
+/// The metrics of one scene's records, in the order of the files (docs/metrics.md); `poses` adds those of rotation and
+/// translation.
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                                      double threshold_deg);
+                                      const Tolerance& tolerance, bool poses = false);
 
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed).
-std::vector<MetricValue> CellMetrics(const Cell& cell, double threshold_deg);
+std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);
 
 /// The value of one metric in a list; NaN when it is not there.
 double FindMetric(const std::vector<MetricValue>& metrics, const std::string& scene, const std::string& metric);
 
 /// Each problem's AverageAccuracy by scene; empty when no problem has ground truth. `limit` > 0: first problems only.
-SceneValues SceneAccuracies(const Cell& cell, double threshold_deg, std::size_t limit = 0);
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
 
 /// The row that differences are taken from: `reference`, or the first of type diffsac; -1 for none.
 int ReferenceRow(const ExperimentOptions& experiment);

@@ -55,7 +55,7 @@ std::vector<double> RowValues(const ExperimentResults& results, std::size_t meth
   std::vector<double> values(results.experiment.conditions.size(), std::nan(""));
   for (const Cell& cell : results.cells) {
     if (cell.method != method) continue;
-    values[cell.condition] = FindMetric(CellMetrics(cell, results.experiment.threshold_deg), "mean", metric);
+    values[cell.condition] = FindMetric(CellMetrics(cell, results.experiment.tolerance()), "mean", metric);
   }
   return values;
 }
@@ -148,7 +148,7 @@ Table MakeTable(const ExperimentResults& results, const Kind& kind) {
 
 bool HasTruth(const ExperimentResults& results) {
   for (const Cell& cell : results.cells)
-    if (!SceneAccuracies(cell, results.experiment.threshold_deg).empty()) return true;
+    if (!SceneAccuracies(cell, results.experiment.tolerance()).empty()) return true;
   return false;
 }
 
@@ -202,12 +202,13 @@ std::string Setting(const ExperimentResults& results) {
 }  // namespace
 
 std::vector<Table> MakeTables(const ExperimentResults& results) {
-  const double c = results.experiment.threshold_deg;
+  const Tolerance c = results.experiment.tolerance();
   std::vector<Kind> kinds;
   if (HasTruth(results)) {
     kinds.push_back(
         {MetricName("mAA", c) + ", higher is better", MetricName("mAA", c), 3, true, &PaperValue::accuracy});
-    kinds.push_back({"median error in degrees, lower is better", "median_deg", 3, false, &PaperValue::median_deg});
+    kinds.push_back({c.pixels ? "median error in pixels, lower is better" : "median error in degrees, lower is better",
+                     c.pixels ? "median_px" : "median_deg", 3, false, &PaperValue::median_deg});
   } else {
     kinds.push_back({"median number of inliers (no ground truth)", "inliers", 0, true, nullptr});
   }

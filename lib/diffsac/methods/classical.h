@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/options.h"
 #include "diffsac/methods/method.h"
@@ -11,20 +12,29 @@ namespace diffsac {
 
 /// Options of the methods that search over minimal sets without learning.
 struct ClassicalOptions {
-  /// Minimal sets. The exhaustive method takes every one of them, unless there are more than this: then it takes this
-  /// many random ones, as its report's budget shows.
+  /// Minimal sets: exactly so many with `consensus.stopping: budget`, at most so many otherwise. The exhaustive method
+  /// takes every one of them, unless there are more than this: then it takes this many random ones, as its report's
+  /// budget shows.
   int hypotheses = 1000;
   bool exhaustive = false;  ///< Set by the method's type, not by a key.
+  /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
+  SourceOptions sampling;
   ConsensusOptions consensus;
   void Bind(OptionsBinder& b);
 };
 
-/// Defaults of a type: `ransac` (inlier count, one least squares on the inliers), `lo_ransac` (MSAC, local
-/// optimisation, iterated refits), `exhaustive` (every minimal set, MSAC, the best 5 refitted by expectation
-/// maximisation). Throws Error for another type.
-ClassicalOptions DefaultClassicalOptions(const std::string& type);
+/// Defaults of a type. Two-view tasks end with the model's own nonlinear refinement except in `ransac`.
+///   ransac      inlier count, one least squares on the inliers
+///   lo_ransac   MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003)
+///   prosac      the same with sets in the order of quality (Chum, Matas 2005)
+///   napsac, p_napsac   the same with sets from neighbourhoods (Torr et al. 2002; Barath et al. 2020)
+///   gc_ransac   the same with graph-cut local optimisation (Barath, Matas 2018)
+///   magsac_pp   MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020)
+///   exhaustive  every minimal set, MSAC, the best 5 refitted by expectation maximisation
+/// Throws Error for another type.
+ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task);
 
-/// Sample consensus on uniformly random or on all minimal sets.
+/// Sample consensus without learning.
 class ClassicalMethod : public Method {
  public:
   explicit ClassicalMethod(const ClassicalOptions& options) : options_(options) {}
@@ -34,7 +44,7 @@ class ClassicalMethod : public Method {
   ClassicalOptions options_;
 };
 
-/// A method of type "ransac", "lo_ransac", "exhaustive", "theil_sen" or "line_posterior" with the options in `config`; null for another
+/// A method of a type above, "theil_sen" or "line_posterior" with the options in `config`; null for another
 /// type. Throws Error (file, line, key) for a wrong option.
 std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task);
 

@@ -183,7 +183,7 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
                   std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
     if (!(expected > best)) continue;
     best = expected;
-    AcceptModel<Line>(problem, candidate.mean, &estimate);
+    AcceptModel<Line>(SolverSpace(problem), candidate.mean, &estimate);
   }
   estimate.score = size * best / total;
   return estimate;

@@ -8,17 +8,18 @@ namespace {
 template <MinimalModel Model>
 Estimate FitTruth(const Problem& problem, const GroundTruth& truth) {
   Estimate estimate;
-  estimate.status = CheckPoints<Model>(problem.points);
+  estimate.status = CheckProblem(problem);
   if (estimate.status != Status::kOk) return estimate;
   estimate.status = Status::kNoModel;
+  const SolverSpace space(problem);
   const Eigen::Index size = problem.points.rows();
   if (static_cast<Eigen::Index>(truth.inliers.size()) != size) return estimate;
   Eigen::VectorXd weights(size);
   for (Eigen::Index i = 0; i < size; ++i) weights[i] = truth.inliers[i] != 0 ? 1.0 : 0.0;
   typename Model::Parameters model;
   estimate.report.hypotheses = 1;
-  if (!Model::Fit(problem.points, weights, &model)) return estimate;
-  AcceptModel<Model>(problem, model, &estimate);
+  if (!Model::Fit(space.points(), weights, &model)) return estimate;
+  AcceptModel<Model>(space, model, &estimate);
   return estimate;
 }
 

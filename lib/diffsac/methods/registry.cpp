@@ -4,12 +4,14 @@
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/classical.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/methods/opencv_usac.h"
 
 namespace diffsac {
 namespace {
 
-const std::vector<std::string> kTypes = {"diffsac", "ransac", "lo_ransac", "exhaustive", "theil_sen",
-                                         "line_posterior", "oracle"};
+const std::vector<std::string> kTypes = {
+    "diffsac",   "ransac",    "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac",
+    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 struct DiffsacRow {
@@ -40,6 +42,7 @@ std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const Method
   const std::string type = config.Text("type");
   if (type == "diffsac") return MakeDiffsac(config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
+  if (auto method = MakeOpencvMethod(type, config, task)) return method;
   throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +
               "'?");
 }

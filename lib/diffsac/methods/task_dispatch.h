@@ -2,18 +2,11 @@
 
 #include <chrono>
 
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/data/task_dispatch.h"
 #include "diffsac/methods/method.h"
+#include "diffsac/methods/solver_space.h"
 
 namespace diffsac {
-
-/// Calls `body.template operator()<Model>()` with the geometry model of a task.
-template <class Body>
-auto DispatchTask(Task task, Body&& body) {
-  if (task == Task::kPlane) return body.template operator()<Plane>();
-  return body.template operator()<Line>();
-}
 
 /// DispatchTask for a body that returns an Estimate and does all its work in the consensus stage; reports the time.
 template <class Body>
@@ -25,12 +18,12 @@ Estimate TimedEstimate(Task task, Body&& body) {
   return estimate;
 }
 
-/// Makes *estimate a success with `model`: its inliers at the problem's threshold, their number as the score.
+/// Makes *estimate a success with `model`: its inliers at the threshold, their number as the score.
 template <MinimalModel Model>
-void AcceptModel(const Problem& problem, const typename Model::Parameters& model, Estimate* estimate) {
+void AcceptModel(const SolverSpace& space, const typename Model::Parameters& model, Estimate* estimate) {
   estimate->status = Status::kOk;
   estimate->model = model;
-  estimate->inliers = InlierMask<Model>(problem.points, model, problem.inlier_threshold);
+  estimate->inliers = InlierMask<Model>(space.points(), model, space.threshold());
   estimate->score = 0.0;
   for (std::uint8_t inlier : estimate->inliers) estimate->score += inlier;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "diffsac/methods/task_dispatch.h"
 
@@ -74,7 +75,7 @@ Estimate EstimateHyperplane(const Problem& problem, int budget, std::uint64_t se
   for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
   const typename Model::Parameters model = FromSlopes<D>(problem.points, slopes);
   if (!model.allFinite()) return estimate;
-  AcceptModel<Model>(problem, model, &estimate);
+  AcceptModel<Model>(SolverSpace(problem), model, &estimate);
   return estimate;
 }
 
@@ -86,7 +87,11 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateHyperplane<Model::kDimension>(problem, options_.hypotheses, seed); });
+  return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
+    if constexpr (std::is_same_v<Model, Line> || std::is_same_v<Model, Plane>)
+      return EstimateHyperplane<Model::kDimension>(problem, options_.hypotheses, seed);
+    return diffsac::Estimate{};
+  });
 }
 
 }  // namespace diffsac

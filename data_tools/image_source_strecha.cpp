@@ -1,0 +1,48 @@
+#include <filesystem>
+
+#include "data_tools/image_source.h"
+#include "data_tools/number_file.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+// K (9), distortion (3, zeros), the camera-to-world rotation (9), the centre (3), width and height.
+constexpr std::size_t kNumbers = 26;
+
+void ReadCamera(const std::string& path, SourceImage* image) {
+  std::vector<double> values;
+  for (const NumberLine& line : ReadNumberFile(path))
+    values.insert(values.end(), line.values.begin(), line.values.end());
+  if (values.size() != kNumbers)
+    throw Error(path + ": expected " + std::to_string(kNumbers) + " numbers, found " + std::to_string(values.size()));
+  if (values[9] != 0.0 || values[10] != 0.0 || values[11] != 0.0)
+    throw Error(path + ": expected an undistorted image (three zeros after K)");
+  LensCamera camera;
+  camera.K = MatrixFromRows(values.data());
+  camera.size = {static_cast<int>(values[24]), static_cast<int>(values[25])};
+  image->camera = camera;
+  RigidMotion to_world;
+  to_world.rotation = MatrixFromRows(values.data() + 12);
+  to_world.translation << values[21], values[22], values[23];
+  image->pose = Inverse(to_world);
+}
+
+}  // namespace
+
+ImageSource ReadStrecha(const std::string& folder) {
+  ImageSource source;
+  for (const std::string& path : ListImages((fs::path(folder) / "images").string())) {
+    SourceImage image{ImageName(path), path, {}, {}};
+    const std::string file = fs::path(path).filename().string() + ".camera";
+    ReadCamera((fs::path(folder) / "gt_dense_cameras" / file).string(), &image);
+    source.images.push_back(std::move(image));
+  }
+  source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
+  CheckSource(source, folder);
+  return source;
+}
+
+}  // namespace diffsac

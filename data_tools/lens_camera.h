@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/data/two_view.h"
+
+namespace diffsac {
+
+/// A pinhole camera behind a lens with radial and tangential distortion (Brown, "Close-range camera calibration",
+/// 1971). Pixel centres have whole coordinates: the first one is (0, 0).
+struct LensCamera {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0;
+  ImageSize size;  ///< Zero when the source gives none.
+
+  /// From where a pixel is seen to where it would be seen without distortion, and back.
+  Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
+  Eigen::Vector2d Distort(const Eigen::Vector2d& pixel) const;
+};
+
+}  // namespace diffsac

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace diffsac {
+
+/// One line of a text file with numbers.
+struct NumberLine {
+  int line = 0;  ///< Its number, from 1, for messages.
+  std::vector<double> values;
+};
+
+/// Lines of blank-separated numbers; empty lines and those that start with `#` are skipped. Throws Error with file and
+/// line for anything else.
+std::vector<NumberLine> ReadNumberFile(const std::string& path);
+
+/// The same, and every line must have `count` numbers.
+std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t count);
+
+/// A file that holds exactly a 3 × 3 matrix, row by row, in any number of lines.
+Eigen::Matrix3d ReadMatrixFile(const std::string& path);
+
+/// The nine numbers from `values`, row by row.
+Eigen::Matrix3d MatrixFromRows(const double* values);
+
+}  // namespace diffsac

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <concepts>
+
+#include "diffsac/core/random.h"
+#include "diffsac/geometry/model.h"
+
+namespace diffsac {
+
+/// What a model may offer the loop beyond MinimalModel, as static members of ModelHooks<Model>: those of the model
+/// itself, or of a specialisation that derives from it where they are better kept apart. The specialisation must be
+/// seen where the loop is instantiated. A model without a hook goes without.
+///
+///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the
+///   paper's
+///                                    choice for correspondences, and the most accurate of 1, 2 and 4 for lines and
+///                                    planes as well: the weights of n = 1 rise without bound towards 0 and waste
+///                                    inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean error of 300
+///                                    lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119° and .115°)
+///   Refine(points, threshold, model) nonlinear refinement (Levenberg–Marquardt on the model's own manifold, a loss
+///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
+///                                    false when *model stays as it was
+///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
+///                                    called for each new best model with the minimal set it was solved from, and with
+///                                    a null set for what local optimisation made of it: where that is degenerate (for
+///                                    a fundamental matrix: most of its points on one plane), writes up to
+///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
+///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
+///   Residuals(model, columns, begin, end, out)   see scorer.h
+///   Determined(points)                           see CheckPoints
+///
+/// The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
+template <class Model>
+struct ModelHooks : Model {};
+
+template <class M>
+concept HasRefine = requires(const PointMatrix& points, double threshold, typename M::Parameters* model) {
+  { ModelHooks<M>::Refine(points, threshold, model) } -> std::same_as<bool>;
+};
+
+template <class M>
+concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
+                                         double threshold, Rng rng, typename M::Parameters* out, int* fits) {
+  { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
+};
+
+/// Degrees of freedom that MAGSAC++ takes for a model's residual.
+template <MinimalModel Model>
+constexpr int ResidualDof() {
+  if constexpr (requires { ModelHooks<Model>::kResidualDof; }) return ModelHooks<Model>::kResidualDof;
+  return 4;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "diffsac/consensus/hypothesis_source.h"
+
+namespace diffsac {
+
+/// PROSAC's growth function (Chum and Matas, "Matching with PROSAC", CVPR 2005, section 2.2). Of T_N uniform sets of m
+/// out of N points, T_n = T_N·Π (n−i)/(N−i) lie on average within the best n; T'_m = 1,
+/// T'_(n+1) = T'_n + ⌈T_(n+1) − T_n⌉ are whole numbers for them, and draw t takes its set from the best
+/// g(t) = min {n : T'_n ≥ t}.
+/// T_N is at most N over m, the number of sets there are: with more, few points of a small m would repeat their sets.
+class GrowthFunction {
+ public:
+  /// 0 < set_size ≤ num_points.
+  GrowthFunction(int set_size, int num_points, double samples);
+  /// g(t) for the t-th draw, t ≥ 1; num_points + 1 once T'_N draws are over and sets come from all points.
+  int SubsetSize(std::int64_t t) const;
+
+ private:
+  int set_size_;
+  std::vector<std::int64_t> limits_;  ///< T'_n for n = m … N.
+};
+
+/// Indices by rising quality number; the lower index first where they tie, non-finite numbers last.
+std::vector<int> OrderByQuality(std::span<const double> quality);
+
+/// Progressive sampling: draw t holds the g(t)-th best point and m − 1 of the better ones, and later all points are
+/// drawn uniformly.
+class ProsacSource : public HypothesisSource {
+ public:
+  /// T_N of the paper: after so many draws the source is a uniform one.
+  static constexpr double kSamples = 200000.0;
+
+  /// quality: one number a point, lower = better (a matching ratio). set_size: γ.
+  ProsacSource(std::span<const double> quality, int set_size, double samples = kSamples);
+  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
+                std::vector<int>* sets) const override;
+
+ private:
+  int set_size_;
+  std::vector<int> order_;
+  std::vector<GrowthFunction> growth_;  ///< One, none when there are too few points.
+};
+
+}  // namespace diffsac

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diffsac/data/two_view.h"
+
+namespace diffsac {
+
+/// How a scene in the layout of the CVPR 2020 RANSAC tutorial is read.
+struct CorrespondenceOptions {
+  double inlier_threshold_px = 1.0;  ///< The layout stores none.
+  bool descriptors = false;          ///< Whether to read `descriptors.h5` where it exists.
+};
+
+/// One scene in the layout of the CVPR 2020 RANSAC tutorial: a folder of flat HDF5 files whose data sets carry the name
+/// of a pair, "img1-img2" (or, in R.h5 and T.h5, of an image). Numbers of any type are accepted.
+///
+///   matches.h5       N × 4: x1 y1 x2 y2, pixels                              required
+///   match_conf.h5    N values, second-nearest-neighbour ratio                optional, like all below
+///   K1_K2.h5         1 × 2 × 3 × 3: K1, then K2
+///   R.h5, T.h5       3 × 3 and 3 values an image, world-to-camera            both or none
+///   Egt.h5, Fgt.h5   3 × 3: x2ᵀ F x1 = 0, E in coordinates K⁻¹ x
+///   Hgt.h5           3 × 3: x2 ~ H x1
+///   sizes.h5         h1 w1 h2 w2
+///   descriptors.h5   N × 2d: image 1, then image 2
+///   labels.h5        N integers: 0 an outlier, k ≥ 1 an inlier of structure k
+///
+/// A file that is there must hold every pair. E and F that are not stored are derived from what is (CompleteTruth).
+/// A pair's id may have another form than "img1-img2" where no R.h5 asks for images (the tutorial's homographies).
+/// Files open when they are first needed and stay open. Thread-safe: one lock guards the HDF5 library.
+class CorrespondenceScene {
+ public:
+  /// Reads the names of the pairs alone. Throws Error, like all here, with one line that names the file, and the data
+  /// set where there is one.
+  explicit CorrespondenceScene(const std::string& folder, const CorrespondenceOptions& options = {});
+  ~CorrespondenceScene();
+  CorrespondenceScene(CorrespondenceScene&&) noexcept;
+  CorrespondenceScene& operator=(CorrespondenceScene&&) noexcept;
+
+  const std::string& folder() const;
+  /// The name of the folder.
+  const std::string& scene() const;
+  /// In the order of the names.
+  const std::vector<std::string>& pairs() const;
+  std::int64_t size() const { return static_cast<std::int64_t>(pairs().size()); }
+
+  /// Reads one pair. Throws Error for an index out of range as well.
+  TwoViewExample Read(std::int64_t index) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The folders with a `matches.h5`: `root` itself or those directly in it, in the order of their names. Throws Error
+/// when there is none.
+std::vector<std::string> FindCorrespondenceScenes(const std::string& root);
+
+/// What a scene's folder holds.
+struct CorrespondenceSet {
+  std::vector<TwoViewExample> pairs;
+  /// World-to-camera, for R.h5 and T.h5, by image. `truth.motion` of the pairs is not stored: reading derives it.
+  std::map<std::string, RigidMotion> cameras;
+  /// The N × 2d descriptors of a pair, asked for one after the other so that all need not be in memory at once; it
+  /// must not use HDF5. Not set: `problem.descriptors` of the pairs.
+  std::function<DescriptorMatrix(std::size_t)> descriptors;
+};
+
+/// Writes a folder that CorrespondenceScene reads back without loss. A file is written when all pairs have what it
+/// holds, and is an Error when only some have. `matches.h5` of an earlier set goes first and comes last, each file
+/// appears whole: a folder that was interrupted reads as incomplete, never as something else. Throws Error when it
+/// cannot be written, for an empty set, and for ids that are equal or no names of data sets.
+void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set);
+
+}  // namespace diffsac

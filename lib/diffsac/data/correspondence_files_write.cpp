@@ -1,0 +1,261 @@
+#include <H5Cpp.h>
+
+#include <array>
+#include <filesystem>
+#include <mutex>
+#include <set>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/hdf5_numbers.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+using Shape = std::vector<hsize_t>;
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",          "Egt.h5",
+                                  "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5"};
+
+// One flat file that is being written, with a data set for each call.
+class FlatFile {
+ public:
+  explicit FlatFile(const std::string& path) : file_(path, H5F_ACC_TRUNC) {}
+
+  void Put(const std::string& key, const double* values, const Shape& shape) {
+    Put(key, values, shape, H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE);
+  }
+  void Put(const std::string& key, const float* values, const Shape& shape) {
+    Put(key, values, shape, H5::PredType::IEEE_F32LE, H5::PredType::NATIVE_FLOAT);
+  }
+  void Put(const std::string& key, const std::int32_t* values, const Shape& shape) {
+    Put(key, values, shape, H5::PredType::STD_I32LE, H5::PredType::NATIVE_INT32);
+  }
+  void Put(const std::string& key, const Eigen::Matrix3d& matrix) {
+    const RowMajor3 rows = matrix;
+    Put(key, rows.data(), {3, 3});
+  }
+
+  // Closing by the destructor would hide a full disk.
+  void Close() {
+    file_.flush(H5F_SCOPE_GLOBAL);
+    file_.close();
+  }
+
+ private:
+  template <class Value>
+  void Put(const std::string& key, const Value* values, const Shape& shape, const H5::PredType& stored,
+           const H5::PredType& native) {
+    const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+    const H5::DataSet data = file_.createDataSet(key, stored, space);
+    hsize_t count = 1;
+    for (hsize_t size : shape) count *= size;
+    if (count > 0) data.write(values, native);
+  }
+
+  H5::H5File file_;
+};
+
+// Writes the files of one set into one folder.
+class SceneWriter {
+ public:
+  SceneWriter(const std::string& folder, const CorrespondenceSet& set) : folder_(folder), set_(set) {}
+
+  void Write();
+
+ private:
+  std::string Path(const char* name) const { return (fs::path(folder_) / name).string(); }
+
+  template <class Fill>
+  void WriteFile(const char* name, Fill fill) const {
+    if (only_check_) return;
+    const std::string path = Path(name);
+    WriteFileAtomically(path, [&](const std::string& temporary) {
+      const std::lock_guard lock(Hdf5Mutex());
+      H5::Exception::dontPrint();
+      try {
+        FlatFile file(temporary);
+        fill(file);
+        file.Close();
+      } catch (const H5::Exception& e) {
+        throw Error("cannot write '" + path + "': " + Describe(e));
+      }
+    });
+  }
+
+  // The file, when all pairs have what it holds.
+  template <class HasIt, class Put>
+  void WriteOptional(const char* name, HasIt has, Put put) const {
+    std::size_t count = 0;
+    for (const TwoViewExample& pair : set_.pairs) count += has(pair) ? 1 : 0;
+    if (count == 0) return;
+    if (count < set_.pairs.size())
+      throw Error(Path(name) + ": only " + std::to_string(count) + " of " + std::to_string(set_.pairs.size()) +
+                  " pairs have a value for it");
+    WriteFile(name, [&](FlatFile& file) {
+      for (const TwoViewExample& pair : set_.pairs) put(file, pair);
+    });
+  }
+
+  // The same for values of each match; a pair without matches goes with the others.
+  template <class SizeOf, class Put>
+  void WritePerMatch(const char* name, SizeOf size_of, Put put) const {
+    Eigen::Index total = 0;
+    for (const TwoViewExample& pair : set_.pairs) total += size_of(pair);
+    if (total == 0) return;
+    WriteOptional(
+        name, [&](const TwoViewExample& pair) { return size_of(pair) == pair.problem.points.rows(); }, put);
+  }
+
+  template <class Member>
+  void WriteModel(const char* name, Member member) const {
+    WriteOptional(
+        name, [&](const TwoViewExample& pair) { return (pair.truth.*member).has_value(); },
+        [&](FlatFile& file, const TwoViewExample& pair) { file.Put(pair.id, *(pair.truth.*member)); });
+  }
+
+  void WriteAll() const;
+  void CheckPairs() const;
+  void CheckCounts(const TwoViewExample& pair) const;
+  void RemoveEarlierFiles() const;
+  void WriteMatches() const;
+  void WriteInputs() const;
+  void WriteCameras() const;
+  void WriteDescriptors() const;
+  void WriteLabels() const;
+
+  std::string folder_;
+  const CorrespondenceSet& set_;
+  bool only_check_ = false;  // go through all files without writing any
+};
+
+void SceneWriter::CheckCounts(const TwoViewExample& pair) const {
+  const TwoViewProblem& problem = pair.problem;
+  const Eigen::Index count = problem.points.rows();
+  const bool fits = problem.points.cols() == 4 && (problem.quality.size() == 0 || problem.quality.size() == count) &&
+                    (problem.descriptors.size() == 0 || problem.descriptors.rows() == count) &&
+                    (pair.truth.labels.empty() || static_cast<Eigen::Index>(pair.truth.labels.size()) == count);
+  if (!fits) throw Error(folder_ + ": " + pair.id + ": the points are not Nx4, or other values are not N");
+}
+
+void SceneWriter::CheckPairs() const {
+  if (set_.pairs.empty()) throw Error(folder_ + ": there are no pairs to write");
+  std::set<std::string> ids;
+  for (const TwoViewExample& pair : set_.pairs) {
+    if (pair.id.empty() || pair.id == "." || pair.id.find('/') != std::string::npos)
+      throw Error(folder_ + ": '" + pair.id + "' cannot name a data set");
+    if (!ids.insert(pair.id).second) throw Error(folder_ + ": " + pair.id + ": two pairs have this name");
+    if (!set_.cameras.empty() && (set_.cameras.count(pair.image1) == 0 || set_.cameras.count(pair.image2) == 0 ||
+                                  pair.id != pair.image1 + "-" + pair.image2))
+      throw Error(folder_ + ": " + pair.id + ": expected img1-img2 with a camera for each");
+    CheckCounts(pair);
+  }
+}
+
+void SceneWriter::RemoveEarlierFiles() const {
+  for (const char* name : kFiles) {
+    std::error_code code;
+    fs::remove(Path(name), code);
+    if (code) throw Error("cannot remove '" + Path(name) + "': " + code.message());
+  }
+}
+
+void SceneWriter::WriteMatches() const {
+  WriteFile("matches.h5", [&](FlatFile& file) {
+    for (const TwoViewExample& pair : set_.pairs)
+      file.Put(pair.id, pair.problem.points.data(), {static_cast<hsize_t>(pair.problem.points.rows()), 4});
+  });
+}
+
+void SceneWriter::WriteInputs() const {
+  WritePerMatch(
+      "match_conf.h5", [](const TwoViewExample& pair) { return pair.problem.quality.size(); },
+      [](FlatFile& file, const TwoViewExample& pair) {
+        file.Put(pair.id, pair.problem.quality.data(), {static_cast<hsize_t>(pair.problem.quality.size())});
+      });
+  WriteOptional(
+      "K1_K2.h5", [](const TwoViewExample& pair) { return pair.problem.calibrated; },
+      [](FlatFile& file, const TwoViewExample& pair) {
+        std::array<double, 18> both;
+        Eigen::Map<RowMajor3>(both.data()) = pair.problem.K1;
+        Eigen::Map<RowMajor3>(both.data() + 9) = pair.problem.K2;
+        file.Put(pair.id, both.data(), {1, 2, 3, 3});
+      });
+  WriteOptional(
+      "sizes.h5",
+      [](const TwoViewExample& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
+      [](FlatFile& file, const TwoViewExample& pair) {
+        const TwoViewProblem& problem = pair.problem;
+        const std::int32_t sizes[] = {problem.size1.height, problem.size1.width, problem.size2.height,
+                                      problem.size2.width};
+        file.Put(pair.id, sizes, {4});
+      });
+}
+
+void SceneWriter::WriteCameras() const {
+  if (set_.cameras.empty()) return;
+  WriteFile("R.h5", [&](FlatFile& file) {
+    for (const auto& [image, camera] : set_.cameras) file.Put(image, camera.rotation);
+  });
+  WriteFile("T.h5", [&](FlatFile& file) {
+    for (const auto& [image, camera] : set_.cameras) file.Put(image, camera.translation.data(), {3});
+  });
+}
+
+void SceneWriter::WriteDescriptors() const {
+  const auto put = [](FlatFile& file, const std::string& id, const DescriptorMatrix& rows) {
+    file.Put(id, rows.data(), {static_cast<hsize_t>(rows.rows()), static_cast<hsize_t>(rows.cols())});
+  };
+  if (set_.descriptors) {
+    WriteFile("descriptors.h5", [&](FlatFile& file) {
+      for (std::size_t i = 0; i < set_.pairs.size(); ++i) {
+        const DescriptorMatrix rows = set_.descriptors(i);
+        if (rows.rows() != set_.pairs[i].problem.points.rows())
+          throw Error(Path("descriptors.h5") + ": " + set_.pairs[i].id + ": expected one row a match");
+        put(file, set_.pairs[i].id, rows);
+      }
+    });
+    return;
+  }
+  WritePerMatch(
+      "descriptors.h5", [](const TwoViewExample& pair) { return pair.problem.descriptors.rows(); },
+      [&](FlatFile& file, const TwoViewExample& pair) { put(file, pair.id, pair.problem.descriptors); });
+}
+
+void SceneWriter::WriteLabels() const {
+  WritePerMatch(
+      "labels.h5", [](const TwoViewExample& pair) { return static_cast<Eigen::Index>(pair.truth.labels.size()); },
+      [](FlatFile& file, const TwoViewExample& pair) {
+        file.Put(pair.id, pair.truth.labels.data(), {static_cast<hsize_t>(pair.truth.labels.size())});
+      });
+}
+
+void SceneWriter::WriteAll() const {
+  WriteInputs();
+  WriteCameras();
+  WriteModel("Egt.h5", &TwoViewTruth::essential);
+  WriteModel("Fgt.h5", &TwoViewTruth::fundamental);
+  WriteModel("Hgt.h5", &TwoViewTruth::homography);
+  WriteLabels();
+  WriteDescriptors();
+  WriteMatches();
+}
+
+void SceneWriter::Write() {
+  CheckPairs();
+  only_check_ = true;
+  WriteAll();
+  only_check_ = false;
+  MakeWritableFolder(folder_);
+  RemoveEarlierFiles();
+  WriteAll();
+}
+
+}  // namespace
+
+void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set) { SceneWriter(folder, set).Write(); }
+
+}  // namespace diffsac

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <H5Cpp.h>
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace diffsac {
+
+/// Held by everything that calls HDF5, in every thread: the library is not thread-safe as distributions build it.
+std::mutex& Hdf5Mutex();
+
+/// A data set or attribute, converted to double, row-major.
+struct Numbers {
+  std::vector<hsize_t> shape;
+  std::vector<double> values;
+};
+
+/// `place` names file and object in messages. Throws Error when it holds no numbers, H5::Exception otherwise.
+Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
+Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
+
+/// "3x4", or "a single number".
+std::string ShapeText(const Numbers& numbers);
+
+/// One line about an exception of the library.
+std::string Describe(const H5::Exception& e);
+
+}  // namespace diffsac

@@ -1,0 +1,132 @@
+#include "diffsac/data/two_view_dataset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "diffsac/core/status.h"
+#include "diffsac/data/correspondence_files.h"
+
+namespace diffsac {
+namespace {
+
+/// Rows to keep, in the order of the file.
+std::vector<int> KeptRows(const TwoViewProblem& problem, const CorrespondencesOptions& options) {
+  const bool rated = problem.quality.size() == problem.points.rows();
+  std::vector<int> rows;
+  for (int i = 0; i < problem.points.rows(); ++i)
+    if (!rated || !(problem.quality[i] > options.max_ratio)) rows.push_back(i);
+  if (options.max_points > 0 && static_cast<int>(rows.size()) > options.max_points) {
+    if (rated)
+      std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return problem.quality[a] < problem.quality[b]; });
+    rows.resize(options.max_points);
+    std::sort(rows.begin(), rows.end());
+  }
+  return rows;
+}
+
+ModelParameters TrueModel(const TwoViewTruth& truth, Task task) {
+  const std::optional<Eigen::Matrix3d>& matrix = task == Task::kHomography    ? truth.homography
+                                                 : task == Task::kFundamental ? truth.fundamental
+                                                                              : truth.essential;
+  return matrix ? ModelParameters(AsParameters(*matrix)) : ModelParameters();
+}
+
+/// True inliers: the file's labels, else the matches within ε of the true model; empty when neither is known.
+std::vector<std::uint8_t> TrueInliers(const TwoViewExample& pair, const CorrespondencesOptions& options) {
+  std::vector<std::uint8_t> inliers;
+  if (!pair.truth.labels.empty()) {
+    for (std::int32_t label : pair.truth.labels) inliers.push_back(label > 0);
+    return inliers;
+  }
+  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
+  for (double distance : distances) inliers.push_back(distance <= options.inlier_threshold_px);
+  return inliers;
+}
+
+class CorrespondenceDataset : public Dataset {
+ public:
+  CorrespondenceDataset(Task task, std::vector<Example> examples) : task_(task), examples_(std::move(examples)) {}
+  Task task() const override { return task_; }
+  std::int64_t size() const override { return static_cast<std::int64_t>(examples_.size()); }
+  Example Get(std::uint64_t index) const override {
+    if (index >= examples_.size()) throw Error("correspondences: there is no pair " + std::to_string(index));
+    return examples_[index];
+  }
+
+ private:
+  Task task_;
+  std::vector<Example> examples_;
+};
+
+/// `count` of `size` positions, evenly spread; all of them for count 0.
+std::vector<std::int64_t> Spread(std::int64_t size, int count) {
+  if (count == 0 || count >= size) {
+    std::vector<std::int64_t> all(size);
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+  std::vector<std::int64_t> positions;
+  for (int i = 0; i < count; ++i) positions.push_back(i * size / count);
+  return positions;
+}
+
+}  // namespace
+
+void CorrespondencesOptions::Bind(OptionsBinder& b) {
+  b.Field("paths", paths);
+  b.Choice("task", task, {"homography", "fundamental", "essential"});
+  b.Field("inlier_threshold_px", inlier_threshold_px, Positive());
+  b.Field("max_ratio", max_ratio, Positive());
+  b.Field("max_points", max_points, AtLeast(0));
+  b.Field("min_points", min_points, AtLeast(0));
+  b.Field("max_pairs", max_pairs, AtLeast(0));
+}
+
+Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options) {
+  const std::vector<int> rows = KeptRows(pair.problem, options);
+  const std::vector<std::uint8_t> inliers = TrueInliers(pair, options);
+  Example example;
+  example.id = pair.scene + "/" + pair.id;
+  example.scene = pair.scene;
+  example.problem.task = task;
+  example.problem.inlier_threshold = options.inlier_threshold_px;
+  example.problem.points = pair.problem.points(rows, Eigen::all);
+  if (pair.problem.quality.size() == pair.problem.points.rows())
+    example.problem.quality = pair.problem.quality(rows);
+  if (pair.problem.calibrated) example.problem.cameras = CameraPair{pair.problem.K1, pair.problem.K2};
+  example.truth.model = TrueModel(pair.truth, task);
+  if (pair.truth.motion) {
+    const double length = pair.truth.motion->translation.norm();
+    example.truth.pose = RelativePose{pair.truth.motion->rotation,
+                                      length > 0.0 ? Eigen::Vector3d(pair.truth.motion->translation / length)
+                                                   : Eigen::Vector3d::Zero()};
+  }
+  if (!inliers.empty())
+    for (int row : rows) example.truth.inliers.push_back(inliers[row]);
+  return example;
+}
+
+std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options) {
+  const Task task = TaskFromString(options.task);
+  std::vector<Example> examples;
+  for (const std::string& path : options.paths) {
+    for (const std::string& folder : FindCorrespondenceScenes(path)) {
+      const CorrespondenceScene scene(folder);
+      for (std::int64_t position : Spread(scene.size(), options.max_pairs)) {
+        Example example = ToExample(scene.Read(position), task, options);
+        if (task == Task::kEssential && !example.problem.cameras)
+          throw Error(folder + ": pair '" + example.id + "' has no calibration (K1_K2.h5), which task essential needs");
+        if (example.problem.points.rows() < options.min_points) continue;
+        example.index = examples.size();
+        examples.push_back(std::move(example));
+      }
+    }
+  }
+  if (examples.empty()) throw Error("correspondences: no pairs with at least " + std::to_string(options.min_points) +
+                                    " matches in the given paths");
+  return std::make_unique<CorrespondenceDataset>(task, std::move(examples));
+}
+
+}  // namespace diffsac

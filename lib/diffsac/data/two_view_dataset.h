@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/problem.h"
+#include "diffsac/data/two_view.h"
+
+namespace diffsac {
+
+/// Correspondence files (data/correspondence_files.h) as a dataset.
+struct CorrespondencesOptions {
+  /// Folders of correspondence files, or folders of such folders; a scene each.
+  std::vector<std::string> paths;
+  std::string task = "fundamental";   ///< "homography" | "fundamental" | "essential"
+  double inlier_threshold_px = 1.0;   ///< ε, linear.
+  /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
+  double max_ratio = 1.0;
+  /// At most so many matches, the best by ratio (the first where there is none); 0 keeps all.
+  int max_points = 0;
+  /// Only pairs with at least so many matches left.
+  int min_points = 0;
+  /// At most so many pairs of a scene, evenly spread; 0 keeps all.
+  int max_pairs = 0;
+  void Bind(OptionsBinder& b);
+};
+
+/// Reads the pairs once. Throws Error naming the folder or file: nothing found, a pair that cannot be read, essential
+/// matrices asked for where a pair has no calibration.
+std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options);
+
+/// One pair as an example of `task`; matches are filtered as the options say. Ground truth that is not there stays empty.
+Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options);
+
+}  // namespace diffsac

@@ -1,0 +1,350 @@
+#include "diffsac/geometry/essential.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "diffsac/geometry/null_space.h"
+#include "diffsac/geometry/polynomial.h"
+#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/svd3.h"
+
+namespace diffsac {
+namespace {
+
+/// Polynomials in x, y, z. Linear: x, y, z, 1.
+struct Linear {
+  double c[4];
+};
+/// x², y², z², xy, xz, yz, x, y, z, 1.
+struct Quadratic {
+  double c[10];
+};
+/// Nistér's order: x³ y³ x²y xy² x²z x² y²z y² xyz xy | xz² xz x | yz² yz y | z³ z² z 1.
+constexpr int kCubicTerms = 20;
+/// Sine of the angle between two rays below which noise may decide on which side they meet: a pixel at a focal length
+/// of 1000.
+constexpr double kMinParallax = 1e-3;
+using Row = double[kCubicTerms];
+
+/// q += factor a b
+inline void AddProduct(const Linear& a, const Linear& b, double factor, Quadratic* q) {
+  const double *u = a.c, *v = b.c;
+  double* c = q->c;
+  const double x = factor * u[0], y = factor * u[1], z = factor * u[2], w = factor * u[3];
+  c[0] += x * v[0];
+  c[1] += y * v[1];
+  c[2] += z * v[2];
+  c[3] += x * v[1] + y * v[0];
+  c[4] += x * v[2] + z * v[0];
+  c[5] += y * v[2] + z * v[1];
+  c[6] += x * v[3] + w * v[0];
+  c[7] += y * v[3] + w * v[1];
+  c[8] += z * v[3] + w * v[2];
+  c[9] += w * v[3];
+}
+
+/// row += q l
+inline void AddProduct(const Quadratic& quadratic, const Linear& linear, Row& row) {
+  const double *q = quadratic.c, *l = linear.c;
+  row[0] += q[0] * l[0];
+  row[1] += q[1] * l[1];
+  row[2] += q[0] * l[1] + q[3] * l[0];
+  row[3] += q[1] * l[0] + q[3] * l[1];
+  row[4] += q[0] * l[2] + q[4] * l[0];
+  row[5] += q[0] * l[3] + q[6] * l[0];
+  row[6] += q[1] * l[2] + q[5] * l[1];
+  row[7] += q[1] * l[3] + q[7] * l[1];
+  row[8] += q[3] * l[2] + q[4] * l[1] + q[5] * l[0];
+  row[9] += q[3] * l[3] + q[6] * l[1] + q[7] * l[0];
+  row[10] += q[4] * l[2] + q[2] * l[0];
+  row[11] += q[4] * l[3] + q[6] * l[2] + q[8] * l[0];
+  row[12] += q[6] * l[3] + q[9] * l[0];
+  row[13] += q[5] * l[2] + q[2] * l[1];
+  row[14] += q[5] * l[3] + q[7] * l[2] + q[8] * l[1];
+  row[15] += q[7] * l[3] + q[9] * l[1];
+  row[16] += q[2] * l[2];
+  row[17] += q[2] * l[3] + q[8] * l[2];
+  row[18] += q[8] * l[3] + q[9] * l[2];
+  row[19] += q[9] * l[3];
+}
+
+/// The ten cubic constraints on E = x basis[0] + y basis[1] + z basis[2] + basis[3].
+void CubicConstraints(const double (&basis)[4][9], Row (&rows)[10]) {
+  Linear e[3][3];
+  for (int i = 0; i < 9; ++i)
+    for (int k = 0; k < 4; ++k) e[i / 3][i % 3].c[k] = basis[k][i];
+  for (auto& row : rows) std::fill(row, row + kCubicTerms, 0.0);
+
+  // E Eᵀ - tr(E Eᵀ) I / 2, times E.
+  Quadratic gram[3][3] = {};
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      for (int k = 0; k < 3; ++k) AddProduct(e[i][k], e[j][k], 1.0, &gram[i][j]);
+  for (int t = 0; t < 10; ++t) {
+    const double half_trace = 0.5 * (gram[0][0].c[t] + gram[1][1].c[t] + gram[2][2].c[t]);
+    for (int i = 0; i < 3; ++i) gram[i][i].c[t] -= half_trace;
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k) AddProduct(gram[std::min(i, k)][std::max(i, k)], e[k][j], rows[3 * i + j]);
+
+  for (int k = 0; k < 3; ++k) {
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    Quadratic minor = {};
+    AddProduct(e[1][a], e[2][b], 1.0, &minor);
+    AddProduct(e[1][b], e[2][a], -1.0, &minor);
+    AddProduct(minor, e[0][k], rows[9]);
+  }
+}
+
+/// Elimination with row pivoting of the ten leading terms; afterwards rows 4 to 9 hold the terms x²z, x², y²z, y², xyz,
+/// xy alone on their left. False when the leading block is singular.
+bool Eliminate(Row (&rows)[10]) {
+  for (int column = 0; column < 10; ++column) {
+    int pivot = column;
+    for (int i = column + 1; i < 10; ++i)
+      if (std::abs(rows[i][column]) > std::abs(rows[pivot][column])) pivot = i;
+    const double value = rows[pivot][column];
+    if (!(std::abs(value) > 1e-14) || !std::isfinite(value)) return false;
+    if (pivot != column) std::swap_ranges(rows[pivot], rows[pivot] + kCubicTerms, rows[column]);
+    const double inverse = 1.0 / value;
+    for (int t = column; t < kCubicTerms; ++t) rows[column][t] *= inverse;
+    for (int i = column + 1; i < 10; ++i) {
+      const double factor = rows[i][column];
+      for (int t = column; t < kCubicTerms; ++t) rows[i][t] -= factor * rows[column][t];
+    }
+  }
+  for (int column = 9; column > 4; --column) {
+    for (int i = 4; i < column; ++i) {
+      const double factor = rows[i][column];
+      for (int t = 10; t < kCubicTerms; ++t) rows[i][t] -= factor * rows[column][t];
+    }
+  }
+  return true;
+}
+
+/// A row of the 3 x 3 matrix B(z) with B (x, y, 1)ᵀ = 0: coefficients by ascending powers of z.
+struct PolynomialRow {
+  double x[4];
+  double y[4];
+  double one[5];
+};
+
+/// upper - z lower, where the leading terms cancel.
+PolynomialRow SubtractShifted(const double* upper, const double* lower) {
+  const double *a = upper + 10, *b = lower + 10;
+  return {{a[2], a[1] - b[2], a[0] - b[1], -b[0]},
+          {a[5], a[4] - b[5], a[3] - b[4], -b[3]},
+          {a[9], a[8] - b[9], a[7] - b[8], a[6] - b[7], -b[6]}};
+}
+
+template <int N, int M>
+void AddPolynomialProduct(const double (&a)[N], const double (&b)[M], double sign, double* out) {
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j < M; ++j) out[i + j] += sign * a[i] * b[j];
+}
+
+/// det B(z), of degree 10.
+void Determinant(const PolynomialRow (&b)[3], double out[11]) {
+  std::fill(out, out + 11, 0.0);
+  for (int k = 0; k < 3; ++k) {
+    const PolynomialRow &p = b[(k + 1) % 3], &q = b[(k + 2) % 3];
+    double minor[7] = {};
+    AddPolynomialProduct(p.x, q.y, 1.0, minor);
+    AddPolynomialProduct(p.y, q.x, -1.0, minor);
+    AddPolynomialProduct(minor, b[k].one, 1.0, out);
+  }
+}
+
+template <int N>
+double Horner(const double (&c)[N], double z) {
+  double value = c[N - 1];
+  for (int i = N - 2; i >= 0; --i) value = value * z + c[i];
+  return value;
+}
+
+/// The null vector (x, y, 1) of B(z) up to scale: the longest cross product of two of its rows.
+Eigen::Vector3d NullVector(const PolynomialRow (&b)[3], double z) {
+  double row[3][3];
+  for (int i = 0; i < 3; ++i) {
+    row[i][0] = Horner(b[i].x, z);
+    row[i][1] = Horner(b[i].y, z);
+    row[i][2] = Horner(b[i].one, z);
+    const double length = std::sqrt(row[i][0] * row[i][0] + row[i][1] * row[i][1] + row[i][2] * row[i][2]);
+    for (double& value : row[i]) value /= length;
+  }
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  double best_length = -1.0;
+  for (int k = 0; k < 3; ++k) {
+    const double *p = row[(k + 1) % 3], *q = row[(k + 2) % 3];
+    const Eigen::Vector3d cross(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]);
+    const double length = cross.squaredNorm();
+    if (length > best_length) {
+      best_length = length;
+      best = cross;
+    }
+  }
+  return best;
+}
+
+using NullBasis = Eigen::Matrix<double, 9, 4>;
+
+Eigen::Matrix3d Combine(const NullBasis& basis, const Eigen::Vector4d& share) {
+  const Matrix3Parameters e = basis * share;
+  return AsMatrix(e);
+}
+
+/// 2 E Eᵀ E - tr(E Eᵀ) E, zero exactly for essential matrices.
+Eigen::Matrix3d TraceConstraint(const Eigen::Matrix3d& e) {
+  const Eigen::Matrix3d gram = e * e.transpose();
+  return 2.0 * (gram * e) - gram.trace() * e;
+}
+
+/// Its derivative along d.
+Eigen::Matrix3d TraceConstraintAlong(const Eigen::Matrix3d& e, const Eigen::Matrix3d& gram, const Eigen::Matrix3d& d) {
+  const Eigen::Matrix3d cross = d * e.transpose();
+  return 2.0 * ((cross + cross.transpose()) * e + gram * d) - 2.0 * cross.trace() * e - gram.trace() * d;
+}
+
+/// Gauss-Newton on the unit sphere of shares, as long as the constraint gets smaller.
+Eigen::Vector4d Polish(const NullBasis& basis, const Eigen::Vector4d& start) {
+  constexpr int kSteps = 4;
+  constexpr double kGood = 1e-28;
+  Eigen::Vector4d share = start;
+  Eigen::Matrix3d e = Combine(basis, share);
+  Eigen::Matrix3d constraint = TraceConstraint(e);
+  double size = constraint.squaredNorm();
+  for (int step = 0; step < kSteps && size > kGood; ++step) {
+    const Eigen::Matrix3d gram = e * e.transpose();
+    // The fourth equation keeps the step on the sphere.
+    Eigen::Matrix<double, 9, 4> jacobian;
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Matrix3d along = TraceConstraintAlong(e, gram, AsMatrix(basis.col(k)));
+      jacobian.col(k) = Eigen::Map<const Matrix3Parameters>(along.data());
+    }
+    Eigen::Matrix4d normal = jacobian.transpose() * jacobian + share * share.transpose();
+    const Eigen::Vector4d gradient = jacobian.transpose() * Eigen::Map<const Matrix3Parameters>(constraint.data());
+    const Eigen::Vector4d next = (share - normal.llt().solve(gradient)).normalized();
+    const Eigen::Matrix3d next_e = Combine(basis, next);
+    const Eigen::Matrix3d next_constraint = TraceConstraint(next_e);
+    const double next_size = next_constraint.squaredNorm();
+    if (!(next_size < size)) break;
+    share = next;
+    e = next_e;
+    constraint = next_constraint;
+    size = next_size;
+  }
+  return share;
+}
+
+/// Reflects the basis by a fixed generic vector. Motions along an axis leave zeros in it, so that E could have no share
+/// of the last vector, and x, y, z no finite value.
+void MixBasis(double (&basis)[4][9]) {
+  constexpr double kUnit[4] = {0.36, 0.48, 0.64, 0.48};
+  for (int j = 0; j < 9; ++j) {
+    double dot = 0.0;
+    for (int k = 0; k < 4; ++k) dot += kUnit[k] * basis[k][j];
+    for (int k = 0; k < 4; ++k) basis[k][j] -= 2.0 * dot * kUnit[k];
+  }
+}
+
+/// `possible`: only solutions that a scene before both cameras can have.
+int SolveFive(const double (*points)[4], bool possible, Matrix3Parameters* out) {
+  double rows[5][9], basis[4][9];
+  for (int i = 0; i < 5; ++i) {
+    const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
+    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
+  }
+  if (!OrthogonalComplement(rows, basis)) return 0;
+  MixBasis(basis);
+  Row cubics[10];
+  CubicConstraints(basis, cubics);
+  if (!Eliminate(cubics)) return 0;
+  const PolynomialRow b[3] = {SubtractShifted(cubics[4], cubics[5]), SubtractShifted(cubics[6], cubics[7]),
+                              SubtractShifted(cubics[8], cubics[9])};
+  double determinant[11], roots[10];
+  Determinant(b, determinant);
+  const int found = RealRoots10(determinant, roots);
+  const NullBasis columns = Eigen::Map<const NullBasis>(&basis[0][0]);
+  int count = 0;
+  for (int i = 0; i < found; ++i) {
+    const Eigen::Vector3d xy = NullVector(b, roots[i]);
+    const Eigen::Vector4d share = Eigen::Vector4d(xy[0], xy[1], roots[i] * xy[2], xy[2]).normalized();
+    if (possible) {
+      const Eigen::Matrix3d e = Combine(columns, share);
+      if (!SatisfiesOrientation(e, points, 5) || !SatisfiesCheirality(e, points, 5)) continue;
+    }
+    out[count] = columns * Polish(columns, share);
+    out[count] /= out[count].norm();
+    if (out[count].allFinite()) ++count;
+  }
+  return count;
+}
+
+/// Whether all points of visible parallax lie before both cameras for R and t or for R and -t.
+bool AllInFront(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t, const double (*points)[4], int count) {
+  bool forward = true, backward = true;
+  for (int i = 0; i < count && (forward || backward); ++i) {
+    const double* p = points[i];
+    const Eigen::Vector3d a = rotation.col(0) * p[0] + rotation.col(1) * p[1] + rotation.col(2), b(p[2], p[3], 1.0);
+    const Eigen::Vector3d normal = a.cross(b);
+    if (!(normal.squaredNorm() > kMinParallax * kMinParallax * a.squaredNorm() * b.squaredNorm())) continue;
+    const double first = b.cross(t).dot(normal), second = a.cross(t).dot(normal);
+    forward = forward && first > 0.0 && second > 0.0;
+    backward = backward && first < 0.0 && second < 0.0;
+  }
+  return forward || backward;
+}
+
+void Gather(const PointMatrix& points, const int* set, double (*p)[4]) {
+  for (int i = 0; i < 5; ++i)
+    for (int j = 0; j < 4; ++j) p[i][j] = points(set[i], j);
+}
+
+}  // namespace
+
+int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters* out) {
+  if (points.cols() != 4) return 0;
+  double p[5][4];
+  Gather(points, set, p);
+  return SolveFive(p, false, out);
+}
+
+int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
+  if (points.cols() != 4) return 0;
+  double p[5][4];
+  Gather(points, set, p);
+  return SolveFive(p, true, out);
+}
+
+bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {
+  Eigen::Matrix3d cofactors;
+  cofactors << e.col(1).cross(e.col(2)), e.col(2).cross(e.col(0)), e.col(0).cross(e.col(1));
+  // All columns of the cofactors are multiples of t.
+  Eigen::Index longest = 0;
+  const double length = std::sqrt(cofactors.colwise().squaredNorm().maxCoeff(&longest));
+  const Eigen::Vector3d t = cofactors.col(longest) * (std::sqrt(0.5) * e.norm() / length);
+  // cof(E) - [t]ₓ E = |t|² R, and the twisted rotation with -t.
+  const Eigen::Matrix3d turned = CrossMatrix(t) * e;
+  return AllInFront(cofactors - turned, t, points, count) || AllInFront(cofactors + turned, t, points, count);
+}
+
+bool Essential::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {
+  PairNormalization normalization;
+  Eigen::Matrix3d e;
+  if (!FitEpipolarMatrix(points, weights, &normalization, &e)) return false;
+  e = normalization.second.Matrix().transpose() * e * normalization.first.Matrix();
+  if (!e.allFinite()) return false;
+  *out = AsParameters(ClosestEssential(e));
+  return out->allFinite();
+}
+
+Eigen::Matrix3d ClosestEssential(const Eigen::Matrix3d& e) {
+  const Svd3 svd = ComputeSvd3(e);
+  const double mean = 0.5 * (svd.values[0] + svd.values[1]);
+  return mean * svd.u.leftCols<2>() * svd.v.leftCols<2>().transpose();
+}
+
+}  // namespace diffsac

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/geometry/model.h"
+#include "diffsac/geometry/two_view.h"
+
+namespace diffsac {
+
+/// A plane seen in two images: x2 ~ H x1. Points are correspondences x1 y1 x2 y2 in pixels (any unit); parameters are
+/// H, row-major, unit Frobenius norm.
+struct Homography {
+  using Parameters = Matrix3Parameters;
+  static constexpr int kDimension = 4;
+  static constexpr int kMinimalSize = 4;
+  static constexpr int kMaxSolutions = 1;
+
+  /// The homography through 4 points in closed form: λ scales three points of each image so that they sum to the fourth
+  /// (Heckbert, "Fundamentals of texture mapping and image warping", 1989), H = M2 adj(M1). 0 when three points of an
+  /// image are collinear, and by the orientation test: a plane seen from one side keeps the turning sense of each
+  /// triple (Marquez-Neila et al., "Improving RANSAC for fast landmark recognition", 2008). So mirrored images give 0;
+  /// w > 0 for the four points.
+  static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out);
+
+  /// Weighted normalised direct linear transformation (Hartley and Zisserman, alg. 4.2). Needs 4 points of positive
+  /// weight, no orientation test. The sign has w > 0 at the centroid.
+  static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out);
+
+  /// Finite, 4 distinct correspondences, in neither image all on one line.
+  static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
+
+  /// As `Residual`, over 4 columns, bit for bit.
+  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out);
+
+  /// SymmetricTransferError.
+  static double Residual(const Parameters& model, const double* point);
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
+  /// (RefineHomography, symmetric). False, leaving *model, when that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+};
+
+/// |H x1 - x2| in the second image. Not finite for points that H sends to infinity.
+double TransferError(const Matrix3Parameters& model, const double* point);
+
+/// sqrt((|H x1 - x2|² + |H⁻¹ x2 - x1|²) / 2): root mean square of the two images' distances, so a threshold means
+/// pixels of one image. Not finite (so no inlier) for a singular H and for points sent to infinity. Any scale and sign
+/// of H.
+double SymmetricTransferError(const Matrix3Parameters& model, const double* point);
+
+}  // namespace diffsac

@@ -1,0 +1,98 @@
+#include "diffsac/geometry/manifolds.h"
+
+#include <cmath>
+
+#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/svd3.h"
+
+namespace diffsac {
+namespace {
+
+Matrix3Parameters Flatten(const Eigen::Matrix3d& matrix) {
+  Matrix3Parameters flat;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(flat.data()) = matrix;
+  return flat;
+}
+
+/// An orthonormal basis of the plane orthogonal to a unit vector.
+Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& unit) {
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = unit.unitOrthogonal();
+  basis.col(1) = unit.cross(basis.col(0));
+  return basis;
+}
+
+}  // namespace
+
+HomographyManifold HomographyManifold::From(const Matrix3Parameters& model) { return {model / model.norm()}; }
+
+Eigen::Matrix<double, 9, 8> HomographyManifold::Tangent() const {
+  // The reflection that maps e_last to ±h has h's orthogonal complement as its other columns.
+  Matrix3Parameters axis = h;
+  axis[8] += h[8] < 0.0 ? -1.0 : 1.0;
+  const double beta = 2.0 / axis.squaredNorm();
+  return Eigen::Matrix<double, 9, 9>::Identity().leftCols<8>() - beta * axis * axis.head<8>().transpose();
+}
+
+HomographyManifold HomographyManifold::Retract(const Eigen::Matrix<double, 8, 1>& step) const {
+  return {(h + Tangent() * step).normalized()};
+}
+
+FundamentalManifold FundamentalManifold::From(const Matrix3Parameters& model) {
+  const Svd3 svd = ComputeRotationSvd3(AsMatrix(model));
+  return {Eigen::Quaterniond(svd.u), Eigen::Quaterniond(svd.v), std::atan2(svd.values[1], svd.values[0])};
+}
+
+Matrix3Parameters FundamentalManifold::Parameters() const {
+  const Eigen::Matrix3d a = u.toRotationMatrix(), b = v.toRotationMatrix();
+  return Flatten(std::cos(angle) * a.col(0) * b.col(0).transpose() + std::sin(angle) * a.col(1) * b.col(1).transpose());
+}
+
+Eigen::Matrix<double, 9, 7> FundamentalManifold::Tangent() const {
+  const Eigen::Matrix3d a = u.toRotationMatrix(), b = v.toRotationMatrix();
+  const double c = std::cos(angle), s = std::sin(angle);
+  // d(U exp[ω]ₓ) turns columns of U into each other: about 1: u2 → u3; about 2: u1 → −u3; about 3: u1 → u2, u2 → −u1.
+  const auto outer = [&](int i, int j) -> Eigen::Matrix3d { return a.col(i) * b.col(j).transpose(); };
+  Eigen::Matrix<double, 9, 7> tangent;
+  tangent.col(0) = Flatten(s * outer(2, 1));
+  tangent.col(1) = Flatten(-c * outer(2, 0));
+  tangent.col(2) = Flatten(c * outer(1, 0) - s * outer(0, 1));
+  tangent.col(3) = Flatten(s * outer(1, 2));
+  tangent.col(4) = Flatten(-c * outer(0, 2));
+  tangent.col(5) = Flatten(c * outer(0, 1) - s * outer(1, 0));
+  tangent.col(6) = Flatten(c * outer(1, 1) - s * outer(0, 0));
+  return tangent;
+}
+
+FundamentalManifold FundamentalManifold::Retract(const Eigen::Matrix<double, 7, 1>& step) const {
+  return {(u * ExpRotation(step.head<3>())).normalized(), (v * ExpRotation(step.segment<3>(3))).normalized(),
+          angle + step[6]};
+}
+
+EssentialManifold EssentialManifold::From(const Matrix3Parameters& model) {
+  const Svd3 svd = ComputeRotationSvd3(AsMatrix(model));
+  Eigen::Matrix3d quarter_turn;
+  quarter_turn << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  return {Eigen::Quaterniond(Eigen::Matrix3d(svd.u * quarter_turn * svd.v.transpose())), svd.u.col(2)};
+}
+
+Matrix3Parameters EssentialManifold::Parameters() const {
+  return Flatten(std::sqrt(0.5) * CrossMatrix(translation) * rotation.toRotationMatrix());
+}
+
+Eigen::Matrix<double, 9, 5> EssentialManifold::Tangent() const {
+  const Eigen::Matrix3d r = rotation.toRotationMatrix();
+  const Eigen::Matrix3d e = CrossMatrix(translation) * r;
+  const Eigen::Matrix<double, 3, 2> plane = PlaneBasis(translation);
+  Eigen::Matrix<double, 9, 5> tangent;
+  for (int i = 0; i < 3; ++i) tangent.col(i) = Flatten(e * CrossMatrix(Eigen::Vector3d::Unit(i)));
+  for (int i = 0; i < 2; ++i) tangent.col(3 + i) = Flatten(CrossMatrix(plane.col(i)) * r);
+  return std::sqrt(0.5) * tangent;
+}
+
+EssentialManifold EssentialManifold::Retract(const Eigen::Matrix<double, 5, 1>& step) const {
+  return {(rotation * ExpRotation(step.head<3>())).normalized(),
+          (translation + PlaneBasis(translation) * step.tail<2>()).normalized()};
+}
+
+}  // namespace diffsac

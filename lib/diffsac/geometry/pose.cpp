@@ -1,0 +1,185 @@
+#include "diffsac/geometry/pose.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <limits>
+
+#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/svd3.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+
+Eigen::Vector3d First(const double* point) { return {point[0], point[1], 1.0}; }
+Eigen::Vector3d Second(const double* point) { return {point[2], point[3], 1.0}; }
+
+/// Rows that take part.
+std::vector<int> Chosen(const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+  std::vector<int> rows;
+  for (int i = 0; i < points.rows(); ++i)
+    if (inliers.empty() || (i < static_cast<int>(inliers.size()) && inliers[i] != 0)) rows.push_back(i);
+  return rows;
+}
+
+bool AllFinite(const PointMatrix& points, const std::vector<int>& rows) {
+  for (const int i : rows)
+    if (!points.row(i).allFinite()) return false;
+  return true;
+}
+
+/// argmin Σ |R a − b|² over unit rays; false when the rays leave it open.
+bool FitRotation(const PointMatrix& points, const std::vector<int>& rows, Eigen::Matrix3d* rotation) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const int i : rows) {
+    const double* p = points.row(i).data();
+    sum += Second(p).normalized() * First(p).normalized().transpose();
+  }
+  const Svd3 svd = ComputeRotationSvd3(sum);
+  if (!(svd.values[1] > 1e-12 * svd.values[0])) return false;
+  *rotation = svd.u * svd.v.transpose();
+  return rotation->allFinite();
+}
+
+std::vector<int> Explained(const PointMatrix& points, const std::vector<int>& rows, const Eigen::Matrix3d& rotation,
+                           double threshold) {
+  std::vector<int> explained;
+  for (const int i : rows) {
+    const double* p = points.row(i).data();
+    const Eigen::Vector3d turned = rotation * First(p);
+    if (turned[2] > 0.0 && (turned.hnormalized() - Eigen::Vector2d(p[2], p[3])).norm() <= threshold)
+      explained.push_back(i);
+  }
+  return explained;
+}
+
+}  // namespace
+
+Eigen::Matrix3d EssentialFromPose(const RelativePose& pose) { return CrossMatrix(pose.translation) * pose.rotation; }
+
+Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2) {
+  return k2.transpose() * f * k1;
+}
+
+Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2) {
+  return k2.inverse().transpose() * e * k1.inverse();
+}
+
+PointMatrix NormalizedCoordinates(const PointMatrix& pixels, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2) {
+  const Eigen::Matrix3d inverse1 = k1.inverse(), inverse2 = k2.inverse();
+  PointMatrix out(pixels.rows(), 4);
+  for (Eigen::Index i = 0; i < pixels.rows(); ++i) {
+    out.row(i).head<2>() = (inverse1 * First(pixels.data() + 4 * i)).hnormalized();
+    out.row(i).tail<2>() = (inverse2 * Second(pixels.data() + 4 * i)).hnormalized();
+  }
+  return out;
+}
+
+std::array<RelativePose, 4> DecomposeEssential(const Eigen::Matrix3d& e) {
+  const auto [u, v, values] = ComputeRotationSvd3(e);
+  Eigen::Matrix3d quarter_turn;
+  quarter_turn << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  const Eigen::Matrix3d r = u * quarter_turn * v.transpose(), twisted = u * quarter_turn.transpose() * v.transpose();
+  const Eigen::Vector3d t = u.col(2);
+  return {RelativePose{r, t}, RelativePose{r, -t}, RelativePose{twisted, t}, RelativePose{twisted, -t}};
+}
+
+bool InFront(const RelativePose& pose, const double* point) {
+  // λ2 b = λ1 a + t in the least-squares sense, a = R x1, b = x2; only the signs of λ are needed.
+  const Eigen::Vector3d a = pose.rotation * First(point), b = Second(point);
+  const Eigen::Vector3d normal = a.cross(b);
+  return b.cross(pose.translation).dot(normal) > 0.0 && a.cross(pose.translation).dot(normal) > 0.0;
+}
+
+PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+  PoseChoice choice;
+  const std::vector<int> rows = Chosen(points, inliers);
+  choice.status = Status::kDegenerate;
+  if (points.cols() != 4 && points.rows() > 0) return choice;
+  if (!e.allFinite() || !(e.norm() > 0.0) || !AllFinite(points, rows)) return choice;
+  choice.status = Status::kTooFewPoints;
+  if (rows.empty()) return choice;
+  choice.in_front = -1;
+  choice.runner_up = -1;
+  for (const RelativePose& pose : DecomposeEssential(e)) {
+    int count = 0;
+    for (const int i : rows) count += InFront(pose, points.row(i).data()) ? 1 : 0;
+    if (count > choice.in_front) {
+      choice.runner_up = choice.in_front;
+      choice.in_front = count;
+      choice.pose = pose;
+    } else if (count > choice.runner_up) {
+      choice.runner_up = count;
+    }
+  }
+  choice.status = Status::kOk;
+  if (choice.in_front == choice.runner_up) choice.status = Status::kDegenerate;
+  if (choice.in_front == 0) choice.status = Status::kNoModel;
+  return choice;
+}
+
+bool Triangulate(const RelativePose& pose, const double* point, Eigen::Vector3d* out) {
+  Eigen::Matrix<double, 3, 4> camera;
+  camera << pose.rotation, pose.translation;
+  const Eigen::RowVector4d x = Eigen::RowVector4d::Unit(0), y = Eigen::RowVector4d::Unit(1),
+                           z = Eigen::RowVector4d::Unit(2);
+  Eigen::Matrix4d rows;
+  rows << point[0] * z - x, point[1] * z - y, point[2] * camera.row(2) - camera.row(0),
+      point[3] * camera.row(2) - camera.row(1);
+  if (!rows.allFinite()) return false;
+  const Eigen::JacobiSVD<Eigen::Matrix4d> svd(rows, Eigen::ComputeFullV);
+  if (svd.info() != Eigen::Success) return false;
+  const Eigen::Vector4d solution = svd.matrixV().col(3);
+  if (!(svd.singularValues()[2] > 1e-12 * svd.singularValues()[0])) return false;
+  if (!(std::abs(solution[3]) > 1e-12 * solution.norm())) return false;
+  *out = solution.hnormalized();
+  return out->allFinite();
+}
+
+double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2) {
+  // |R1 − R2| = 2 √2 sin(θ/2) and tr(R1ᵀ R2) = 4 cos²(θ/2) − 1: sine and cosine of the half angle each keep their
+  // digits.
+  const double sine = (r1 - r2).norm() / (2.0 * std::sqrt(2.0));
+  const double cosine = 0.5 * std::sqrt(std::max(0.0, 1.0 + (r1.transpose() * r2).trace()));
+  return 2.0 * std::atan2(sine, cosine) * kDegrees;
+}
+
+double DirectionAngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const double length_a = a.norm(), length_b = b.norm();
+  if (!(length_a > 0.0) || !(length_b > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Vector3d unit_a = a / length_a, unit_b = b / length_b;
+  return 2.0 * std::atan2((unit_a - unit_b).norm(), (unit_a + unit_b).norm()) * kDegrees;
+}
+
+RotationTest TestPureRotation(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
+  constexpr int kRounds = 5;
+  RotationTest test;
+  const std::vector<int> rows = Chosen(points, inliers);
+  test.status = Status::kDegenerate;
+  if (points.cols() != 4 && points.rows() > 0) return test;
+  if (!AllFinite(points, rows)) return test;
+  test.status = Status::kTooFewPoints;
+  if (rows.size() < 2) return test;
+  test.status = Status::kDegenerate;
+  if (!FitRotation(points, rows, &test.rotation)) return test;
+  test.status = Status::kOk;
+  std::vector<int> explained = Explained(points, rows, test.rotation, threshold);
+  for (int round = 0; round < kRounds && explained.size() >= 2; ++round) {
+    Eigen::Matrix3d rotation;
+    if (!FitRotation(points, explained, &rotation)) break;
+    std::vector<int> next = Explained(points, rows, rotation, threshold);
+    if (next.size() <= explained.size()) break;
+    explained = std::move(next);
+    test.rotation = rotation;
+  }
+  test.explained = static_cast<double>(explained.size()) / static_cast<double>(rows.size());
+  test.pure_rotation = test.explained >= kPureRotationShare;
+  return test;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/geometry/two_view.h"
+
+namespace diffsac {
+
+/// The second camera seen from the first: X2 = R X1 + t. From E alone t has unit length (its size is not observable).
+struct RelativePose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::UnitX();
+};
+
+/// [t]ₓ R, with t at its own length.
+Eigen::Matrix3d EssentialFromPose(const RelativePose& pose);
+/// K2ᵀ F K1; an essential matrix up to the error of F (ClosestEssential projects it).
+Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2);
+/// K2⁻ᵀ E K1⁻¹.
+Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1,
+                                         const Eigen::Matrix3d& k2);
+
+/// Correspondences in pixels to normalised coordinates, K⁻¹ (x, y, 1) in each image.
+PointMatrix NormalizedCoordinates(const PointMatrix& pixels, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2);
+
+/// The four poses of an essential matrix: (R, ±t) and the twisted pair (Hartley and Zisserman, result 9.19). Not finite
+/// for a matrix that is not finite.
+std::array<RelativePose, 4> DecomposeEssential(const Eigen::Matrix3d& e);
+
+/// Whether the point where the two rays come closest lies before both cameras.
+bool InFront(const RelativePose& pose, const double* point);
+
+/// The pose chosen from the four of an essential matrix.
+struct PoseChoice {
+  /// kOk; kTooFewPoints: no point is given; kNoModel: no point lies before both cameras of any pose;
+  /// kDegenerate: something is not finite, or two poses have equally many points in front (the first is returned).
+  Status status = Status::kNoModel;
+  RelativePose pose;
+  int in_front = 0;   ///< points before both cameras of the returned pose
+  int runner_up = 0;  ///< and of the second best
+};
+
+/// Chooses among the four poses by how many of the points (normalised coordinates, rows with inliers[i] != 0; empty:
+/// all) lie before both cameras.
+PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
+                      const std::vector<std::uint8_t>& inliers = {});
+
+/// The space point, in the first camera's frame, of least algebraic error (linear triangulation, Hartley and Zisserman
+/// 12.2). False when the rays are parallel, or something is not finite.
+bool Triangulate(const RelativePose& pose, const double* point, Eigen::Vector3d* out);
+
+/// Angle of R1ᵀ R2 in degrees, [0, 180]; exact near 0 and near 180.
+double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2);
+/// Angle of two vectors in degrees, [0, 180]; NaN for a zero vector.
+double DirectionAngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
+/// Whether two views differ by a rotation alone, where E says nothing of t (and any t fits).
+struct RotationTest {
+  Status status = Status::kOk;  ///< kTooFewPoints (fewer than 2) or kDegenerate (not finite, all rays equal)
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  double explained = 0.0;      ///< share of the points within the threshold of R x1
+  bool pure_rotation = false;  ///< explained >= kPureRotationShare
+};
+constexpr double kPureRotationShare = 0.9;
+
+/// Fits the rotation of least squares between unit rays (Kabsch; Wahba 1965), again on the points it explains, and
+/// counts those with |π(R x1) − x2| <= threshold, all in normalised coordinates; give E's inliers and their threshold.
+/// The test asks whether t is needed at all to explain what supports E: with parallax, a rotation explains only distant
+/// points. A far scene seen with little parallax is flagged too: its t is as unobservable.
+RotationTest TestPureRotation(const PointMatrix& points, double threshold,
+                              const std::vector<std::uint8_t>& inliers = {});
+
+}  // namespace diffsac

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cmath>
+
+namespace diffsac {
+
+/// How a squared residual s counts, c being the loss's scale (linear, in the residual's unit):
+///   kTrivial    ρ(s) = s
+///   kTruncated  ρ(s) = min(s, c²)                       MSAC's; an outlier has no pull at all
+///   kHuber      ρ(s) = s for s ≤ c², else 2 c √s − c²   (Huber, 1964)
+///   kCauchy     ρ(s) = c² log(1 + s / c²)
+enum class LossKind { kTrivial, kTruncated, kHuber, kCauchy };
+
+/// ρ with ρ(0) = 0, ρ'(0) = 1, never decreasing, and ρ(s) ≤ s.
+struct RobustLoss {
+  LossKind kind = LossKind::kTrivial;
+  double scale = 1.0;
+
+  /// ρ(s). A residual that is not a number counts as an infinite one.
+  double Value(double s) const {
+    const double square = scale * scale;
+    switch (kind) {
+      case LossKind::kTruncated:
+        return s < square ? s : square;
+      case LossKind::kHuber:
+        return s <= square ? s : 2.0 * scale * std::sqrt(s) - square;
+      case LossKind::kCauchy:
+        return square * std::log1p(s / square);
+      case LossKind::kTrivial:
+        break;
+    }
+    return s;
+  }
+
+  /// ρ'(s), the weight of the residual in iteratively reweighted least squares; 0 for one that is not finite.
+  double Weight(double s) const {
+    const double square = scale * scale;
+    if (!std::isfinite(s)) return 0.0;
+    switch (kind) {
+      case LossKind::kTruncated:
+        return s <= square ? 1.0 : 0.0;
+      case LossKind::kHuber:
+        return s <= square ? 1.0 : scale / std::sqrt(s);
+      case LossKind::kCauchy:
+        return square / (square + s);
+      case LossKind::kTrivial:
+        break;
+    }
+    return 1.0;
+  }
+};
+
+}  // namespace diffsac

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstddef>  // defines __GLIBC__ where that is the C library
+
+/// Before the definition of a function whose loops go over columns of points: compiles it for AVX2 as well and chooses
+/// when the program is loaded. Additions, products, quotients and roots are rounded alike in both (and no a*b+c is
+/// contracted), so the results do not depend on the processor.
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && !defined(__AVX2__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define DIFFSAC_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define DIFFSAC_VECTOR_CLONES
+#endif

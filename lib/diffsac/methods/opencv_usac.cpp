@@ -1,0 +1,96 @@
+#include "diffsac/methods/opencv_usac.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "diffsac/methods/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+const std::map<std::string, int> kPresets = {
+    {"default", cv::USAC_DEFAULT}, {"fast", cv::USAC_FAST},     {"accurate", cv::USAC_ACCURATE},
+    {"prosac", cv::USAC_PROSAC},   {"magsac", cv::USAC_MAGSAC}, {"parallel", cv::USAC_PARALLEL},
+    {"fm_8pts", cv::USAC_FM_8PTS}, {"ransac", cv::RANSAC}};
+
+/// The rows, best quality first where it is known.
+std::vector<int> Order(const Problem& problem, bool by_quality) {
+  std::vector<int> order(problem.points.rows());
+  std::iota(order.begin(), order.end(), 0);
+  if (by_quality && problem.quality.size() == problem.points.rows())
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return problem.quality[a] < problem.quality[b]; });
+  return order;
+}
+
+template <class Model>
+cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold, int flag,
+                  const OpencvUsacOptions& options) {
+  cv::Mat mask;
+  if constexpr (std::is_same_v<Model, Homography>)
+    return cv::findHomography(first, second, flag, threshold, mask, options.hypotheses, options.confidence);
+  if constexpr (std::is_same_v<Model, Fundamental>)
+    return cv::findFundamentalMat(first, second, flag, threshold, options.confidence, options.hypotheses, mask);
+  return cv::findEssentialMat(first, second, cv::Mat::eye(3, 3, CV_64F), flag, options.confidence, threshold,
+                              options.hypotheses, mask);
+}
+
+template <MinimalModel Model>
+Estimate EstimateWithOpencv(const Problem& problem, const OpencvUsacOptions& options) {
+  diffsac::Estimate estimate;
+  estimate.status = CheckProblem(problem);
+  if (estimate.status != Status::kOk) return estimate;
+  estimate.status = Status::kNoModel;
+  estimate.report.hypotheses = options.hypotheses;
+  const SolverSpace space(problem);
+  const std::vector<int> order = Order(problem, options.preset == "prosac");
+  const int size = static_cast<int>(order.size());
+  cv::Mat first(size, 2, CV_64F), second(size, 2, CV_64F);
+  for (int i = 0; i < size; ++i)
+    for (int j = 0; j < 2; ++j) {
+      first.at<double>(i, j) = space.points()(order[i], j);
+      second.at<double>(i, j) = space.points()(order[i], j + 2);
+    }
+  cv::Mat found;
+  try {
+    found = RunOpencv<Model>(first, second, space.threshold(), kPresets.at(options.preset), options);
+  } catch (const cv::Exception&) {
+    return estimate;
+  }
+  if (found.rows < 3 || found.cols != 3) return estimate;
+  Eigen::Matrix3d matrix;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) matrix(i, j) = found.at<double>(i, j);
+  if (!matrix.allFinite() || matrix.norm() == 0.0) return estimate;
+  AcceptModel<Model>(space, AsParameters(matrix), &estimate);
+  return estimate;
+}
+
+}  // namespace
+
+void OpencvUsacOptions::Bind(OptionsBinder& b) {
+  b.Field("hypotheses", hypotheses, AtLeast(1));
+  b.Field("confidence", confidence, Within(0.0, 1.0));
+  b.Choice("preset", preset, {"default", "fast", "accurate", "prosac", "magsac", "parallel", "fm_8pts", "ransac"});
+  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+}
+
+Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
+  return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
+    if constexpr (Model::kDimension == 4) return EstimateWithOpencv<Model>(problem, options_);
+    return diffsac::Estimate{};
+  });
+}
+
+std::unique_ptr<Method> MakeOpencvMethod(const std::string& type, const Config& config, Task task) {
+  if (type != "usac" && type != "opencv_magsac") return nullptr;
+  if (!IsTwoView(task)) throw Error(config.Where("type") + ": " + type + " estimates two-view models only");
+  OpencvUsacOptions options;
+  if (type == "opencv_magsac") options.preset = "magsac";
+  return std::make_unique<OpencvUsacMethod>(ReadOptions<OpencvUsacOptions>(config, options));
+}
+
+}  // namespace diffsac

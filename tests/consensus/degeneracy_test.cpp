@@ -1,0 +1,172 @@
+// A dominant plane: where the plain loop finds the plane and any epipole, the degeneracy hook finds both.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <limits>
+#include <utility>
+
+#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/mixture_impl.h"
+#include "diffsac/consensus/sample_consensus_impl.h"
+#include "diffsac/consensus/two_view_consensus.h"
+#include "geometry/planar_scene.h"
+
+namespace diffsac {
+
+namespace {
+
+/// A model without its degeneracy hook.
+template <class Model>
+struct Plain {
+  using Parameters = typename Model::Parameters;
+  static constexpr int kDimension = Model::kDimension;
+  static constexpr int kMinimalSize = Model::kMinimalSize;
+  static constexpr int kMaxSolutions = Model::kMaxSolutions;
+  static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
+    return Model::SolveMinimal(points, set, out);
+  }
+  static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {
+    return Model::Fit(points, weights, out);
+  }
+  static bool Determined(const PointMatrix& points) { return Model::Determined(points); }
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model) {
+    return Model::Refine(points, threshold, model);
+  }
+  static double Residual(const Parameters& model, const double* point) { return Model::Residual(model, point); }
+};
+using PlainFundamental = Plain<Fundamental>;
+using PlainFundamental8 = Plain<Fundamental8>;
+static_assert(HasDegeneracyRecovery<Fundamental> && HasDegeneracyRecovery<Fundamental8>);
+static_assert(!HasDegeneracyRecovery<PlainFundamental>);
+
+}  // namespace
+
+DIFFSAC_MIXTURE_TEMPLATES(, PlainFundamental)
+DIFFSAC_CONSENSUS_TEMPLATES(, PlainFundamental)
+DIFFSAC_MIXTURE_TEMPLATES(, PlainFundamental8)
+DIFFSAC_CONSENSUS_TEMPLATES(, PlainFundamental8)
+
+namespace {
+
+using testing::MakePlanarScene;
+using testing::PlanarScene;
+using testing::PoseErrorDegrees;
+
+constexpr double kThreshold = 2.0;
+
+/// LO-RANSAC to a confidence of 99 %, Levenberg-Marquardt at the end.
+ConsensusOptions Options() {
+  ConsensusOptions options;
+  options.score = options.final_score = "msac";
+  options.score_threshold_factor = 1.5;
+  options.local_optimization = "lo_ransac";
+  options.stopping = "confidence";
+  options.max_iterations = 500;
+  options.refit = "none";
+  options.final_refinement = "lm";
+  return options;
+}
+
+template <class Model>
+int Successes(int count, double on_plane, double outliers, int scenes, const ConsensusOptions& options) {
+  int good = 0;
+  for (int i = 0; i < scenes; ++i) {
+    Rng rng = Rng(7).Fork("scene", i);
+    const PlanarScene scene = MakePlanarScene(count, on_plane, outliers, 0.5, rng);
+    const ConsensusResult result =
+        SampleConsensus<Model>(scene.views.pixels, kThreshold, UniformSource(), options, Rng(i));
+    good += result.status == Status::kOk && PoseErrorDegrees(scene.views, result.model, result.inliers) < 5.0 ? 1 : 0;
+  }
+  return good;
+}
+
+TEST_CASE("A dominant plane: the hook finds the pose where the plain loop does not") {
+  struct Case {
+    int count;
+    double on_plane, outliers;
+    int scenes, most_without, least;
+  };
+  for (const Case& c : {Case{200, 0.95, 0.0, 50, 48, 49}, Case{200, 0.95, 0.2, 50, 36, 44},
+                        Case{200, 0.98, 0.0, 50, 36, 45}, Case{1000, 0.95, 0.2, 25, 19, 24}}) {
+    CAPTURE(c.count, c.on_plane, c.outliers);
+    CHECK(Successes<Fundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options()) >= c.least);
+    CHECK(Successes<Fundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options()) >= c.least - 2);
+    CHECK(Successes<PlainFundamental>(c.count, c.on_plane, c.outliers, c.scenes, Options()) <= c.most_without);
+    CHECK(Successes<PlainFundamental8>(c.count, c.on_plane, c.outliers, c.scenes, Options()) <= c.most_without);
+  }
+}
+
+TEST_CASE("Without a dominant plane the hook costs nothing in accuracy") {
+  const int mended = Successes<Fundamental>(200, 0.0, 0.3, 50, Options());
+  const int plain = Successes<PlainFundamental>(200, 0.0, 0.3, 50, Options());
+  CHECK(mended >= plain - 1);
+  CHECK(mended >= 47);
+}
+
+TEST_CASE("A scene that is one plane: an F that fits it, and no invented support") {
+  for (int trial = 0; trial < 20; ++trial) {
+    Rng rng = Rng(8).Fork("scene", trial);
+    const PlanarScene scene = MakePlanarScene(100, 1.0, 0.0, 0.5, rng);
+    const PointMatrix& points = scene.views.pixels;
+    const auto mended = SampleConsensus<Fundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
+    const auto plain = SampleConsensus<PlainFundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
+    REQUIRE(mended.status == Status::kOk);
+    CHECK(mended.inliers == InlierMask<Fundamental>(points, mended.model, kThreshold));
+    CHECK(std::count(mended.inliers.begin(), mended.inliers.end(), 1) >= 95);
+    // Nothing lies off the plane, so there was nothing to mend.
+    CHECK(mended.model == plain.model);
+    CHECK(mended.score == plain.score);
+  }
+}
+
+TEST_CASE("Mending changes nothing in the loop's determinism") {
+  Rng rng(9);
+  const PlanarScene scene = MakePlanarScene(300, 0.95, 0.3, 0.5, rng);
+  for (const char* optimizer : {"none", "lo_ransac", "lm"}) {
+    ConsensusOptions options = Options();
+    options.local_optimization = optimizer;
+    options.max_iterations = 200;
+    const auto run = [&](int threads, int block) {
+      options.block_size = block;
+      return SampleConsensus<Fundamental>(scene.views.pixels, kThreshold, UniformSource(), options, Rng(3), {},
+                                          threads);
+    };
+    const ConsensusResult one = run(1, 0);
+    REQUIRE(one.status == Status::kOk);
+    for (const auto& [threads, block] : {std::pair{4, 0}, {1, 7}, {3, 64}}) {
+      const ConsensusResult other = run(threads, block);
+      CHECK(other.model == one.model);
+      CHECK(other.inliers == one.inliers);
+      CHECK(other.score == one.score);
+      CHECK(other.hypotheses == one.hypotheses);
+    }
+  }
+}
+
+TEST_CASE("Planes with repeated, collinear and spoilt points keep their status") {
+  Rng rng(10);
+  const PlanarScene scene = MakePlanarScene(120, 0.95, 0.1, 0.3, rng);
+  const PointMatrix& points = scene.views.pixels;
+  const auto status = [&](const PointMatrix& p, double threshold = kThreshold) {
+    const ConsensusResult result = SampleConsensus<Fundamental>(p, threshold, UniformSource(), Options(), Rng(1));
+    CHECK(result.model.size() == (result.status == Status::kOk ? 9 : 0));
+    CHECK(result.model.allFinite());
+    return result.status;
+  };
+  PointMatrix repeated = points;
+  for (int i = 0; i < 100; ++i) repeated.row(i) = points.row(i % 10);
+  CHECK(status(repeated) == Status::kOk);
+  PointMatrix line = points;
+  for (int i = 0; i < 110; ++i) line.row(i) = points.row(0) + i / 110.0 * (points.row(1) - points.row(0));
+  const Status of_line = status(line);
+  CHECK((of_line == Status::kOk || of_line == Status::kNoModel));
+  line.col(1) = 2.0 * line.col(0);
+  CHECK(status(line) == Status::kDegenerate);
+  PointMatrix spoilt = points;
+  spoilt(5, 2) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(status(spoilt) == Status::kDegenerate);
+  for (const double scale : {1e-8, 1e8}) CHECK(status(scale * points, scale * kThreshold) == Status::kOk);
+}
+
+}  // namespace
+}  // namespace diffsac

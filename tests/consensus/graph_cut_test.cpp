@@ -1,0 +1,64 @@
+#include "diffsac/consensus/graph_cut.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "diffsac/core/random.h"
+
+namespace diffsac {
+namespace {
+
+PointMatrix RandomPoints(int count, Rng rng) {
+  PointMatrix points(count, 2);
+  for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = rng.Uniform();
+  return points;
+}
+
+Eigen::VectorXd RandomResiduals(int count, Rng rng) {
+  Eigen::VectorXd residuals(count);
+  for (double& r : residuals) r = rng.Uniform(0.0, 2.5);
+  return residuals;
+}
+
+TEST_CASE("The labels have the least energy of all labellings") {
+  constexpr int kPoints = 11;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double weight = trial % 3 == 0 ? 0.0 : 0.1 * (trial % 7);
+    const GraphCut cut(RandomPoints(kPoints, Rng(trial).Fork("points")), 3, weight);
+    const Eigen::VectorXd residuals = RandomResiduals(kPoints, Rng(trial).Fork("residuals"));
+    double least = std::numeric_limits<double>::infinity();
+    std::vector<std::uint8_t> labels(kPoints);
+    for (int code = 0; code < 1 << kPoints; ++code) {
+      for (int i = 0; i < kPoints; ++i) labels[i] = code >> i & 1;
+      least = std::min(least, cut.Energy(residuals, 1.0, labels));
+    }
+    CHECK(cut.Energy(residuals, 1.0, cut.Label(residuals, 1.0)) == Approx(least).margin(1e-5));
+  }
+}
+
+TEST_CASE("Without spatial weight a label is a threshold; with it, neighbours decide close cases") {
+  const double limit = std::sqrt(2.0 * std::log(2.0));  // exp(−r²/2) = 1/2
+  const PointMatrix points = RandomPoints(300, Rng(1));
+  const Eigen::VectorXd residuals = RandomResiduals(300, Rng(2));
+  const std::vector<std::uint8_t> labels = GraphCut(points, 5, 0.0).Label(residuals, 1.0);
+  for (int i = 0; i < 300; ++i) CHECK(labels[i] == (residuals[i] < limit ? 1 : 0));
+
+  Eigen::VectorXd island = Eigen::VectorXd::Zero(300);
+  island[7] = 1.3 * limit;
+  CHECK(GraphCut(points, 5, 0.0).Label(island, 1.0)[7] == 0);
+  CHECK(GraphCut(points, 5, 0.3).Label(island, 1.0)[7] == 1);
+}
+
+TEST_CASE("Hostile input for the cut: coinciding points, NaN and infinite residuals, one point") {
+  const PointMatrix same = PointMatrix::Ones(40, 2);
+  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(40, 5.0);
+  residuals[3] = std::numeric_limits<double>::quiet_NaN();
+  residuals[4] = std::numeric_limits<double>::infinity();
+  for (std::uint8_t label : GraphCut(same, 6, 0.1).Label(residuals, 1.0)) CHECK(label == 0);
+  CHECK(GraphCut(PointMatrix::Ones(1, 2), 6, 0.1).Label(Eigen::VectorXd::Zero(1), 1.0) == std::vector<std::uint8_t>{1});
+  CHECK(GraphCut(PointMatrix(0, 2), 6, 0.1).Label(Eigen::VectorXd(0), 1.0).empty());
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,306 @@
+// What must hold for every source, score and optimiser: the same result for any threads and blocks, masks that are the
+// residuals' own, stages that only improve, and no harm from hostile input.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+
+#include "consensus/random_problems.h"
+#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/sample_consensus.h"
+
+namespace diffsac {
+namespace {
+
+using testing::MakeRandomProblem;
+
+constexpr double kThreshold = 0.1;
+constexpr const char* kSources[] = {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"};
+constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"};
+constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
+constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
+
+/// The distance from the truth, noisily: an order as good as a matcher's.
+template <int D>
+std::vector<double> Quality(const testing::RandomProblem<D>& problem, Rng rng) {
+  std::vector<double> quality(problem.inliers.size());
+  for (std::size_t i = 0; i < quality.size(); ++i) quality[i] = (problem.inliers[i] ? 0.0 : 0.3) + rng.Uniform();
+  return quality;
+}
+
+std::unique_ptr<HypothesisSource> Source(const char* name, const PointMatrix& points, int set_size,
+                                         const std::vector<double>& quality) {
+  SourceOptions options;
+  options.source = name;
+  return MakeHypothesisSource(options, points, set_size, quality, quality);
+}
+
+void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
+  CHECK(a.status == b.status);
+  CHECK(a.model == b.model);
+  CHECK(a.inliers == b.inliers);
+  CHECK(a.score == b.score);
+  CHECK(a.hypotheses == b.hypotheses);
+  CHECK(a.iterations == b.iterations);
+  CHECK(a.stop == b.stop);
+  CHECK(a.rejected_early == b.rejected_early);
+  CHECK(a.unique_minimal_sets == b.unique_minimal_sets);
+}
+
+TEST_CASE("1 and 8 threads and any block give the same bits, for every source, score and optimiser") {
+  const auto problem = MakeRandomProblem<3>(90, 0.5, 0.03, Rng(1));
+  const std::vector<double> quality = Quality(problem, Rng(2));
+  for (const char* name : kSources) {
+    const auto source = Source(name, problem.points, 3, quality);
+    for (const char* score : kScores)
+      for (const char* optimizer : kOptimizers)
+        for (const char* stopping : {"budget", "confidence"}) {
+          ConsensusOptions options;
+          options.score = options.final_score = score;
+          options.local_optimization = optimizer;
+          options.stopping = stopping;
+          options.max_iterations = 150;
+          options.confidence = 0.9999;
+          options.sprt = optimizer == std::string("irls");
+          options.refit_candidates = optimizer == std::string("none") ? 3 : 1;
+          CAPTURE(name, score, optimizer, stopping);
+          const auto run = [&](int threads, int block) {
+            options.block_size = block;
+            return SampleConsensus<Plane>(problem.points, kThreshold, *source, options, Rng(3), {}, threads);
+          };
+          const ConsensusResult one = run(1, 0);
+          CHECK(one.status == Status::kOk);
+          CheckSame(one, run(8, 37));
+          CheckSame(one, run(1, 5));
+        }
+  }
+}
+
+TEST_CASE("The sequential test gives the same bits for any threads and blocks") {
+  for (int trial = 0; trial < 6; ++trial) {
+    const auto problem = MakeRandomProblem<3>(200, 0.7, 0.03, Rng(trial));
+    ConsensusOptions options;
+    options.sprt = true;
+    options.stopping = trial % 2 ? "budget" : "confidence";
+    const auto run = [&](int threads, int block) {
+      options.block_size = block;
+      return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial), {}, threads);
+    };
+    const ConsensusResult one = run(1, 0);
+    CHECK(one.rejected_early > 0);
+    CheckSame(one, run(8, 0));
+    CheckSame(one, run(8, 1000));
+    CheckSame(one, run(8, 11));
+  }
+}
+
+TEST_CASE("Same seed, same result; another seed, other sets") {
+  const auto problem = MakeRandomProblem<2>(200, 0.6, 0.03, Rng(1));
+  ConsensusOptions options;
+  options.max_iterations = 20;
+  options.refit = "none";
+  const auto run = [&](int seed) {
+    return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(seed));
+  };
+  CheckSame(run(1), run(1));
+  CHECK(run(1).model != run(2).model);
+}
+
+TEST_CASE("Masks are the residuals' own and scores the model's, for every combination") {
+  const auto problem = MakeRandomProblem<2>(120, 0.5, 0.03, Rng(4));
+  for (const char* score : kScores)
+    for (const char* optimizer : kOptimizers)
+      for (const char* refit : kRefits) {
+        CAPTURE(score, optimizer, refit);
+        ConsensusOptions options;
+        options.score = score;
+        options.final_score = "inlier_count";
+        options.local_optimization = optimizer;
+        options.refit = refit;
+        options.max_iterations = 200;
+        const auto result = SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
+        REQUIRE(result.status == Status::kOk);
+        int inliers = 0;
+        for (int i = 0; i < 120; ++i) {
+          const Line::Parameters model = result.model;
+          const bool near = Line::Residual(model, problem.points.data() + 2 * i) <= kThreshold;
+          REQUIRE(result.inliers[i] == (near ? 1 : 0));
+          inliers += near;
+        }
+        CHECK(result.score == inliers);
+        CHECK(AngleBetweenDegrees(result.model, problem.truth) < 2.0);
+      }
+}
+
+TEST_CASE("No optimiser lowers the score that chose the model, and each raises it on the whole") {
+  for (const char* score : {"inlier_count", "msac", "magsac_pp"})
+    for (const char* optimizer : {"lo_ransac", "irls", "gc_ransac"}) {
+      double gain = 0.0;
+      for (int trial = 0; trial < 40; ++trial) {
+        const auto problem = MakeRandomProblem<3>(100, 0.5, 0.04, Rng(trial));
+        ConsensusOptions options;
+        options.refit = "none";
+        options.score = options.final_score = score;
+        options.max_iterations = 100;
+        const auto run = [&] {
+          return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
+        };
+        const auto plain = run();
+        options.local_optimization = optimizer;
+        const auto optimized = run();
+        CHECK(optimized.score >= plain.score);
+        CHECK(optimized.hypotheses > plain.hypotheses);
+        CHECK(optimized.iterations == 100);
+        gain += optimized.score - plain.score;
+      }
+      CAPTURE(score, optimizer);
+      CHECK(gain > 0.0);
+    }
+}
+
+TEST_CASE("A reweighted refit never lowers the final score") {
+  for (const char* score : kScores)
+    for (int trial = 0; trial < 40; ++trial) {
+      const auto problem = MakeRandomProblem<2>(100, 0.6, 0.04, Rng(trial));
+      ConsensusOptions options;
+      options.refit = "none";
+      options.score = "msac";
+      options.final_score = score;
+      options.max_iterations = 100;
+      const auto run = [&] {
+        return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
+      };
+      const double plain = run().score;
+      options.refit = "irls";
+      CHECK(run().score >= plain);
+    }
+}
+
+TEST_CASE("MAGSAC++ is more accurate than a plain search, most of all where the threshold is too tight for the noise") {
+  for (const double sigma : {kThreshold / 3.0, 0.6 * kThreshold}) {
+    double plain_error = 0.0, magsac_error = 0.0, cut_error = 0.0;
+    for (int trial = 0; trial < 150; ++trial) {
+      const auto problem = MakeRandomProblem<3>(150, 0.6, sigma, Rng(trial).Fork("magsac"));
+      const auto error = [&](ConsensusOptions options) {
+        options.max_iterations = 300;
+        const auto result = SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
+        return AngleBetweenDegrees(result.model, problem.truth);
+      };
+      ConsensusOptions options;
+      plain_error += error(options);
+      options.score = options.final_score = "magsac_pp";
+      options.score_threshold_factor = 2.0;
+      options.local_optimization = options.refit = "irls";
+      magsac_error += error(options);
+      options.local_optimization = "gc_ransac";
+      cut_error += error(options);
+    }
+    CAPTURE(sigma, plain_error, magsac_error, cut_error);
+    const double share = sigma > 0.5 * kThreshold ? 0.85 : 0.97;
+    CHECK(magsac_error < share * plain_error);
+    CHECK(cut_error < share * plain_error);
+  }
+}
+
+TEST_CASE("Hostile points give a status with every source, score and optimiser") {
+  const PointMatrix good = MakeRandomProblem<2>(30, 0.5, 0.03, Rng(5)).points;
+  std::vector<std::pair<PointMatrix, Status>> cases;
+  for (int count : {0, 1}) cases.emplace_back(good.topRows(count), Status::kTooFewPoints);
+  cases.emplace_back(PointMatrix(good.row(0).replicate(30, 1)), Status::kDegenerate);
+  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    PointMatrix broken = good;
+    broken(3, 1) = bad;
+    cases.emplace_back(broken, Status::kDegenerate);
+  }
+  for (double scale : {1.0, 1e-8, 1e8}) cases.emplace_back(scale * good, Status::kOk);
+  cases.emplace_back(good.topRows(2), Status::kOk);
+  PointMatrix twins = good;
+  for (int i = 5; i < 30; ++i) twins.row(i) = twins.row(4);
+  cases.emplace_back(twins, Status::kOk);
+  PointMatrix collinear = good;
+  collinear.col(1) = 2.0 * collinear.col(0);
+  cases.emplace_back(collinear, Status::kOk);
+  for (const auto& [points, expected] : cases) {
+    const double scale = points.rows() > 2 && points.allFinite() ? points.cwiseAbs().maxCoeff() / 5.0 : 1.0;
+    const std::vector<double> quality(points.rows(), 0.0);  // All weights zero, all qualities equal.
+    for (const char* name : kSources) {
+      const auto source = Source(name, points, 2, quality);
+      for (const char* score : kScores)
+        for (const char* optimizer : kOptimizers) {
+          // Refused points are refused by every option alike: once is enough.
+          if (expected != Status::kOk && optimizer != kOptimizers[0]) continue;
+          ConsensusOptions options;
+          options.score = options.final_score = score;
+          options.local_optimization = optimizer;
+          options.max_iterations = 30;
+          options.refit = optimizer == std::string("irls") ? "irls" : "em";
+          options.final_refinement = "lm";
+          ConsensusHints hints;
+          hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
+          const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints);
+          CAPTURE(name, score, optimizer, points.rows(), scale);
+          CHECK(result.status == expected);
+          CHECK(result.model.size() == (expected == Status::kOk ? 3 : 0));
+          CHECK(result.model.allFinite());
+        }
+    }
+  }
+}
+
+TEST_CASE("Useless thresholds give no model") {
+  const PointMatrix points = MakeRandomProblem<2>(30, 0.5, 0.03, Rng(5)).points;
+  for (double threshold :
+       {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    CHECK(SampleConsensus<Line>(points, threshold, UniformSource(), {}, Rng(1)).status == Status::kNoModel);
+  for (double threshold : {1e-300, 1e-12, 1e12, 1e300})
+    for (const char* score : kScores) {
+      ConsensusOptions options;
+      options.score = options.final_score = score;
+      options.local_optimization = "irls";
+      options.max_iterations = 50;
+      const auto result = SampleConsensus<Line>(points, threshold, UniformSource(), options, Rng(1));
+      CHECK((result.status == Status::kOk || result.status == Status::kNoModel));
+      CHECK(result.model.allFinite());
+    }
+}
+
+TEST_CASE("A million points") {
+  const auto problem = MakeRandomProblem<2>(1000000, 0.5, 0.03, Rng(6));
+  ConsensusOptions options;
+  options.score = options.final_score = "msac";
+  options.stopping = "confidence";
+  options.sprt = true;
+  const auto result = SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1), {}, 0);
+  REQUIRE(result.status == Status::kOk);
+  CHECK(AngleBetweenDegrees(result.model, problem.truth) < 0.5);
+  CHECK(result.iterations < 100);
+  CHECK(std::accumulate(result.inliers.begin(), result.inliers.end(), 0) > 450000);
+}
+
+TEST_CASE("New options read from YAML and come back out; the defaults are the old ones") {
+  const ConsensusOptions defaults;
+  CHECK(defaults.score == "inlier_count");
+  CHECK(defaults.local_optimization == "none");
+  CHECK(defaults.refit == "inliers");
+  CHECK(defaults.stopping == "budget");
+  CHECK(defaults.final_refinement == "none");
+  CHECK_FALSE(defaults.sprt);
+  const auto options = ReadOptions<ConsensusOptions>(
+      Config::FromString("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
+                         "spatial_weight: 0.14\nsprt: true\nstopping: confidence\nconfidence: 0.999\n"
+                         "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
+                         "final_refinement: lm\nblock_size: 16\n"));
+  CHECK(options.residual_dof == 4);
+  CHECK(options.max_iterations == 7);
+  CHECK(options.sprt);
+  CHECK(WriteOptions(ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)))) ==
+        WriteOptions(options));
+  for (const char* wrong : {"confidence: 1\n", "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n",
+                            "final_refinement: yes\n", "spatial_weight: -1\n", "irls_rounds: 0\n"})
+    CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString(wrong)), Error);
+}
+
+}  // namespace
+}  // namespace diffsac

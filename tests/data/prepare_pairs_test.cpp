@@ -1,0 +1,308 @@
+#include "data_tools/prepare_pairs.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <sstream>
+
+#include "data_test_util.h"
+#include "data_tools/inspect.h"
+#include "diffsac/core/files.h"
+#include "diffsac/data/correspondence_files.h"
+#include "image_test_util.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::atomic<bool> kNeverStop{false};
+constexpr ImageSize kSize{320, 240};
+
+std::string Text(const Eigen::MatrixXd& matrix) {
+  static const Eigen::IOFormat format(Eigen::FullPrecision, Eigen::DontAlignCols, " ", "\n");
+  std::ostringstream text;
+  text << matrix.format(format) << "\n";
+  return text.str();
+}
+
+LensCamera PlainCamera() {
+  LensCamera camera;
+  camera.K = Calibration(300, 310, 158, 121);
+  return camera;
+}
+
+// The same three views of one texture, in each of the layouts, all written here from the formats' own documents.
+struct Views {
+  cv::Mat texture = Texture(900, 700, 5);
+  std::vector<RigidMotion> poses = {NearbyPose(0), NearbyPose(1), NearbyPose(2)};
+
+  void Write(const std::string& path, int i, const LensCamera& camera) const {
+    WriteImage(path, Render(texture, camera, poses[i], kSize));
+  }
+};
+
+void WriteKitti(const Views& views, const std::string& root) {
+  fs::create_directories(root + "/sequences/07/image_0");
+  fs::create_directories(root + "/poses");
+  std::string poses;
+  for (int i = 0; i < 3; ++i) {
+    views.Write(root + "/sequences/07/image_0/00000" + std::to_string(i) + ".png", i, PlainCamera());
+    Eigen::Matrix4d world_to_camera = Eigen::Matrix4d::Identity();
+    world_to_camera.topLeftCorner<3, 3>() = views.poses[i].rotation;
+    world_to_camera.topRightCorner<3, 1>() = views.poses[i].translation;
+    const Eigen::Matrix4d to_world = world_to_camera.inverse();
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = to_world.topRows<3>();
+    poses += Text(Eigen::Map<const Eigen::Matrix<double, 1, 12>>(rows.data()));
+  }
+  WriteRaw(root + "/poses/07.txt", poses);
+  WriteRaw(root + "/sequences/07/calib.txt", "P0: 300 0 158 0 0 310 121 0 0 0 1 0\n");
+}
+
+void WriteStrecha(const Views& views, const std::string& root) {
+  fs::create_directories(root + "/images");
+  fs::create_directories(root + "/gt_dense_cameras");
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "000" + std::to_string(i) + ".png";
+    views.Write(root + "/images/" + name, i, PlainCamera());
+    const Eigen::Matrix3d to_world = views.poses[i].rotation.inverse();
+    const Eigen::Vector3d centre = -(to_world * views.poses[i].translation);
+    WriteRaw(root + "/gt_dense_cameras/" + name + ".camera",
+             Text(PlainCamera().K) + "0 0 0\n" + Text(to_world) + Text(centre.transpose()) + "320 240\n");
+  }
+}
+
+void WriteColmap(const Views& views, const std::string& root) {
+  fs::create_directories(root + "/images");
+  LensCamera camera = PlainCamera();
+  camera.K = Calibration(300, 300, 158, 121);
+  camera.k1 = -0.15;
+  std::string images;
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "im-" + std::to_string(i) + ".png";
+    views.Write(root + "/images/" + name, i, camera);
+    const Eigen::Quaterniond q(views.poses[i].rotation);
+    const Eigen::Vector3d& t = views.poses[i].translation;
+    Eigen::RowVectorXd line(7);
+    line << q.w(), q.x(), q.y(), q.z(), t.transpose();
+    std::string numbers = Text(line);
+    numbers.pop_back();
+    images += std::to_string(i + 1) + " " + numbers + " 1 " + name + "\n\n";
+  }
+  WriteRaw(root + "/images.txt", images);
+  WriteRaw(root + "/cameras.txt", "1 SIMPLE_RADIAL 320 240 300 158.5 121.5 -0.15\n");
+}
+
+PairsRequest Request(const std::string& format, const std::string& input, const std::string& output) {
+  PairsRequest request;
+  request.format = format;
+  request.input = input;
+  request.output = output;
+  request.sequence = "07";
+  request.options.threads = 2;
+  return request;
+}
+
+double ShareNearTruth(const TwoViewExample& pair, double threshold_px) {
+  return (TruthDistances(pair.problem, pair.truth).array() < threshold_px).cast<double>().mean();
+}
+
+std::string AllBytes(const std::string& folder) {
+  std::vector<std::string> paths;
+  for (const auto& entry : fs::directory_iterator(folder)) paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end());
+  std::string bytes;
+  for (const std::string& path : paths) bytes += fs::path(path).filename().string() + ReadFile(path);
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("views in every layout give matches on their true geometry") {
+  TemporaryFolder folder;
+  const Views views;
+  WriteKitti(views, folder / "kitti");
+  WriteStrecha(views, folder / "strecha");
+  WriteColmap(views, folder / "colmap");
+  for (const std::string format : {"kitti", "strecha", "colmap"}) {
+    CAPTURE(format);
+    const std::string output = folder / ("out_" + format);
+    REQUIRE(RunPairs(Request(format, folder / format, output), kNeverStop));
+    const std::string scene_path = output + "/" + (format == "kitti" ? "kitti_07_step_01" : format);
+    const CorrespondenceScene scene(scene_path);
+    REQUIRE(scene.size() == (format == "kitti" ? 2 : 3));
+    for (int i = 0; i < scene.size(); ++i) {
+      const TwoViewExample pair = scene.Read(i);
+      CAPTURE(pair.id);
+      REQUIRE(pair.problem.points.rows() > 60);
+      CHECK(ShareNearTruth(pair, 1.0) > 0.6);
+      CHECK(pair.problem.size1 == kSize);
+      CHECK(pair.problem.calibrated);
+      // The opposite direction of the same motion must not fit.
+      TwoViewExample wrong = pair;
+      wrong.truth = {};
+      wrong.truth.motion = Inverse(*pair.truth.motion);
+      CompleteTruth(wrong.problem, &wrong.truth);
+      CHECK(ShareNearTruth(wrong, 1.0) < 0.3);
+    }
+    const TwoViewExample first = scene.Read(0);
+    const RigidMotion expected = RelativeMotion(views.poses[0], views.poses[1]);
+    CHECK(first.truth.motion->rotation.isApprox(expected.rotation, 1e-9));
+    CHECK(first.truth.motion->translation.isApprox(expected.translation, 1e-9));
+    const SceneSummary summary = InspectScene(scene_path, 1.0, kNeverStop);
+    CHECK(summary.problems.empty());
+    CHECK(summary.pairs == scene.size());
+    CHECK(summary.repeats == 0);
+    CHECK(summary.mean_share > 0.6);
+    CHECK(summary.contents == "ratio sizes K pose E F");
+  }
+}
+
+TEST_CASE("the files depend neither on threads nor on an earlier run") {
+  TemporaryFolder folder;
+  WriteStrecha(Views(), folder / "s");
+  PairsRequest request = Request("strecha", folder / "s", folder / "one");
+  request.options.threads = 1;
+  request.options.descriptors = true;
+  REQUIRE(RunPairs(request, kNeverStop));
+  request.options.threads = 4;
+  request.output = folder / "four";
+  REQUIRE(RunPairs(request, kNeverStop));
+  CorrespondenceOptions options;
+  options.descriptors = true;
+  const CorrespondenceScene one(folder / "one/s", options), four(folder / "four/s", options);
+  for (int i = 0; i < 3; ++i) {
+    const TwoViewProblem a = one.Read(i).problem, b = four.Read(i).problem;
+    CHECK((a.points == b.points && a.quality == b.quality && a.descriptors == b.descriptors));
+    REQUIRE(a.descriptors.cols() == 256);
+    // Descriptors belong to their match: an equal pair has a small ratio, and its two halves are near.
+    Eigen::Index best = 0, worst = 0;
+    a.quality.minCoeff(&best);
+    a.quality.maxCoeff(&worst);
+    const auto distance = [&](Eigen::Index k) {
+      return (a.descriptors.row(k).head(128) - a.descriptors.row(k).tail(128)).norm();
+    };
+    CHECK(distance(best) < distance(worst));
+  }
+  // Without descriptors in the same folder: theirs are gone.
+  request.options.descriptors = false;
+  REQUIRE(RunPairs(request, kNeverStop));
+  CHECK(!fs::exists(folder / "four/s/descriptors.h5"));
+  const std::string before = AllBytes(folder / "four/s");
+  REQUIRE(RunPairs(request, kNeverStop));
+  const CorrespondenceScene again(folder / "four/s");
+  CHECK(again.Read(1).problem.points == one.Read(1).problem.points);
+  CHECK(AllBytes(folder / "four/s").size() == before.size());
+}
+
+TEST_CASE("homographies, plain images, limits on pairs and matches") {
+  TemporaryFolder folder;
+  const std::string input = folder / "plane";
+  fs::create_directory(input);
+  const cv::Mat texture = Texture(320, 240, 8);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> H;
+  H << 0.97, -0.1, 20, 0.08, 1.01, -12, 1e-4, -5e-5, 1;
+  cv::Mat warped;
+  cv::warpPerspective(texture, warped, cv::Mat(3, 3, CV_64F, H.data()), texture.size());
+  WriteImage(input + "/1.ppm", texture);
+  WriteImage(input + "/2.ppm", warped);
+  WriteImage(input + "/3.ppm", Texture(320, 240, 99));
+  WriteRaw(input + "/H_1_2", Text(H));
+  WriteRaw(input + "/H_1_3", Text(Eigen::Matrix3d::Identity()));
+  PairsRequest request = Request("homographies", input, folder / "out");
+  request.scene = "renamed";
+  request.options.features.max_keypoints = 200;
+  REQUIRE(RunPairs(request, kNeverStop));
+  {
+    const CorrespondenceScene scene(folder / "out/renamed");
+    REQUIRE(scene.pairs() == std::vector<std::string>{"1-2", "1-3"});
+    CHECK(scene.Read(0).problem.points.rows() <= 200);
+    CHECK(ShareNearTruth(scene.Read(0), 1.0) > 0.6);
+    CHECK(ShareNearTruth(scene.Read(1), 1.0) < 0.1);
+    CHECK(!scene.Read(0).problem.calibrated);
+  }
+  // Images that have nothing in common are left out on demand.
+  request.options.min_true_matches = 20;
+  REQUIRE(RunPairs(request, kNeverStop));
+  CHECK(CorrespondenceScene(folder / "out/renamed").pairs() == std::vector<std::string>{"1-2"});
+  request.options.min_true_matches = 100000;
+  CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "no pair has enough"));
+
+  PairsRequest plain = Request("images", input, folder / "out");
+  plain.options.max_pairs = 2;
+  REQUIRE(RunPairs(plain, kNeverStop));
+  const CorrespondenceScene scene(folder / "out/plane");
+  REQUIRE(scene.pairs() == std::vector<std::string>{"1-2", "1-3"});
+  CHECK(!scene.Read(0).truth.fundamental);
+  const SceneSummary summary = InspectScene(folder / "out/plane", 1.0, kNeverStop);
+  CHECK(!summary.has_truth);
+  CHECK(summary.contents == "ratio sizes");
+}
+
+TEST_CASE("a request to stop leaves whole scenes only") {
+  TemporaryFolder folder;
+  WriteStrecha(Views(), folder / "s");
+  const std::atomic<bool> stop{true};
+  CHECK(!RunPairs(Request("strecha", folder / "s", folder / "out"), stop));
+  CHECK(!fs::exists(folder / "out/s"));
+}
+
+TEST_CASE("mistakes of a request are named before the work") {
+  TemporaryFolder folder;
+  WriteKitti(Views(), folder / "kitti");
+  const auto error = [&](auto change) {
+    PairsRequest request = Request("kitti", folder / "kitti", folder / "out");
+    change(request);
+    return ErrorOf([&] { RunPairs(request, kNeverStop); });
+  };
+  CHECK(Has(error([](auto& r) { r.sequence = ""; }), "--sequence"));
+  CHECK(Has(error([](auto& r) { r.format = "kity"; }), "unknown format 'kity'"));
+  CHECK(Has(error([](auto& r) { r.scene = "x", r.steps = {1, 2}; }), "2 scenes"));
+  CHECK(Has(error([](auto& r) { r.options.max_pairs = -1; }), "max_pairs"));
+  CHECK(Has(error([](auto& r) { r.options.true_match_px = 0; }), "true_match_px"));
+  CHECK(Has(error([](auto& r) { r.input += "/nowhere"; }), "nowhere"));
+  WriteRaw(folder / "file", "x");
+  CHECK(Has(error([&](auto& r) { r.output = folder / "file/out"; }), "file"));
+  WriteRaw(folder / "kitti/sequences/07/image_0/000001.png", "broken");
+  CHECK(Has(error([](auto&) {}), "000001.png"));
+  CHECK(!fs::exists(folder / "out/kitti_07_step_01"));
+
+  WriteStrecha(Views(), folder / "s");
+  WriteImage(folder / "s/images/0001.png", cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
+  CHECK(Has(error([&](auto& r) { r.format = "strecha", r.input = folder / "s"; }), "100x100, but its calibration"));
+}
+
+TEST_CASE("inspect finds what is wrong with a scene") {
+  TemporaryFolder folder;
+  const CorrespondenceSet good = SyntheticSet(3, 30, Rng(4));
+  const auto summary_of = [&](auto change) {
+    CorrespondenceSet set = good;
+    change(set);
+    WriteCorrespondences(folder / "scene", set);
+    return InspectScene(folder / "scene", 1.0, kNeverStop);
+  };
+  const auto problems_of = [&](auto change) {
+    const SceneSummary summary = summary_of(change);
+    std::string text;
+    for (const std::string& problem : summary.problems) text += problem + "\n";
+    return text;
+  };
+  const SceneSummary fine = summary_of([](auto&) {});
+  CHECK(fine.problems.empty());
+  CHECK(fine.labelled_share == Approx(2.0 / 3.0));
+  CHECK(fine.mean_share >= 2.0 / 3.0);
+  CHECK((fine.matches.min == 30 && fine.matches.max == 30));
+  const std::string text = SummaryText({fine}, 1.0);
+  CHECK((Has(text, "scene") && Has(text, "66.7") && Has(text, "ok")));
+
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = std::nan(""); }), "not finite"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = 5000; }), "outside"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.quality[3] = 1.5; }), "ratio"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.fundamental->transposeInPlace(); }), "disagree"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.essential->transposeInPlace(); }), "disagree"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points.col(1).array() += 60.0; }), "near the truth"));
+  CHECK(summary_of([](auto& s) { s.pairs[0].problem.points.row(4) = s.pairs[0].problem.points.row(3); }).repeats == 1);
+  CHECK(Has(SummaryText({summary_of([](auto& s) { s.pairs[1].problem.quality[3] = -1; })}, 1.0), "1 bad"));
+}
+
+}  // namespace diffsac

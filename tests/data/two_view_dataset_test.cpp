@@ -1,0 +1,70 @@
+#include "diffsac/data/two_view_dataset.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "data/data_test_util.h"
+#include "data/two_view_test_util.h"
+#include "diffsac/data/dataset_factory.h"
+
+namespace diffsac {
+namespace {
+
+TwoViewExample OnePair() {
+  TwoViewExample pair = SyntheticSet(1, 60, Rng(3)).pairs.front();
+  pair.scene = "scene";
+  CompleteTruth(pair.problem, &pair.truth);
+  return pair;
+}
+
+TEST_CASE("A pair becomes an example of each task, with the truth that is known") {
+  const TwoViewExample pair = OnePair();
+  const Example f = ToExample(pair, Task::kFundamental, {});
+  CHECK(f.id == "scene/" + pair.id);
+  CHECK(f.scene == "scene");
+  CHECK(f.problem.points == pair.problem.points);
+  CHECK(f.problem.quality == pair.problem.quality);
+  CHECK(f.problem.cameras->K1 == pair.problem.K1);
+  const Example h = ToExample(pair, Task::kHomography, {});
+  CHECK(h.truth.model.size() == 0);
+}
+
+TEST_CASE("Matches are filtered by ratio and number, in their order") {
+  const TwoViewExample pair = OnePair();
+  CorrespondencesOptions options;
+  options.max_ratio = 0.8;
+  const Example filtered = ToExample(pair, Task::kFundamental, options);
+  CHECK(filtered.problem.points.rows() == (pair.problem.quality.array() <= 0.8).count());
+  CHECK((filtered.problem.quality.array() <= 0.8).all());
+  options.max_ratio = 1.0;
+  options.max_points = 10;
+  const Example best = ToExample(pair, Task::kFundamental, options);
+  REQUIRE(best.problem.points.rows() == 10);
+  Eigen::VectorXd sorted = pair.problem.quality;
+  std::sort(sorted.begin(), sorted.end());
+  CHECK(best.problem.quality.maxCoeff() <= sorted[9]);
+}
+
+TEST_CASE("Scenes of a folder are read through the factory; what is missing is named") {
+  const TemporaryFolder folder;
+  WriteCorrespondences(folder / "a", SyntheticSet(3, 40, Rng(1)));
+  WriteCorrespondences(folder / "b", SyntheticSet(4, 40, Rng(2)));
+  const auto make = [&](const std::string& more) {
+    return MakeDataset(
+        Config::FromString("type: correspondences\npaths: [\"" + folder.path() + "\"]\n" + more, "test.yaml"), 1);
+  };
+  const auto dataset = make("task: essential\n");
+  CHECK(dataset->task() == Task::kEssential);
+  REQUIRE(dataset->size() == 7);
+  CHECK(dataset->Get(0).scene == "a");
+  CHECK(dataset->Get(6).scene == "b");
+  CHECK(dataset->Get(6).index == 6);
+  CHECK(dataset->Get(0).truth.pose->translation.norm() == Approx(1.0));
+  CHECK(make("max_pairs: 2\n")->size() == 4);
+  CHECK_THROWS_AS(make("min_points: 1000\n"), Error);
+  CHECK_THROWS_AS(make("task: line\n"), Error);
+  CHECK_THROWS_AS(MakeDataset(Config::FromString("type: correspondences\npaths: [nowhere]\n", "test.yaml"), 1), Error);
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,205 @@
+#include "diffsac/geometry/pose.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/homography_decomposition.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+using testing::ModelDistance;
+using testing::RandomPose;
+using testing::RandomProblem;
+
+double PoseError(const RelativePose& a, const RelativePose& b) {
+  return std::max(RotationAngleDegrees(a.rotation, b.rotation), DirectionAngleDegrees(a.translation, b.translation));
+}
+
+TEST_CASE("Pose to E to pose, and the four poses are rotations with the same E") {
+  Rng rng(1);
+  for (int trial = 0; trial < 500; ++trial) {
+    const auto problem = RandomProblem(20, rng);
+    const Eigen::Matrix3d e = AsMatrix(problem.essential);
+    for (const RelativePose& pose : DecomposeEssential(e)) {
+      CHECK((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-13);
+      CHECK(pose.rotation.determinant() == Approx(1.0));
+      CHECK(pose.translation.norm() == Approx(1.0));
+      CHECK(ModelDistance(AsParameters(EssentialFromPose(pose)), problem.essential) < 1e-13);
+    }
+    for (const double sign : {1.0, -1.0}) {
+      const PoseChoice choice = ChoosePose(sign * e, problem.normalized);
+      REQUIRE(choice.status == Status::kOk);
+      CHECK(choice.in_front == 20);
+      CHECK(choice.runner_up < 20);
+      CHECK(PoseError(choice.pose, problem.pose) < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("Only the inliers decide about the pose") {
+  Rng rng(2);
+  auto problem = RandomProblem(30, rng);
+  std::vector<std::uint8_t> inliers(30, 1);
+  for (int i = 0; i < 20; ++i) {
+    inliers[i] = 0;
+    problem.normalized(i, 0) = std::nan("");
+  }
+  const PoseChoice choice = ChoosePose(AsMatrix(problem.essential), problem.normalized, inliers);
+  REQUIRE(choice.status == Status::kOk);
+  CHECK(choice.in_front == 10);
+  CHECK(PoseError(choice.pose, problem.pose) < 1e-6);
+}
+
+TEST_CASE("A pose that points cannot decide about is typed") {
+  Rng rng(3);
+  const auto problem = RandomProblem(10, rng);
+  const Eigen::Matrix3d e = AsMatrix(problem.essential);
+  CHECK(ChoosePose(e, PointMatrix(0, 4)).status == Status::kTooFewPoints);
+  CHECK(ChoosePose(e, problem.normalized, std::vector<std::uint8_t>(10, 0)).status == Status::kTooFewPoints);
+  CHECK(ChoosePose(e, problem.normalized.leftCols<2>()).status == Status::kDegenerate);
+  CHECK(ChoosePose(Eigen::Matrix3d::Zero(), problem.normalized).status == Status::kDegenerate);
+  CHECK(ChoosePose(Eigen::Matrix3d::Constant(std::nan("")), problem.normalized).status == Status::kDegenerate);
+  PointMatrix bad = problem.normalized;
+  bad(0, 0) = std::nan("");
+  CHECK(ChoosePose(e, bad).status == Status::kDegenerate);
+
+  // Points at infinity lie before no camera: the rays are parallel.
+  PointMatrix parallel(3, 4);
+  parallel << 0, 0, 0, 0, 0.1, 0.2, 0.1, 0.2, -0.3, 0.1, -0.3, 0.1;
+  const RelativePose sideways{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()};
+  CHECK(ChoosePose(EssentialFromPose(sideways), parallel).status == Status::kNoModel);
+
+  // One point before both cameras, one that only the opposite motion puts there: a tie.
+  PointMatrix tie(2, 4);
+  tie << 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, -0.1, 0.1;
+  const PoseChoice choice = ChoosePose(EssentialFromPose(sideways), tie);
+  CHECK(choice.status == Status::kDegenerate);
+  CHECK(choice.in_front == 1);
+  CHECK(choice.runner_up == 1);
+}
+
+TEST_CASE("F with K to E and back, and pixels to normalised coordinates") {
+  Rng rng(4);
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto problem = RandomProblem(5, rng);
+    const Eigen::Matrix3d e = EssentialFromFundamental(AsMatrix(problem.fundamental), problem.k1, problem.k2);
+    CHECK(ModelDistance(AsParameters(e), problem.essential) < 1e-12);
+    for (int i = 0; i < 5; ++i) {
+      CHECK(Essential::Residual(problem.essential, problem.normalized.data() + 4 * i) < 1e-13);
+      CHECK(SampsonError(problem.fundamental, problem.pixels.data() + 4 * i) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("Triangulation finds the points; parallel rays have none") {
+  Rng rng(5);
+  for (int trial = 0; trial < 500; ++trial) {
+    const RelativePose pose = RandomPose(rng);
+    const Eigen::Vector3d truth(rng.Uniform(-2, 2), rng.Uniform(-2, 2), rng.Uniform(3, 8));
+    const Eigen::Vector3d second = pose.rotation * truth + pose.translation;
+    const double point[] = {truth[0] / truth[2], truth[1] / truth[2], second[0] / second[2], second[1] / second[2]};
+    Eigen::Vector3d found;
+    REQUIRE(Triangulate(pose, point, &found));
+    CHECK((found - truth).norm() < 1e-8);
+    CHECK(InFront(pose, point));
+    CHECK_FALSE(InFront({pose.rotation, -pose.translation}, point));
+  }
+  const RelativePose sideways{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()};
+  const double parallel[] = {0.1, 0.2, 0.1, 0.2}, bad[] = {0.1, std::nan(""), 0.1, 0.2};
+  Eigen::Vector3d found;
+  CHECK_FALSE(Triangulate(sideways, parallel, &found));
+  CHECK_FALSE(Triangulate(sideways, bad, &found));
+}
+
+TEST_CASE("Angles of rotations and directions keep their digits at both ends") {
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
+  const Eigen::Matrix3d start = Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.2, 1, 3).normalized()).toRotationMatrix();
+  for (const double degrees : {0.0, 1e-6, 0.5, 30.0, 90.0, 179.0, 179.9999, 180.0}) {
+    const double radians = degrees * 3.14159265358979323846 / 180.0;
+    const Eigen::Matrix3d end = start * Eigen::AngleAxisd(radians, axis).toRotationMatrix();
+    CHECK(RotationAngleDegrees(start, end) == Approx(degrees).epsilon(1e-7).margin(1e-13));
+    const Eigen::Vector3d a(2, 0, 0), b(3 * std::cos(radians), 3 * std::sin(radians), 0);
+    CHECK(DirectionAngleDegrees(a, b) == Approx(degrees).epsilon(1e-9).margin(1e-13));
+  }
+  CHECK(std::isnan(DirectionAngleDegrees(Eigen::Vector3d::Zero(), axis)));
+}
+
+TEST_CASE("A pure rotation is flagged; a motion with parallax is not") {
+  Rng rng(6);
+  for (int trial = 0; trial < 100; ++trial) {
+    auto problem = RandomProblem(60, rng, 0.5);
+    const double threshold = 3.0 / 800.0;
+    const RotationTest moving = TestPureRotation(problem.normalized, threshold);
+    CHECK(moving.status == Status::kOk);
+    CHECK_FALSE(moving.pure_rotation);
+    // The same rays, turned only, with noise of half a pixel; a tenth of the matches wrong.
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Vector3d ray =
+          problem.pose.rotation * Eigen::Vector3d(problem.normalized(i, 0), problem.normalized(i, 1), 1.0);
+      problem.normalized.row(i).tail<2>() = ray.hnormalized().transpose();
+      for (int j = 2; j < 4; ++j) problem.normalized(i, j) += 0.5 / 800.0 * rng.Normal();
+      if (i % 20 == 0) problem.normalized(i, 3) += 0.05;
+    }
+    const RotationTest turning = TestPureRotation(problem.normalized, threshold);
+    CHECK(turning.status == Status::kOk);
+    CHECK(turning.pure_rotation);
+    CHECK(turning.explained < 0.96);
+    CHECK(RotationAngleDegrees(turning.rotation, problem.pose.rotation) < 0.2);
+  }
+  CHECK(TestPureRotation(PointMatrix(1, 4), 0.1).status == Status::kTooFewPoints);
+  CHECK(TestPureRotation(PointMatrix::Zero(5, 4), 0.1).status == Status::kDegenerate);
+  CHECK(TestPureRotation(PointMatrix::Constant(5, 4, std::nan("")), 0.1).status == Status::kDegenerate);
+}
+
+TEST_CASE("A homography's decomposition holds the true motion and plane; visibility leaves at most two") {
+  Rng rng(7);
+  for (int trial = 0; trial < 1000; ++trial) {
+    PlaneMotion truth;
+    truth.rotation = RandomPose(rng).rotation;
+    truth.translation = rng.Uniform(0.05, 0.6) * testing::RandomDirection(rng);
+    truth.normal = Eigen::Vector3d(rng.Uniform(-0.5, 0.5), rng.Uniform(-0.5, 0.5), 1.0).normalized();
+    const Eigen::Matrix3d k1 = testing::RandomCamera(rng), k2 = testing::RandomCamera(rng);
+    const Eigen::Matrix3d h =
+        k2 * (truth.rotation + truth.translation * truth.normal.transpose()) * k1.inverse() * rng.Uniform(-3.0, 3.0);
+    const PlaneMotions motions = DecomposeHomography(h, k1, k2);
+    REQUIRE(motions.count == 4);
+    double best = 1e9;
+    for (int i = 0; i < 4; ++i) {
+      const PlaneMotion& m = motions.motions[i];
+      best = std::min(best, (m.rotation - truth.rotation).norm() + (m.translation - truth.translation).norm() +
+                                (m.normal - truth.normal).norm());
+      CHECK(m.normal.norm() == Approx(1.0));
+      CHECK(m.rotation.determinant() == Approx(1.0));
+      const Eigen::Matrix3d again = k2 * (m.rotation + m.translation * m.normal.transpose()) * k1.inverse();
+      CHECK(ModelDistance(AsParameters(again), AsParameters(h)) < 1e-9);
+    }
+    CHECK(best < 1e-6);
+    PointMatrix points(10, 4);
+    for (int i = 0; i < 10; ++i) {
+      const Eigen::Vector3d ray(rng.Uniform(-0.4, 0.4), rng.Uniform(-0.4, 0.4), 1.0);
+      points.row(i) << (k1 * ray).hnormalized().transpose(), 0.0, 0.0;
+    }
+    const PlaneMotions visible = KeepVisible(motions, points, k1);
+    CHECK(visible.count >= 1);
+    CHECK(visible.count <= 2);
+  }
+}
+
+TEST_CASE("Homographies of a rotation alone and bad ones") {
+  Rng rng(8);
+  const Eigen::Matrix3d k = testing::RandomCamera(rng), rotation = RandomPose(rng).rotation;
+  const PlaneMotions turned = DecomposeHomography(-2.0 * k * rotation * k.inverse(), k, k);
+  REQUIRE(turned.count == 1);
+  CHECK((turned.motions[0].rotation - rotation).norm() < 1e-9);
+  CHECK(turned.motions[0].translation.norm() == 0.0);
+  CHECK(KeepVisible(turned, PointMatrix::Ones(3, 4), k).count == 1);
+  CHECK(DecomposeHomography(Eigen::Matrix3d::Zero(), k, k).count == 0);
+  CHECK(DecomposeHomography(Eigen::Matrix3d::Constant(std::nan("")), k, k).count == 0);
+  CHECK(DecomposeHomography(Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero(), k).count == 0);
+}
+
+}  // namespace
+}  // namespace diffsac

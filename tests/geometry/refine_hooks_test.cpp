@@ -1,0 +1,161 @@
+// The models' Refine, as the sample-consensus loop calls it: it improves the truncated cost on all points, or leaves
+// the model alone.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+using testing::HomographyPoints;
+using testing::ModelDistance;
+using testing::RandomHomography;
+using testing::RandomProblem;
+
+/// Σ min(residual², threshold²) over all points.
+template <class Model>
+double TruncatedCost(const PointMatrix& points, double threshold, const Matrix3Parameters& model) {
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const double residual = Model::Residual(model, points.data() + 4 * i);
+    sum += residual <= threshold ? residual * residual : threshold * threshold;
+  }
+  return sum;
+}
+
+struct Tally {
+  int improved = 0;
+  double before = 0.0, after = 0.0;
+};
+
+/// From models of minimal sets of inliers; every fifth point is an outlier.
+template <class Model>
+Tally RefineSets(const PointMatrix& points, double threshold, int trials, Rng& rng) {
+  Tally tally;
+  for (int trial = 0; trial < trials; ++trial) {
+    int set[8];
+    Matrix3Parameters models[Model::kMaxSolutions];
+    rng.Distinct(static_cast<int>(points.rows()) / 5 * 4, Model::kMinimalSize, set);
+    for (int i = 0; i < Model::kMinimalSize; ++i) set[i] += set[i] / 4 + 1;
+    const int count = Model::SolveMinimal(points, set, models);
+    for (int i = 0; i < count; ++i) {
+      Matrix3Parameters refined = models[i];
+      const bool moved = Model::Refine(points, threshold, &refined);
+      const double before = TruncatedCost<Model>(points, threshold, models[i]);
+      const double after = TruncatedCost<Model>(points, threshold, refined);
+      CHECK(refined.norm() == Approx(1.0));
+      if (moved) {
+        CHECK(after < before);
+      } else {
+        CHECK(refined == models[i]);
+      }
+      tally.improved += moved ? 1 : 0;
+      tally.before += before;
+      tally.after += after;
+    }
+  }
+  return tally;
+}
+
+void AddOutliers(PointMatrix* points, double low, double high, Rng& rng) {
+  for (Eigen::Index i = 0; i < points->rows(); i += 5)
+    for (int j = 0; j < 4; ++j) (*points)(i, j) = rng.Uniform(low, high);
+}
+
+/// The same, all of them further from the model than `distance`.
+template <class Model>
+void AddFarOutliers(const Matrix3Parameters& model, double distance, double low, double high, Rng& rng,
+                    PointMatrix* points) {
+  for (Eigen::Index i = 0; i < points->rows(); i += 5) {
+    do {
+      for (int j = 0; j < 4; ++j) (*points)(i, j) = rng.Uniform(low, high);
+    } while (Model::Residual(model, points->data() + 4 * i) <= distance);
+  }
+}
+
+TEST_CASE("Refine lowers the truncated cost on all points or leaves the model") {
+  Rng rng(1);
+  for (int scene = 0; scene < 5; ++scene) {
+    auto problem = RandomProblem(100, rng, 0.7);
+    PointMatrix plane = HomographyPoints(RandomHomography(rng), 100, rng, 0.7);
+    const double focal = problem.k1(0, 0);
+    AddOutliers(&problem.pixels, 0.0, 1000.0, rng);
+    AddOutliers(&problem.normalized, -0.6, 0.6, rng);
+    AddOutliers(&plane, 0.0, 1000.0, rng);
+    for (const Tally& tally :
+         {RefineSets<Fundamental>(problem.pixels, 2.0, 10, rng), RefineSets<Fundamental8>(problem.pixels, 2.0, 10, rng),
+          RefineSets<Essential>(problem.normalized, 2.0 / focal, 10, rng),
+          RefineSets<Homography>(plane, 2.0, 10, rng)}) {
+      CHECK(tally.improved >= 5);
+      CHECK(tally.after < 0.99 * tally.before);
+    }
+  }
+}
+
+TEST_CASE("Refine finds the model again from nearby, whatever outliers there are") {
+  Rng rng(2);
+  for (int trial = 0; trial < 30; ++trial) {
+    auto problem = RandomProblem(60, rng);
+    const Matrix3Parameters h = RandomHomography(rng);
+    PointMatrix plane = HomographyPoints(h, 60, rng);
+    AddFarOutliers<Fundamental>(problem.fundamental, 15.0, 0.0, 1000.0, rng, &problem.pixels);
+    AddFarOutliers<Essential>(problem.essential, 0.015, -0.6, 0.6, rng, &problem.normalized);
+    AddFarOutliers<Homography>(h, 15.0, 0.0, 1000.0, rng, &plane);
+    Matrix3Parameters e = problem.essential, f = problem.fundamental, moved = h;
+    for (double& value : e) value += 1e-4 * rng.Normal();
+    for (double& value : f) value *= 1.0 + 1e-5 * rng.Normal();
+    for (double& value : moved) value *= 1.0 + 1e-4 * rng.Normal();
+    CHECK(Essential::Refine(problem.normalized, 5e-3, &e));
+    CHECK(Fundamental::Refine(problem.pixels, 5.0, &f));
+    CHECK(Homography::Refine(plane, 5.0, &moved));
+    CHECK(ModelDistance(e, problem.essential) < 1e-6);
+    CHECK(testing::FundamentalDistance(f, problem.fundamental) < 1e-6);
+    CHECK(testing::HomographyDistance(moved, h) < 1e-6);
+  }
+}
+
+template <class Model>
+void CheckHostile(const PointMatrix& points, const Matrix3Parameters& model) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  const auto unchanged = [](const PointMatrix& p, double threshold, Matrix3Parameters m) {
+    Matrix3Parameters refined = m;
+    const bool moved = Model::Refine(p, threshold, &refined);
+    return !moved && (refined == m || !m.allFinite());
+  };
+  for (const double threshold : {0.0, -1.0, kNan, kInf}) CHECK(unchanged(points, threshold, model));
+  for (int rows = 0; rows < 4; ++rows) CHECK(unchanged(points.topRows(rows), 1.0, model));
+  CHECK(unchanged(points.leftCols<3>(), 1.0, model));
+  CHECK(unchanged(points, 1.0, Matrix3Parameters::Constant(kNan)));
+  CHECK(unchanged(points, 1.0, Matrix3Parameters::Zero()));
+  Matrix3Parameters refined = model;
+  Model::Refine(points.row(0).replicate(20, 1), 1.0, &refined);
+  CHECK(refined.allFinite());
+  PointMatrix bad = points;
+  bad.setConstant(kNan);
+  CHECK(unchanged(bad, 1.0, model));
+  // A single value that is no number is a residual that is none: that point sits out.
+  bad = points;
+  bad(3, 1) = kNan;
+  bad(5, 2) = kInf;
+  refined = model;
+  Model::Refine(bad, 1.0, &refined);
+  CHECK(refined.allFinite());
+}
+
+TEST_CASE("Refine survives hostile input") {
+  Rng rng(3);
+  const auto problem = RandomProblem(30, rng, 0.5);
+  const Matrix3Parameters h = RandomHomography(rng);
+  CheckHostile<Fundamental>(problem.pixels, problem.fundamental);
+  CheckHostile<Essential>(problem.normalized, problem.essential);
+  CheckHostile<Homography>(HomographyPoints(h, 30, rng, 0.5), h);
+}
+
+}  // namespace
+}  // namespace diffsac

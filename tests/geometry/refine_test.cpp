@@ -1,0 +1,358 @@
+#include "diffsac/geometry/refine.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/manifolds.h"
+#include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/sampson_equations.h"
+#include "geometry/jacobian_check.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+using testing::CheckJacobian;
+using testing::HomographyPoints;
+using testing::ModelDistance;
+using testing::RandomHomography;
+using testing::RandomProblem;
+
+constexpr LossKind kLosses[] = {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy};
+
+TEST_CASE("The Sampson residual's gradient by F is exact") {
+  Rng rng(1);
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto problem = RandomProblem(1, rng);
+    Eigen::Vector4d point = problem.normalized.row(0).transpose();
+    for (double& value : point) value += 0.05 * rng.Normal();
+    Matrix3Parameters f = problem.essential;
+    for (double& value : f) value += 0.02 * rng.Normal();
+    Eigen::RowVectorXd gradient(9);
+    const double r = SampsonResidual(f.data(), point.data(), gradient.data());
+    CHECK(std::abs(r) == Approx(SampsonError(f, point.data())).epsilon(1e-12));
+    CheckJacobian(
+        [&](const Eigen::VectorXd& x) {
+          return Eigen::VectorXd::Constant(1, SampsonResidual(x.data(), point.data(), nullptr));
+        },
+        f, gradient);
+  }
+}
+
+TEST_CASE("The sums of the normal equations are those of the single residuals") {
+  Rng rng(10);
+  for (const int count : {1, 3, 4, 7, 64}) {
+    const auto problem = RandomProblem(count, rng, 2.0);
+    const Eigen::MatrixXd columns = problem.normalized;
+    const double* pointers[4];
+    for (int j = 0; j < 4; ++j) pointers[j] = columns.col(j).data();
+    Eigen::VectorXd weights(count);
+    for (double& weight : weights) weight = rng.Below(3) == 0 ? 0.0 : rng.Uniform();
+    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+    Matrix3Parameters pull = Matrix3Parameters::Zero(), gradient;
+    for (int i = 0; i < count; ++i) {
+      const double r = SampsonResidual(problem.essential.data(), problem.normalized.data() + 4 * i, gradient.data());
+      normal += weights[i] * gradient * gradient.transpose();
+      pull += weights[i] * r * gradient;
+    }
+    const NormalEquations sums = SumSampsonEquations(problem.essential.data(), pointers, weights.data(), count);
+    CHECK((sums.normal - normal).norm() <= 1e-13 * (1.0 + normal.norm()));
+    CHECK((sums.gradient - pull).norm() <= 1e-13 * (1.0 + pull.norm()));
+  }
+}
+
+TEST_CASE("The transfer residual's Jacobian by H, and the adjugate's derivative, are exact") {
+  Rng rng(2);
+  for (int trial = 0; trial < 200; ++trial) {
+    Matrix3Parameters h = AsParameters(Eigen::Matrix3d::Identity());
+    for (double& value : h) value += 0.1 * rng.Normal();
+    const double x = rng.Uniform(-1, 1), y = rng.Uniform(-1, 1), u = rng.Uniform(-1, 1), v = rng.Uniform(-1, 1);
+    const TransferResidual t(h.data(), x, y, u, v);
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(2, 9);
+    for (int row = 0; row < 2; ++row) {
+      for (int k = 0; k < 3; ++k) {
+        jacobian(row, 3 * row + k) = t.q[k];
+        jacobian(row, 6 + k) = -t.p[row] * t.q[k];
+      }
+    }
+    CheckJacobian(
+        [&](const Eigen::VectorXd& other) -> Eigen::VectorXd {
+          const TransferResidual moved(other.data(), x, y, u, v);
+          return Eigen::Vector2d(moved.r[0], moved.r[1]);
+        },
+        h, jacobian);
+    CheckJacobian([](const Eigen::VectorXd& other) -> Eigen::VectorXd { return AdjugateOf(other); }, h,
+                  AdjugateDerivative(h));
+    CHECK((AsMatrix(AdjugateOf(h)) * AsMatrix(h) - AsMatrix(h).determinant() * Eigen::Matrix3d::Identity()).norm() <
+          1e-15);
+  }
+}
+
+template <class Manifold>
+void CheckManifold(const std::function<Matrix3Parameters()>& random_model) {
+  for (int trial = 0; trial < 100; ++trial) {
+    const Matrix3Parameters model = random_model();
+    const Manifold state = Manifold::From(model);
+    CHECK(ModelDistance(state.Parameters(), model) < 1e-13);
+    CHECK(state.Parameters().norm() == Approx(1.0).epsilon(1e-13));
+    const Eigen::Matrix<double, 9, Manifold::kFreedom> tangent = state.Tangent();
+    CheckJacobian([&](const Eigen::VectorXd& step) -> Eigen::VectorXd { return state.Retract(step).Parameters(); },
+                  Eigen::VectorXd::Zero(Manifold::kFreedom), tangent);
+    CHECK((tangent.transpose() * state.Parameters()).norm() < 1e-13);  // the norm stays
+  }
+}
+
+TEST_CASE("Manifolds: models are on them, tangents are exact, steps stay on them") {
+  Rng rng(3);
+  CheckManifold<HomographyManifold>([&] { return RandomHomography(rng); });
+  CheckManifold<FundamentalManifold>([&] { return RandomProblem(1, rng).fundamental; });
+  CheckManifold<EssentialManifold>([&] { return RandomProblem(1, rng).essential; });
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto problem = RandomProblem(1, rng);
+    Eigen::Matrix<double, 7, 1> step7;
+    for (double& value : step7) value = rng.Normal();
+    const Matrix3Parameters f = FundamentalManifold::From(problem.fundamental).Retract(step7).Parameters();
+    CHECK(std::abs(AsMatrix(f).determinant()) < 1e-15);
+    const Matrix3Parameters e = EssentialManifold::From(problem.essential).Retract(step7.head<5>()).Parameters();
+    CHECK((ClosestEssential(AsMatrix(e)) - AsMatrix(e)).norm() < 1e-14);
+    CHECK(f.norm() == Approx(1.0));
+    CHECK(e.norm() == Approx(1.0));
+  }
+}
+
+/// One refinement task of any model, so that the promises are checked alike.
+struct Task {
+  const char* name;
+  double unit;  ///< a pixel, in the points' unit
+  std::function<RefineReport(const PointMatrix&, const Eigen::VectorXd&, const RefineOptions&, Matrix3Parameters*)>
+      refine;
+  std::function<double(const Matrix3Parameters&, const double*)> residual;
+  /// exact points, the true model
+  std::function<std::pair<PointMatrix, Matrix3Parameters>(int, Rng&)> make;
+  std::function<bool(const PointMatrix&, const Eigen::VectorXd&, Matrix3Parameters*)> fit;
+  std::function<double(const Matrix3Parameters&, const Matrix3Parameters&)> distance;
+};
+
+std::vector<Task> Tasks() {
+  const auto homography = [](int count, Rng& rng) {
+    const Matrix3Parameters truth = RandomHomography(rng);
+    return std::pair(HomographyPoints(truth, count, rng), truth);
+  };
+  return {
+      {"transfer", 1.0,
+       [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyError::kTransfer, m); },
+       TransferError, homography, Homography::Fit, testing::HomographyDistance},
+      {"symmetric transfer", 1.0,
+       [](auto& p, auto& w, auto& o, auto* m) {
+         return RefineHomography(p, w, o, HomographyError::kSymmetricTransfer, m);
+       },
+       SymmetricTransferError, homography, Homography::Fit, testing::HomographyDistance},
+      {"fundamental", 1.0, RefineFundamental, SampsonError,
+       [](int count, Rng& rng) {
+         const auto problem = RandomProblem(count, rng);
+         return std::pair(problem.pixels, problem.fundamental);
+       },
+       Fundamental::Fit, testing::FundamentalDistance},
+      {"essential", 1e-3, RefineEssential, SampsonError,
+       [](int count, Rng& rng) {
+         const auto problem = RandomProblem(count, rng);
+         return std::pair(problem.normalized, problem.essential);
+       },
+       Essential::Fit, ModelDistance},
+  };
+}
+
+PointMatrix Noisy(const PointMatrix& points, double sigma, Rng& rng) {
+  PointMatrix noisy = points;
+  for (Eigen::Index i = 0; i < noisy.size(); ++i) noisy.data()[i] += sigma * rng.Normal();
+  return noisy;
+}
+
+double Cost(const Task& task, const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+            const Matrix3Parameters& model) {
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const double r = task.residual(model, points.data() + 4 * i);
+    if (weights[i] > 0.0) sum += weights[i] * loss.Value(r * r);
+  }
+  return sum;
+}
+
+TEST_CASE("Refinement lowers the cost it reports, for every model and loss, with weights and outliers") {
+  Rng rng(4);
+  for (const Task& task : Tasks()) {
+    for (const LossKind kind : kLosses) {
+      CAPTURE(task.name, static_cast<int>(kind));
+      for (int trial = 0; trial < 10; ++trial) {
+        const auto [exact, truth] = task.make(60, rng);
+        PointMatrix points = Noisy(exact, task.unit, rng);
+        for (int i = 0; i < 6; ++i) points(i, 2) += 40.0 * task.unit * rng.Normal();
+        Eigen::VectorXd weights(60);
+        for (double& weight : weights) weight = rng.Uniform(0.2, 2.0);
+        weights.tail<4>().setZero();
+        points(59, 0) = std::nan("");  // of no weight
+        Matrix3Parameters start, model;
+        REQUIRE(task.fit(points, weights, &start));
+        model = start;
+        RefineOptions options;
+        options.loss = {kind, 3.0 * task.unit};
+        options.max_iterations = 50;
+        const RefineReport report = task.refine(points, weights, options, &model);
+        REQUIRE(report.status == Status::kOk);
+        CHECK(report.final_cost <= report.initial_cost);
+        CHECK(report.iterations >= 1);
+        CHECK(report.iterations <= 50);
+        CHECK(report.initial_cost == Approx(Cost(task, points, weights, options.loss, start)).epsilon(1e-6));
+        CHECK(report.final_cost == Approx(Cost(task, points, weights, options.loss, model)).epsilon(1e-6));
+        CHECK(model.norm() == Approx(1.0));
+        // A second run from the result finds nothing more to speak of.
+        Matrix3Parameters again = model;
+        const RefineReport second = task.refine(points, weights, options, &again);
+        CHECK(second.final_cost <= report.final_cost * (1.0 + 1e-9));
+        CHECK(second.final_cost >= report.final_cost * (1.0 - 1e-3));
+      }
+    }
+  }
+}
+
+TEST_CASE("From a disturbed start, exact points bring back the exact model") {
+  Rng rng(5);
+  for (const Task& task : Tasks()) {
+    CAPTURE(task.name);
+    int recovered = 0;
+    for (int trial = 0; trial < 100; ++trial) {
+      const auto [points, truth] = task.make(40, rng);
+      const PointMatrix noisy = Noisy(points, 2.0 * task.unit, rng);
+      const Eigen::VectorXd ones = Eigen::VectorXd::Ones(40);
+      Matrix3Parameters model;
+      REQUIRE(task.fit(noisy, ones, &model));
+      RefineOptions options;
+      options.loss.kind = LossKind::kTrivial;
+      options.max_iterations = 100;
+      const RefineReport report = task.refine(points, ones, options, &model);
+      recovered += report.final_cost < 1e-16 * task.unit * task.unit && task.distance(model, truth) < 1e-7 ? 1 : 0;
+    }
+    CHECK(recovered >= 97);
+  }
+}
+
+TEST_CASE("Refinement comes nearer to the truth than the linear fit") {
+  Rng rng(6);
+  for (const Task& task : Tasks()) {
+    double linear = 0.0, refined = 0.0;
+    for (int trial = 0; trial < 100; ++trial) {
+      const auto [exact, truth] = task.make(60, rng);
+      PointMatrix points = Noisy(exact, task.unit, rng);
+      // The transfer error knows noise in the second image only.
+      if (std::string(task.name) == "transfer") points.leftCols<2>() = exact.leftCols<2>();
+      const Eigen::VectorXd ones = Eigen::VectorXd::Ones(60);
+      const auto error = [&, exact = exact](const Matrix3Parameters& model) {
+        double sum = 0.0;
+        for (int i = 0; i < 60; ++i) sum += task.residual(model, exact.data() + 4 * i);
+        return sum;
+      };
+      Matrix3Parameters model;
+      REQUIRE(task.fit(points, ones, &model));
+      linear += error(model);
+      RefineOptions options;
+      options.loss = {LossKind::kTrivial, 1.0};
+      REQUIRE(task.refine(points, ones, options, &model).status == Status::kOk);
+      refined += error(model);
+    }
+    CAPTURE(task.name, linear, refined);
+    CHECK(refined < linear);
+  }
+}
+
+TEST_CASE("A robust loss keeps gross outliers from moving the model") {
+  Rng rng(7);
+  for (const Task& task : Tasks()) {
+    for (const LossKind kind : {LossKind::kTruncated, LossKind::kCauchy}) {
+      CAPTURE(task.name, static_cast<int>(kind));
+      int close = 0;
+      for (int trial = 0; trial < 30; ++trial) {
+        const auto [exact, truth] = task.make(100, rng);
+        PointMatrix points = exact;
+        for (int i = 0; i < 20; ++i)
+          for (int j = 2; j < 4; ++j) points(i, j) += 100.0 * task.unit * rng.Normal();
+        // The start: fitted to slightly noisy inliers.
+        Matrix3Parameters model;
+        Eigen::VectorXd weights = Eigen::VectorXd::Ones(100);
+        weights.head<20>().setZero();
+        REQUIRE(task.fit(Noisy(exact, 0.2 * task.unit, rng), weights, &model));
+        RefineOptions options;
+        options.loss = {kind, (kind == LossKind::kTruncated ? 2.0 : 0.02) * task.unit};
+        options.max_iterations = 100;
+        task.refine(points, Eigen::VectorXd::Ones(100), options, &model);
+        double worst = 0.0;
+        for (int i = 20; i < 100; ++i) worst = std::max(worst, task.residual(model, points.data() + 4 * i));
+        close += worst < 0.05 * task.unit ? 1 : 0;
+      }
+      CHECK(close >= (kind == LossKind::kTruncated ? 20 : 27));
+    }
+  }
+}
+
+TEST_CASE("Pixels in other units refine to the same model") {
+  Rng rng(8);
+  for (const Task& task : Tasks()) {
+    if (task.unit != 1.0) continue;  // E lives in normalised coordinates only
+    CAPTURE(task.name);
+    const auto [exact, truth] = task.make(50, rng);
+    const PointMatrix points = Noisy(exact, 1.0, rng);
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(50);
+    double reference = 0.0;
+    for (const double scale : {1.0, 1e-8, 1e8}) {
+      const PointMatrix scaled = scale * points;
+      Matrix3Parameters model;
+      REQUIRE(task.fit(scaled, ones, &model));
+      RefineOptions options;
+      options.loss = {LossKind::kCauchy, 2.0 * scale};
+      const RefineReport report = task.refine(scaled, ones, options, &model);
+      REQUIRE(report.status == Status::kOk);
+      if (scale == 1.0) reference = report.final_cost;
+      CHECK(report.final_cost / (scale * scale) == Approx(reference).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE("Bad input leaves the model as it was and is typed") {
+  Rng rng(9);
+  for (const Task& task : Tasks()) {
+    CAPTURE(task.name);
+    const auto [points, truth] = task.make(20, rng);
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(20);
+    const auto status = [&, truth = truth](const PointMatrix& p, const Eigen::VectorXd& w) {
+      Matrix3Parameters model = truth;
+      const RefineReport report = task.refine(p, w, RefineOptions(), &model);
+      CHECK(model == truth);
+      return report.status;
+    };
+    CHECK(status(PointMatrix(0, 4), Eigen::VectorXd(0)) == Status::kTooFewPoints);
+    CHECK(status(points.topRows(3), ones.head(3)) == Status::kTooFewPoints);
+    CHECK(status(points, Eigen::VectorXd::Zero(20)) == Status::kTooFewPoints);
+    CHECK(status(points, ones.head(19)) == Status::kDegenerate);
+    CHECK(status(points, -ones) == Status::kDegenerate);
+    CHECK(status(points.leftCols<3>(), ones) == Status::kDegenerate);
+    PointMatrix bad = points;
+    bad(3, 3) = std::nan("");
+    CHECK(status(bad, ones) == Status::kDegenerate);
+    Matrix3Parameters nan = Matrix3Parameters::Constant(std::nan("")), zero = Matrix3Parameters::Zero();
+    CHECK(task.refine(points, ones, RefineOptions(), &nan).status == Status::kDegenerate);
+    CHECK(task.refine(points, ones, RefineOptions(), &zero).status == Status::kDegenerate);
+    Matrix3Parameters model = truth;
+    RefineOptions none;
+    none.max_iterations = 0;
+    CHECK(task.refine(points, ones, none, &model).iterations == 0);
+    CHECK(model == truth);
+  }
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,47 @@
+#include "diffsac/geometry/robust_loss.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+namespace diffsac {
+namespace {
+
+/// What every loss promises, and its derivative against central differences.
+void CheckLoss(const RobustLoss& loss, double kink) {
+  CAPTURE(static_cast<int>(loss.kind), loss.scale);
+  CHECK(loss.Value(0.0) == 0.0);
+  CHECK(loss.Weight(0.0) == 1.0);
+  double last = 0.0, last_weight = 1.0;
+  for (double s = 1e-4; s < 1e4; s *= 1.05) {
+    const double value = loss.Value(s), weight = loss.Weight(s);
+    CHECK(value >= last);
+    CHECK(value <= s * (1.0 + 1e-12));
+    CHECK(weight >= 0.0);
+    CHECK(weight <= last_weight);
+    const double h = 1e-5 * s;
+    if (std::abs(s - kink) > 2.0 * h)
+      CHECK((loss.Value(s + h) - loss.Value(s - h)) / (2.0 * h) == Approx(weight).epsilon(1e-5).margin(1e-9));
+    last = value;
+    last_weight = weight;
+  }
+  CHECK(loss.Weight(std::numeric_limits<double>::infinity()) == 0.0);
+  CHECK(loss.Weight(std::numeric_limits<double>::quiet_NaN()) == 0.0);
+}
+
+TEST_CASE("Losses are bounded by the square, never decrease, and have the derivative they claim") {
+  for (const LossKind kind : {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy})
+    for (const double scale : {0.1, 1.0, 7.0}) CheckLoss({kind, scale}, scale * scale);
+}
+
+TEST_CASE("Losses at known places") {
+  CHECK(RobustLoss{LossKind::kTruncated, 2.0}.Value(3.9) == 3.9);
+  CHECK(RobustLoss{LossKind::kTruncated, 2.0}.Value(100.0) == 4.0);
+  CHECK(RobustLoss{LossKind::kTruncated, 2.0}.Value(std::numeric_limits<double>::quiet_NaN()) == 4.0);
+  CHECK(RobustLoss{LossKind::kTruncated, 2.0}.Weight(4.0) == 1.0);  // a residual at the threshold is an inlier
+  CHECK(RobustLoss{LossKind::kHuber, 2.0}.Value(9.0) == Approx(8.0));
+  CHECK(RobustLoss{LossKind::kCauchy, 2.0}.Value(4.0) == Approx(4.0 * std::log(2.0)));
+  CHECK(RobustLoss{LossKind::kTrivial, 2.0}.Value(1e9) == 1e9);
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,58 @@
+# diffsac_prepare on images of its own: matches, their summary, mistakes, Ctrl-C.
+. "$(dirname "$0")/common.sh"
+prepare() { "$build/bin/diffsac_prepare" "$@"; }
+
+# image SHIFT: grey blobs, moved to the right.
+image() {
+  awk -v shift_x="$1" 'BEGIN {
+    srand(3); width = 160; height = 120
+    for (b = 0; b < 90; ++b) { x = rand() * 160; y = rand() * 120; r = 2 + 3 * rand(); h = 240 * rand() - 120
+      for (i = int(y - 3 * r); i <= y + 3 * r; ++i) for (j = int(x - 3 * r); j <= x + 3 * r; ++j)
+        sum[i, j] += h * exp(-((i - y) ^ 2 + (j - x) ^ 2) / (2 * r * r)) }
+    print "P2\n" width, height, 255
+    for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
+      v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
+}
+
+mkdir "$own/views"
+image 0 >"$own/views/img1.pgm"
+image 9 >"$own/views/img2.pgm"
+printf '1 0 9\n0 1 0\n0 0 1\n' >"$own/views/H1to2p"
+run_expecting 0 prepare pairs --format homographies --input "$own/views" --output "$own/scenes" --threads 1
+for file in matches match_conf Hgt sizes; do expect_file "$own/scenes/views/$file.h5"; done
+run_expecting 0 prepare inspect "$own/scenes"
+grep -qE '^views +1 .* ok +ratio sizes H$' "$own/out" || { cat "$own/out" >&2; fail "no summary of the scene"; }
+awk '$1 == "views" && $4 > 50 { found = 1 } END { exit !found }' "$own/out" ||
+  { cat "$own/out" >&2; fail "the matches do not follow the shift"; }
+
+# Mistakes.
+expect_error 'format' prepare pairs --format tiff --input "$own/views" --output "$own/scenes"
+expect_error 'nowhere' prepare pairs --format images --input "$own/nowhere" --output "$own/scenes"
+expect_error 'sequence' prepare pairs --format kitti --input "$own/views" --output "$own/scenes"
+expect_error 'nowhere' prepare inspect "$own/nowhere"
+expect_error 'subcommand' prepare
+touch "$own/file"
+expect_error 'file' prepare pairs --format images --input "$own/views" --output "$own/file/scenes"
+head -c 300 "$own/scenes/views/Hgt.h5" >"$own/cut"
+mv "$own/cut" "$own/scenes/views/Hgt.h5"
+expect_error 'Hgt\.h5' prepare inspect "$own/scenes"
+rm "$own/scenes/views/matches.h5"
+expect_error 'matches\.h5' prepare inspect "$own/scenes"
+
+# Ctrl-C: no scene that is not complete. Job control gives the background job the default SIGINT.
+mkdir "$own/many"
+for ((i = 0; i < 200; ++i)); do cp "$own/views/img1.pgm" "$own/many/$i.pgm"; done
+set -m
+"$build/bin/diffsac_prepare" pairs --format images --input "$own/many" --output "$own/interrupted" \
+  >"$own/out" 2>"$own/err" &
+job=$!
+set +m
+for ((i = 0; i < 500; ++i)); do
+  [[ ! -d "$own/interrupted" ]] || break
+  sleep 0.02
+done
+kill -INT "$job" || { cat "$own/err" >&2; fail "it ended before it could be interrupted"; }
+status=0
+wait "$job" || status=$?
+((status == 130)) || { cat "$own/err" >&2; fail "an interrupted run ends with $status"; }
+[[ -z "$(ls -A "$own/interrupted")" ]] || fail "an interrupted run left something"

@@ -1,0 +1,137 @@
+// Every row of the two-view tables on synthetic pairs, built from YAML by name as the programs build them.
+#include <catch2/catch.hpp>
+#include <limits>
+#include <numeric>
+
+#include "diffsac/eval/two_view_metrics.h"
+#include "diffsac/methods/classical.h"
+#include "diffsac/methods/opencv_usac.h"
+#include "diffsac/methods/solver_space.h"
+#include "diffsac/methods/task_dispatch.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+constexpr Task kTasks[] = {Task::kHomography, Task::kFundamental, Task::kEssential};
+constexpr const char* kTypes[] = {"ransac",    "lo_ransac", "prosac", "napsac",       "p_napsac",
+                                  "gc_ransac", "magsac_pp", "usac",   "opencv_magsac"};
+
+// Half of the matches are wrong; the quality orders right ones first, mostly.
+Example MakePair(Task task, int num_points, std::uint64_t seed) {
+  Rng rng(seed);
+  const testing::TwoViewProblem random = testing::RandomProblem(num_points, rng, 0.5);
+  Example example;
+  example.problem.task = task;
+  example.problem.inlier_threshold = 2.0;
+  example.problem.points = random.pixels;
+  example.problem.cameras = CameraPair{random.k1, random.k2};
+  example.truth.pose = random.pose;
+  example.truth.model = task == Task::kEssential ? random.essential : random.fundamental;
+  if (task == Task::kHomography) {
+    const Matrix3Parameters h = testing::RandomHomography(rng);
+    example.problem.points = testing::HomographyPoints(h, num_points, rng, 0.5);
+    example.truth.model = h;
+  }
+  example.problem.quality.resize(num_points);
+  for (int i = 0; i < num_points; ++i) {
+    const bool inlier = i % 2 == 0;
+    example.truth.inliers.push_back(inlier);
+    example.problem.quality[i] = inlier ? rng.Uniform(0.3, 0.9) : rng.Uniform(0.6, 1.0);
+    if (inlier) continue;
+    example.problem.points(i, 2) = rng.Uniform(0.0, 1000.0);
+    example.problem.points(i, 3) = rng.Uniform(0.0, 800.0);
+  }
+  return example;
+}
+
+std::unique_ptr<Method> Make(const std::string& type, Task task, const std::string& yaml = "{}") {
+  const Config config = Config::FromString(yaml, "test.yaml");
+  if (auto method = MakeClassicalMethod(type, config, task)) return method;
+  return MakeOpencvMethod(type, config, task);
+}
+
+TEST_CASE("Every two-view row finds H, F and E among half outliers") {
+  for (Task task : kTasks)
+    for (const char* type : kTypes) {
+      const auto method = Make(type, task);
+      REQUIRE(method);
+      int good = 0;
+      for (std::uint64_t seed = 0; seed < 10; ++seed) {
+        const Example example = MakePair(task, 200, seed);
+        const Estimate estimate = method->Estimate(example.problem, seed);
+        const EstimateError error = MeasureTwoViewError(estimate, example);
+        good += task == Task::kHomography ? error.transfer_px < 5.0 : error.angle_deg < 5.0;
+        CHECK(estimate.report.hypotheses > 0);
+      }
+      CAPTURE(ToString(task), type, good);
+      CHECK(good >= 8);
+    }
+}
+
+TEST_CASE("The mask of a two-view row is the residuals' in the space it was solved in") {
+  for (Task task : kTasks)
+    for (const char* type : kTypes) {
+      const Example example = MakePair(task, 150, 77);
+      const Estimate estimate = Make(type, task)->Estimate(example.problem, 1);
+      REQUIRE(estimate.status == Status::kOk);
+      const SolverSpace space(example.problem);
+      const auto mask = DispatchTask(task, [&]<MinimalModel Model>() {
+        return InlierMask<Model>(space.points(), typename Model::Parameters(estimate.model), space.threshold());
+      });
+      CAPTURE(ToString(task), type);
+      CHECK(estimate.inliers == mask);
+    }
+}
+
+TEST_CASE("Two-view rows repeat themselves; another seed may differ") {
+  for (const char* type : {"ransac", "prosac", "p_napsac", "gc_ransac", "magsac_pp"}) {
+    const Example example = MakePair(Task::kFundamental, 150, 5);
+    const Estimate a = Make(type, Task::kFundamental)->Estimate(example.problem, 3);
+    const Estimate b = Make(type, Task::kFundamental)->Estimate(example.problem, 3);
+    CAPTURE(type);
+    CHECK(a.model == b.model);
+    CHECK(a.inliers == b.inliers);
+  }
+}
+
+TEST_CASE("Two-view rows answer hostile input with a status") {
+  for (Task task : kTasks)
+    for (const char* type : kTypes) {
+      CAPTURE(ToString(task), type);
+      const auto method = Make(type, task);
+      const Example whole = MakePair(task, 40, 9);
+      for (int count : {0, 1, MinimalSetSize(task) - 1}) {
+        Problem problem = whole.problem;
+        problem.points = whole.problem.points.topRows(count).eval();
+        problem.quality = whole.problem.quality.head(count).eval();
+        CHECK(method->Estimate(problem, 1).status == Status::kTooFewPoints);
+      }
+      Problem equal = whole.problem;
+      equal.points.rowwise() = whole.problem.points.row(0);
+      CHECK(method->Estimate(equal, 1).status == Status::kDegenerate);
+      Problem invalid = whole.problem;
+      invalid.points(3, 2) = std::numeric_limits<double>::quiet_NaN();
+      CHECK(method->Estimate(invalid, 1).status == Status::kDegenerate);
+    }
+  Problem uncalibrated = MakePair(Task::kEssential, 40, 9).problem;
+  uncalibrated.cameras.reset();
+  CHECK(Make("ransac", Task::kEssential)->Estimate(uncalibrated, 1).status == Status::kDegenerate);
+}
+
+TEST_CASE("PROSAC without a quality samples uniformly instead of failing") {
+  Example example = MakePair(Task::kFundamental, 150, 11);
+  example.problem.quality.resize(0);
+  CHECK(Make("prosac", Task::kFundamental)->Estimate(example.problem, 1).status == Status::kOk);
+}
+
+TEST_CASE("Rows that are for one view are refused for two and the other way round") {
+  for (const char* type : {"theil_sen", "exhaustive", "line_posterior"})
+    CHECK_THROWS_AS(Make(type, Task::kFundamental), Error);
+  for (const char* type : {"usac", "opencv_magsac"}) CHECK_THROWS_AS(Make(type, Task::kLine), Error);
+  CHECK_THROWS_AS(Make("usac", Task::kHomography, "preset: best"), Error);
+  CHECK_THROWS_AS(Make("prosac", Task::kHomography, "sampling: {sourse: prosac}"), Error);
+}
+
+}  // namespace
+}  // namespace diffsac
