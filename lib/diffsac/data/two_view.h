@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "diffsac/geometry/points.h"
-#include "diffsac/geometry/pose.h"
 
 namespace diffsac {
 
@@ -66,9 +65,6 @@ struct TwoViewExample {
   TwoViewProblem problem;
   TwoViewTruth truth;
 };
-
-/// The matrix of the cross product with v.
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 
 /// E = [t]× R.
 Eigen::Matrix3d EssentialFromMotion(const RigidMotion& motion);
