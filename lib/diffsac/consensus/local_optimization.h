@@ -35,11 +35,11 @@ ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& sco
   constexpr int kRounds = 4;
   constexpr double kWidest = 2.0;
   ScoredModel<Model> best = start;
-  const auto offer = [&](const typename Model::Parameters& model) {
-    const double value = scorer(model, score, best.score);
+  const auto offer = [&](const typename Model::Parameters& model, const Eigen::VectorXd& residuals) {
+    const double value = score.Sum(residuals.data(), scorer.size());
     if (value > best.score) best = {model, value};
   };
-  const Eigen::VectorXd residuals = scorer.Residuals(start.model);
+  Eigen::VectorXd residuals = scorer.Residuals(start.model), weights(scorer.size());
   std::vector<int> inliers;
   for (int i = 0; i < scorer.size(); ++i)
     if (residuals[i] <= threshold) inliers.push_back(i);
@@ -49,17 +49,20 @@ ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& sco
   std::vector<int> chosen(size);
   for (int sample = 0; sample < samples; ++sample) {
     rng.Distinct(available, size, chosen.data());
-    Eigen::VectorXd weights = Eigen::VectorXd::Zero(scorer.size());
+    weights.setZero();
     for (int position : chosen) weights[inliers[position]] = 1.0;
     typename Model::Parameters model;
     ++*fits;
     if (!Model::Fit(scorer.points(), weights, &model)) continue;
-    offer(model);
+    scorer.Residuals(model, 0, scorer.size(), residuals.data());
+    offer(model, residuals);
     for (int round = 0; round < kRounds; ++round) {
       const double factor = kWidest + (1.0 - kWidest) * round / (kRounds - 1);
+      weights = (residuals.array() <= factor * threshold).template cast<double>();
       ++*fits;
-      if (!FitInliers(scorer, factor * threshold, &model)) break;
-      offer(model);
+      if (!Model::Fit(scorer.points(), weights, &model)) break;
+      scorer.Residuals(model, 0, scorer.size(), residuals.data());
+      offer(model, residuals);
     }
   }
   return best;

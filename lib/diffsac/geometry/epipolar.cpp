@@ -5,6 +5,7 @@
 
 #include "diffsac/geometry/least_eigenvector.h"
 #include "diffsac/geometry/vector_clones.h"
+#include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
 namespace {
@@ -73,24 +74,16 @@ Eigen::Matrix3d ClosestRankTwo(const Eigen::Matrix3d& f) {
 
 bool FitEpipolarMatrix(const PointMatrix& points, const Eigen::VectorXd& weights, PairNormalization* normalization,
                        Eigen::Matrix3d* f) {
-  if (!NormalizeWeighted(points, weights, 8, normalization)) return false;
+  WeightedPairs pairs;
+  if (!pairs.Gather(points, weights, 8)) return false;
+  *normalization = pairs.normalization();
   // The rows x2 ⊗ x1 have the outer products (x2 x2ᵀ) ⊗ (x1 x1ᵀ): 6 times 6 different numbers.
-  double sums[6][6] = {};
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!(weights[i] > 0.0)) continue;
-    double p[4];
-    normalization->Apply(points.data() + 4 * i, p);
-    const double first[6] = {p[0] * p[0], p[0] * p[1], p[0], p[1] * p[1], p[1], 1.0};
-    const double w = weights[i];
-    const double second[6] = {w * p[2] * p[2], w * p[2] * p[3], w * p[2], w * p[3] * p[3], w * p[3], w};
-    for (int j = 0; j < 6; ++j)
-      for (int k = 0; k < 6; ++k) sums[j][k] += second[j] * first[k];
-  }
+  const Eigen::Matrix<double, 6, 6> sums = pairs.EpipolarMoments();
   constexpr int kPair[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
   Eigen::Matrix<double, 9, 9> moments;
   for (int row = 0; row < 9; ++row)
     for (int column = 0; column < 9; ++column)
-      moments(row, column) = sums[kPair[row / 3][column / 3]][kPair[row % 3][column % 3]];
+      moments(row, column) = sums(kPair[row / 3][column / 3], kPair[row % 3][column % 3]);
   Matrix3Parameters solution;
   if (!LeastEigenvector(moments, &solution)) return false;
   *f = AsMatrix(solution);

@@ -4,6 +4,7 @@
 
 #include "diffsac/geometry/least_eigenvector.h"
 #include "diffsac/geometry/vector_clones.h"
+#include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
 namespace {
@@ -107,35 +108,25 @@ int Homography::SolveMinimal(const PointMatrix& points, const int* set, Paramete
 }
 
 bool Homography::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {
-  PairNormalization normalization;
-  if (!NormalizeWeighted(points, weights, kMinimalSize, &normalization)) return false;
+  WeightedPairs pairs;
+  if (!pairs.Gather(points, weights, kMinimalSize)) return false;
   // Rows (x1, 0, -u x1) and (0, x1, -v x1): sums of x1 x1ᵀ times 1, u, v and u² + v².
-  double sums[4][6] = {};
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!(weights[i] > 0.0)) continue;
-    double p[4];
-    normalization.Apply(points.data() + 4 * i, p);
-    const double first[6] = {p[0] * p[0], p[0] * p[1], p[0], p[1] * p[1], p[1], 1.0};
-    const double w = weights[i];
-    const double factor[4] = {w, w * p[2], w * p[3], w * (p[2] * p[2] + p[3] * p[3])};
-    for (int j = 0; j < 4; ++j)
-      for (int k = 0; k < 6; ++k) sums[j][k] += factor[j] * first[k];
-  }
+  const Eigen::Matrix<double, 4, 6> sums = pairs.TransferMoments();
   constexpr int kPair[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
   Eigen::Matrix<double, 9, 9> moments = Eigen::Matrix<double, 9, 9>::Zero();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       const int k = kPair[i][j];
-      moments(i, j) = moments(3 + i, 3 + j) = sums[0][k];
-      moments(i, 6 + j) = moments(6 + i, j) = -sums[1][k];
-      moments(3 + i, 6 + j) = moments(6 + i, 3 + j) = -sums[2][k];
-      moments(6 + i, 6 + j) = sums[3][k];
+      moments(i, j) = moments(3 + i, 3 + j) = sums(0, k);
+      moments(i, 6 + j) = moments(6 + i, j) = -sums(1, k);
+      moments(3 + i, 6 + j) = moments(6 + i, 3 + j) = -sums(2, k);
+      moments(6 + i, 6 + j) = sums(3, k);
     }
   }
   Parameters solution;
   if (!LeastEigenvector(moments, &solution)) return false;
   if (solution[8] < 0.0) solution = -solution;
-  return Denormalize(AsMatrix(solution), normalization, out);
+  return Denormalize(AsMatrix(solution), pairs.normalization(), out);
 }
 
 void Homography::Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {

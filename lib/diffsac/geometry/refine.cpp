@@ -9,6 +9,7 @@
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/sampson_equations.h"
+#include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
 namespace {
@@ -220,7 +221,9 @@ Status Prepare(const PointMatrix& points, const Eigen::VectorXd& weights, int mi
   if ((weights.array() > 0.0).count() < min_points) return Status::kTooFewPoints;
   *normalization = {};
   if (normalize) {
-    if (!NormalizeWeighted(points, weights, min_points, normalization)) return Status::kDegenerate;
+    WeightedPairs pairs;
+    if (!pairs.Gather(points, weights, min_points)) return Status::kDegenerate;
+    *normalization = pairs.normalization();
     normalization->first.scale = normalization->second.scale =
         std::sqrt(normalization->first.scale * normalization->second.scale);
   }

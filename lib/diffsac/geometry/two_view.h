@@ -23,8 +23,8 @@ inline Matrix3Parameters AsParameters(const Eigen::Matrix3d& matrix) {
   return model / model.norm();
 }
 
-/// p -> scale (p - centre): centroid to the origin, mean distance to √2 (Hartley, "In defense of the eight-point
-/// algorithm", PAMI 1997).
+/// p -> scale (p - centre): centroid to the origin, root mean square distance to √2 (Hartley, "In defense of the
+/// eight-point algorithm", PAMI 1997, takes the mean distance; without roots it is quicker and no worse).
 struct ImageNormalization {
   double x = 0.0;
   double y = 0.0;
@@ -55,13 +55,12 @@ struct PairNormalization {
   }
 };
 
+/// From the centre, the mean squared distance to it, and the largest coordinate (in size). False when the points are
+/// all equal (up to rounding) or not finite.
+bool MakeNormalization(double x, double y, double mean_square, double largest, ImageNormalization* out);
+
 /// Of the rows `set[0..count)`. False when an image's points are all equal (up to rounding) or not finite.
 bool NormalizeSet(const PointMatrix& points, const int* set, int count, PairNormalization* out);
-
-/// Of all rows, weighted. False for sizes that do not match, a weight that is negative or not finite, fewer than
-/// `min_positive` positive ones, or as above.
-bool NormalizeWeighted(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive,
-                       PairNormalization* out);
 
 /// Whether N x 4 correspondences as a whole can determine a two-view model: finite, at least `min_distinct` of them
 /// distinct, and in neither image all on one line.

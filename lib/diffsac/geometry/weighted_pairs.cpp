@@ -1,0 +1,173 @@
+#include "diffsac/geometry/weighted_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diffsac/geometry/vector_clones.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kLanes = 4;
+constexpr int kFirst = 6;
+
+/// A sum is kept as one for each of four neighbouring points, and these are added at the end.
+double Total(const double (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]); }
+
+/// What normalisation asks of one column.
+struct ColumnSums {
+  double mean;
+  double largest;
+};
+
+DIFFSAC_VECTOR_CLONES
+void SumColumn(const double* values, const double* weights, int count, ColumnSums* out) {
+  double sum[kLanes] = {}, largest[kLanes] = {};
+  for (int begin = 0; begin < count; begin += kLanes) {
+    for (int l = 0; l < kLanes; ++l) {
+      const double value = values[begin + l], size = std::abs(value);
+      sum[l] += weights[begin + l] * value;
+      largest[l] = size > largest[l] ? size : largest[l];
+    }
+  }
+  *out = {Total(sum), *std::max_element(largest, largest + kLanes)};
+}
+
+/// Moves the column's mean to 0 and returns the weighted sum of squares.
+DIFFSAC_VECTOR_CLONES
+double Centre(double* values, const double* weights, int count, double mean) {
+  double sum[kLanes] = {};
+  for (int begin = 0; begin < count; begin += kLanes) {
+    for (int l = 0; l < kLanes; ++l) {
+      const double value = values[begin + l] - mean;
+      values[begin + l] = value;
+      sum[l] += weights[begin + l] * (value * value);
+    }
+  }
+  return Total(sum);
+}
+
+/// The products of one image's coordinates for four points, and those of the other, each times the weight.
+struct EpipolarTerms {
+  static constexpr int kSecond = 6;
+  static void Second(double x, double y, double w, int l, double (&out)[kSecond][kLanes]) {
+    out[0][l] = w * x * x;
+    out[1][l] = w * x * y;
+    out[2][l] = w * x;
+    out[3][l] = w * y * y;
+    out[4][l] = w * y;
+    out[5][l] = w;
+  }
+};
+
+struct TransferTerms {
+  static constexpr int kSecond = 4;
+  static void Second(double x, double y, double w, int l, double (&out)[kSecond][kLanes]) {
+    out[0][l] = w;
+    out[1][l] = w * x;
+    out[2][l] = w * y;
+    out[3][l] = w * (x * x + y * y);
+  }
+};
+
+template <class Terms>
+struct MomentSums {
+  double lanes[Terms::kSecond][kFirst][kLanes] = {};
+};
+
+template <class Terms>
+[[gnu::always_inline]] inline void AddMoments(const double* const* columns, double scale1, double scale2, int count,
+                                              MomentSums<Terms>* sums) {
+  for (int begin = 0; begin < count; begin += kLanes) {
+    double first[kFirst][kLanes], second[Terms::kSecond][kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      const double x = scale1 * columns[0][begin + l], y = scale1 * columns[1][begin + l];
+      first[0][l] = x * x;
+      first[1][l] = x * y;
+      first[2][l] = x;
+      first[3][l] = y * y;
+      first[4][l] = y;
+      first[5][l] = 1.0;
+      Terms::Second(scale2 * columns[2][begin + l], scale2 * columns[3][begin + l], columns[4][begin + l], l, second);
+    }
+    for (int j = 0; j < Terms::kSecond; ++j)
+      for (int k = 0; k < kFirst; ++k)
+        for (int l = 0; l < kLanes; ++l) sums->lanes[j][k][l] += second[j][l] * first[k][l];
+  }
+}
+
+DIFFSAC_VECTOR_CLONES
+void AddEpipolar(const double* const* columns, double scale1, double scale2, int count,
+                 MomentSums<EpipolarTerms>* sums) {
+  AddMoments(columns, scale1, scale2, count, sums);
+}
+
+DIFFSAC_VECTOR_CLONES
+void AddTransfer(const double* const* columns, double scale1, double scale2, int count,
+                 MomentSums<TransferTerms>* sums) {
+  AddMoments(columns, scale1, scale2, count, sums);
+}
+
+template <class Terms>
+Eigen::Matrix<double, Terms::kSecond, kFirst> Totals(const MomentSums<Terms>& sums) {
+  Eigen::Matrix<double, Terms::kSecond, kFirst> result;
+  for (int j = 0; j < Terms::kSecond; ++j)
+    for (int k = 0; k < kFirst; ++k) result(j, k) = Total(sums.lanes[j][k]);
+  return result;
+}
+
+}  // namespace
+
+bool WeightedPairs::Gather(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive) {
+  if (points.cols() != 4 || weights.size() != points.rows()) return false;
+  columns_.resize(points.rows() + kLanes, Eigen::NoChange);
+  double* columns[5];
+  for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
+  int count = 0;
+  double total = 0.0;
+  bool valid = true;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const double weight = weights[i];
+    const double* p = points.data() + 4 * i;
+    // Without a branch: whether a point counts cannot be foreseen.
+    for (int j = 0; j < 4; ++j) columns[j][count] = p[j];
+    columns[4][count] = weight;
+    count += weight > 0.0 ? 1 : 0;
+    total += weight;
+    valid &= weight >= 0.0;
+  }
+  if (!valid || count < min_positive || !(total > 0.0) || !std::isfinite(total)) return false;
+  count_ = (count + kLanes - 1) / kLanes * kLanes;
+  for (int i = count; i < count_; ++i) {
+    for (int j = 0; j < 4; ++j) columns[j][i] = columns[j][count - 1];
+    columns[4][i] = 0.0;
+  }
+  double largest[2] = {}, square[2] = {}, mean[4];
+  for (int j = 0; j < 4; ++j) {
+    ColumnSums sums;
+    SumColumn(columns[j], columns[4], count_, &sums);
+    mean[j] = sums.mean / total;
+    largest[j / 2] = std::max(largest[j / 2], sums.largest);
+    square[j / 2] += Centre(columns[j], columns[4], count_, mean[j]);
+  }
+  return MakeNormalization(mean[0], mean[1], square[0] / total, largest[0], &normalization_.first) &&
+         MakeNormalization(mean[2], mean[3], square[1] / total, largest[1], &normalization_.second);
+}
+
+Eigen::Matrix<double, 6, 6> WeightedPairs::EpipolarMoments() const {
+  const double* columns[5];
+  for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
+  MomentSums<EpipolarTerms> sums;
+  AddEpipolar(columns, normalization_.first.scale, normalization_.second.scale, count_, &sums);
+  return Totals(sums);
+}
+
+Eigen::Matrix<double, 4, 6> WeightedPairs::TransferMoments() const {
+  const double* columns[5];
+  for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
+  MomentSums<TransferTerms> sums;
+  AddTransfer(columns, normalization_.first.scale, normalization_.second.scale, count_, &sums);
+  return Totals(sums);
+}
+
+}  // namespace diffsac
