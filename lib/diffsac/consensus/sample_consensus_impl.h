@@ -222,10 +222,10 @@ class Run {
       const int count = ModelHooks<Model>::RecoverFromDegeneracy(scorer_.points(), set, found.model, score_threshold_,
                                                                  rng, others, &hypotheses_);
       for (int i = 0; i < count; ++i) {
-        ScoredModel<Model> other{others[i], scorer_(others[i], score_)};
-        if (optimize) other = OptimizedLocally(other);
+        const ScoredModel<Model> other{others[i], scorer_(others[i], score_, best.score)};
         if (other.score > best.score) best = other;
       }
+      if (optimize && best.score > found.score) best = OptimizedLocally(best);
     }
     return best;
   }
