@@ -69,6 +69,26 @@ TEST_CASE("Failures are the worst errors, and unknown truth is none") {
   CHECK(std::isnan(MeasureTwoViewError(EstimateOf(example.truth.model, 50), example).angle_deg));
 }
 
+TEST_CASE("Without a pose the error is the mean distance of the true inliers") {
+  Rng rng(5);
+  for (const Task task : {Task::kFundamental, Task::kEssential}) {
+    Example example = MakePair(task, rng);
+    example.truth.pose.reset();
+    const Estimate estimate = EstimateOf(example.truth.model, 50);
+    example.truth.inliers.assign(50, 1);
+    CHECK(MeasureTwoViewError(estimate, example).error_px < 1e-6);
+    CHECK(std::isinf(MeasureTwoViewError(Estimate(), example).error_px));
+    // Two of five true inliers moved off their epipolar lines; the outliers' distances do not count.
+    for (int i = 0; i < 50; ++i) example.problem.points(i, 3) += i < 2 || i >= 5 ? 4.0 : 0.0;
+    std::fill(example.truth.inliers.begin() + 5, example.truth.inliers.end(), 0);
+    const double error = MeasureTwoViewError(estimate, example).error_px;
+    CHECK(error > 0.01);
+    CHECK(error <= 4.0 * 2 / 5);
+    example.truth.inliers.assign(50, 0);
+    CHECK(std::isnan(MeasureTwoViewError(estimate, example).error_px));
+  }
+}
+
 TEST_CASE("A homography's error is the mean transfer distance") {
   Rng rng(4);
   Example example;
@@ -76,13 +96,13 @@ TEST_CASE("A homography's error is the mean transfer distance") {
   const Matrix3Parameters h = testing::RandomHomography(rng);
   example.problem.points = testing::HomographyPoints(h, 30, rng);
   example.truth.model = h;
-  CHECK(MeasureTwoViewError(EstimateOf(-h, 30), example).transfer_px < 1e-6);
+  CHECK(MeasureTwoViewError(EstimateOf(-h, 30), example).error_px < 1e-6);
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift(0, 2) = 3.0;
   shift(1, 2) = 4.0;
   const ModelParameters moved = AsParameters(shift * AsMatrix(h));
-  CHECK(MeasureTwoViewError(EstimateOf(moved, 30), example).transfer_px == Approx(5.0));
-  CHECK(std::isinf(MeasureTwoViewError(Estimate(), example).transfer_px));
+  CHECK(MeasureTwoViewError(EstimateOf(moved, 30), example).error_px == Approx(5.0));
+  CHECK(std::isinf(MeasureTwoViewError(Estimate(), example).error_px));
 }
 
 TEST_CASE("Accuracy in pixels counts ten thresholds evenly spaced in their logarithms") {

@@ -61,7 +61,7 @@ TEST_CASE("Every two-view row finds H, F and E among half outliers") {
         const Example example = MakePair(task, 200, seed);
         const Estimate estimate = method->Estimate(example.problem, seed);
         const EstimateError error = MeasureTwoViewError(estimate, example);
-        good += task == Task::kHomography ? error.transfer_px < 5.0 : error.angle_deg < 5.0;
+        good += task == Task::kHomography ? error.error_px < 5.0 : error.angle_deg < 5.0;
         CHECK(estimate.report.hypotheses > 0);
       }
       CAPTURE(ToString(task), type, good);

@@ -250,6 +250,7 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.GroupWith("metric", [this](OptionsBinder& metric) {
     metric.Field("threshold_deg", threshold_deg, Positive());
     metric.Field("threshold_px", threshold_px, Positive());
+    metric.Field("in_pixels", in_pixels);
   });
   b.Field("condition_label", condition_label);
   b.Field("reference", reference);

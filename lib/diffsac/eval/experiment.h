@@ -68,7 +68,8 @@ struct ExperimentOptions {
   int problems = 2000;                        ///< For each condition; fewer when the dataset is smaller.
   int threads = 0;                            ///< 0: all cores.
   double threshold_deg = 0.5;                 ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
-  double threshold_px = 20.0;                 ///< The same for homographies (`metric.threshold_px`).
+  double threshold_px = 20.0;                 ///< The same in pixels (`metric.threshold_px`).
+  bool in_pixels = false;                     ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
@@ -77,7 +78,9 @@ struct ExperimentOptions {
   FigureOptions figures;
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
-  Tolerance tolerance() const { return task == "homography" ? Tolerance(threshold_px, true) : Tolerance(threshold_deg); }
+  Tolerance tolerance() const {
+    return in_pixels || task == "homography" ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
+  }
 
   // Lists, read by ReadExperiment.
   std::vector<Condition> conditions;

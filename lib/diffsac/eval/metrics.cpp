@@ -48,7 +48,7 @@ EstimateError MeasureError(const Estimate& estimate, const Example& example) {
 }
 
 double MainError(const EstimateError& error, const Tolerance& tolerance) {
-  return tolerance.pixels ? error.transfer_px : error.angle_deg;
+  return tolerance.pixels ? error.error_px : error.angle_deg;
 }
 
 double AverageAccuracyWithin(double error, const Tolerance& tolerance) {

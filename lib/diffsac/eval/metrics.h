@@ -23,9 +23,9 @@ struct EstimateError {
   bool failed = false;  ///< No model, or one with a non-finite value.
   double rotation_deg = std::numeric_limits<double>::quiet_NaN();     ///< F, E: in [0, 180]
   double translation_deg = std::numeric_limits<double>::quiet_NaN();  ///< F, E: of the direction, either sign, [0, 90]
-  /// H: mean distance |H x − H_true x| in image 2 over a grid on the area of image 1 that the matches span. A failure is
-  /// infinite.
-  double transfer_px = std::numeric_limits<double>::quiet_NaN();
+  /// H: mean distance |H x − H_true x| in image 2 over a grid on the area of image 1 that the matches span. F and E where
+  /// no pose is known: mean Sampson distance of the true inliers. A failure is infinite.
+  double error_px = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The c of mAA@c with its unit.
@@ -36,7 +36,7 @@ struct Tolerance {
   Tolerance(double c, bool in_pixels) : value(c), pixels(in_pixels) {}
 };
 
-/// The error that a task's tables are about: transfer_px where the tolerance is in pixels, else angle_deg.
+/// The error that a task's tables are about: error_px where the tolerance is in pixels, else angle_deg.
 double MainError(const EstimateError& error, const Tolerance& tolerance);
 
 /// AverageAccuracy in degrees. In pixels: the mean over 10 thresholds from 1 px to c, evenly spaced in their logarithms,

@@ -102,7 +102,7 @@ std::string ResultsCsv(const ExperimentResults& results) {
 
 std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text =
-      "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,transfer_px,inliers,hypotheses,"
+      "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
       "ms_features,ms_denoise,ms_consensus,ms_total\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
@@ -111,7 +111,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
       text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status)) + "," +
               NumberText(record.error.angle_deg) + "," + NumberText(record.error.offset) + "," +
               NumberText(record.error.rotation_deg) + "," + NumberText(record.error.translation_deg) + "," +
-              NumberText(record.error.transfer_px) + "," +
+              NumberText(record.error.error_px) + "," +
               std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
               NumberText(record.report.ms_features) + "," + NumberText(record.report.ms_denoise) + "," +
               NumberText(record.report.ms_consensus) + "," + NumberText(record.report.ms_total) + "\n";
@@ -122,11 +122,12 @@ std::string ProblemsCsv(const ExperimentResults& results) {
 
 std::string ResultsJson(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
+  const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
   for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell));
   const Json json = {{"experiment", experiment.name}, {"title", experiment.title},
                      {"task", experiment.task},       {"dataset", results.dataset},
-                     {"seed", experiment.seed},       {"threshold_deg", experiment.threshold_deg},
+                     {"seed", experiment.seed},       {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},    {"git_revision", GitRevision()},
                      {"machine", MachineText()},      {"results", cells},
                      {"paper", PaperJson(results)}};

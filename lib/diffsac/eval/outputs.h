@@ -9,7 +9,7 @@ namespace diffsac {
 /// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
 std::string ResultsCsv(const ExperimentResults& results);
 
-/// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,transfer_px,inliers,
+/// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,
 /// hypotheses,ms_features,ms_denoise,
 /// ms_consensus,ms_total.
 std::string ProblemsCsv(const ExperimentResults& results);

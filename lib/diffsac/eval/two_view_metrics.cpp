@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/pose.h"
 
 namespace diffsac {
@@ -25,10 +26,31 @@ double TranslationError(const Eigen::Vector3d& estimate, const Eigen::Vector3d& 
   return std::min(angle, 180.0 - angle);
 }
 
-EstimateError PoseError(const Estimate& estimate, const Example& example) {
+/// Pixels: an E lives in normalised coordinates, so it is brought back to an F.
+EstimateError InlierError(const Estimate& estimate, const Example& example) {
   EstimateError error;
   error.failed = !HasModel(estimate);
-  if (!example.truth.pose || !example.problem.cameras) return error;
+  const auto& inliers = example.truth.inliers;
+  const auto count = std::count(inliers.begin(), inliers.end(), 1);
+  if (count == 0) return error;
+  error.error_px = std::numeric_limits<double>::infinity();
+  if (error.failed) return error;
+  Matrix3Parameters model = estimate.model;
+  if (example.problem.task == Task::kEssential && example.problem.cameras) {
+    const auto& [K1, K2] = *example.problem.cameras;
+    model = AsParameters(K2.inverse().transpose() * ModelMatrix(model) * K1.inverse());
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < inliers.size(); ++i)
+    if (inliers[i]) sum += SampsonError(model, example.problem.points.row(i).data());
+  if (std::isfinite(sum)) error.error_px = sum / static_cast<double>(count);
+  return error;
+}
+
+EstimateError PoseError(const Estimate& estimate, const Example& example) {
+  if (!example.truth.pose || !example.problem.cameras) return InlierError(estimate, example);
+  EstimateError error;
+  error.failed = !HasModel(estimate);
   const CameraPair& cameras = *example.problem.cameras;
   error.rotation_deg = kWorstRotationDeg;
   error.translation_deg = kWorstTranslationDeg;
@@ -60,7 +82,7 @@ EstimateError HomographyError(const Estimate& estimate, const Example& example) 
   EstimateError error;
   error.failed = !HasModel(estimate);
   if (example.truth.model.size() != 9) return error;
-  error.transfer_px = std::numeric_limits<double>::infinity();
+  error.error_px = std::numeric_limits<double>::infinity();
   if (error.failed || example.problem.points.rows() == 0) return error;
   const Eigen::Matrix3d found = ModelMatrix(estimate.model), truth = ModelMatrix(example.truth.model);
   const Eigen::RowVectorXd low = example.problem.points.colwise().minCoeff();
@@ -71,7 +93,7 @@ EstimateError HomographyError(const Estimate& estimate, const Example& example) 
       const double x = low[0] + (high[0] - low[0]) * i / (kGrid - 1), y = low[1] + (high[1] - low[1]) * j / (kGrid - 1);
       sum += (Transfer(found, x, y) - Transfer(truth, x, y)).norm();
     }
-  error.transfer_px = std::isfinite(sum) ? sum / (kGrid * kGrid) : std::numeric_limits<double>::infinity();
+  error.error_px = std::isfinite(sum) ? sum / (kGrid * kGrid) : std::numeric_limits<double>::infinity();
   return error;
 }
 
