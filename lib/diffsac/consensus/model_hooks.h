@@ -1,6 +1,8 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
+#include <vector>
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/model.h"
@@ -26,6 +28,10 @@ namespace diffsac {
 ///                                    a fundamental matrix: most of its points on one plane), writes up to
 ///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
 ///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
+///   Ambiguous(points, threshold, inliers)
+///                                    whether other models explain the inliers (N values, not 0) as well, at the
+///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
+///                                    rotation)
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see CheckPoints
 ///
@@ -43,6 +49,12 @@ concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* s
                                          double threshold, Rng rng, typename M::Parameters* out, int* fits) {
   { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
 };
+
+template <class M>
+concept HasAmbiguityTest =
+    requires(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
+      { ModelHooks<M>::Ambiguous(points, threshold, inliers) } -> std::same_as<bool>;
+    };
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>

@@ -78,6 +78,8 @@ struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
   std::vector<std::uint8_t> inliers;  ///< residual ≤ threshold under the returned model, exactly
+  /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
+  bool ambiguous = false;
   double score = 0.0;                 ///< of the returned model, by the score that chose it last
   int hypotheses = 0;                 ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;

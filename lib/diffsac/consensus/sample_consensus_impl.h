@@ -104,6 +104,8 @@ class Run {
       return;
     }
     result->inliers = InlierMask<Model>(scorer_.points(), result->model, threshold_);
+    if constexpr (HasAmbiguityTest<Model>)
+      result->ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), threshold_, result->inliers);
     result->status = Status::kOk;
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "diffsac/geometry/null_space.h"
+#include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/polynomial.h"
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/svd3.h"
@@ -317,6 +318,10 @@ int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameter
   double p[5][4];
   Gather(points, set, p);
   return SolveFive(p, true, out);
+}
+
+bool Essential::Ambiguous(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
+  return TestPureRotation(points, threshold, inliers).pure_rotation;
 }
 
 bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <vector>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
@@ -40,6 +42,9 @@ struct Essential {
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
   /// (RefineEssential). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+
+  /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
+  static bool Ambiguous(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers);
 };
 
 /// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised
