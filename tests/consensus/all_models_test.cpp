@@ -94,7 +94,7 @@ TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every 
   int i = 0;
   for (const auto& [name, source] : AllSources(problem.points, TestType::kMinimalSize, quality)) {
     ForEachCombination(i, [&](ConsensusOptions options) {
-      options.max_iterations = 70;
+      options.max_iterations = 50;
       CAPTURE(name, options.score, options.local_optimization, options.final_score, options.refit, options.stopping);
       const auto run = [&](int threads, int block) {
         options.block_size = block;
