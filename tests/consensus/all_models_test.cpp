@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -218,6 +219,27 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
       });
     }
   }
+}
+
+TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", "", DIFFSAC_ALL_MODELS) {
+  const ModelProblem problem = MakeModelProblem<TestType>(40, 0.2, Rng(12));
+  for (const char* score : testing::kScores)
+    for (const char* refit : testing::kRefits) {
+      CAPTURE(score, refit);
+      ConsensusOptions options;
+      options.score = options.final_score = score;
+      options.refit = refit;
+      options.max_iterations = 50;
+      options.refit_candidates = 3;
+      ConsensusHints hints;
+      hints.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
+      hints.models[2][2] = 1.7e308;
+      const auto result =
+          SampleConsensus<TestType>(problem.points, problem.threshold, UniformSource(), options, Rng(1), hints);
+      REQUIRE(result.status == Status::kOk);
+      CHECK(std::isfinite(result.score));
+      CheckAgainstResiduals<TestType>(problem, options, result);
+    }
 }
 
 TEMPLATE_TEST_CASE("Another unit gives the same inliers", "", Line, Plane, Homography, Fundamental, Fundamental8) {
