@@ -185,6 +185,29 @@ TEST_CASE("A model that no minimal set's worth of points supports is none") {
   }
 }
 
+TEST_CASE("Support of one point fewer than a minimal set is no model, of a minimal set it is") {
+  // The mean of the outer two is at the middle point: one inlier for pairs, which need two.
+  PointMatrix points(3, 1);
+  points << 0, 5, 10;
+  for (const char* score : {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"})
+    for (const char* refit : {"none", "inliers", "iterated", "em", "irls"}) {
+      CAPTURE(score, refit);
+      ConsensusOptions options = Plain();
+      options.score = options.final_score = score;
+      options.refit = refit;
+      const auto lonely = SampleConsensus<Pair>(points, 0.1, ExhaustiveSource(), options, Rng(1));
+      CHECK(lonely.status == Status::kNoModel);
+      CHECK(lonely.model.size() == 0);
+      CHECK(lonely.inliers.empty());
+      CHECK(lonely.iterations == 3);
+      PointMatrix four(4, 1);
+      four << 0, 5.02, 10, 4.99;
+      const auto supported = SampleConsensus<Pair>(four, 0.1, ExhaustiveSource(), options, Rng(1));
+      REQUIRE(supported.status == Status::kOk);
+      CHECK(supported.inliers == std::vector<std::uint8_t>{0, 1, 0, 1});
+    }
+}
+
 TEST_CASE("Hints come before the draws of a source and can end the search at once") {
   ConsensusHints hints;
   hints.models = {Eigen::VectorXd::Zero(1)};

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "consensus/random_problems.h"
 
@@ -64,6 +65,18 @@ TEST_CASE("The mixture score lies in [0, N] and rises as residuals fall") {
   CHECK(MixtureScore(mixture, Eigen::VectorXd::Zero(10)) == Approx(10.0).epsilon(1e-3));
   CHECK(MixtureScore(mixture, Eigen::VectorXd::Constant(10, 5.0)) == Approx(0.0).margin(1e-12));
   CHECK(MixtureScore(mixture, Eigen::VectorXd(0)) == 0.0);
+}
+
+TEST_CASE("Residuals that are not finite count as infinitely far") {
+  const Mixture mixture{0.1, 20.0};
+  const double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  Eigen::VectorXd far(6), broken(6);
+  far << 0.0, 0.05, 0.1, 0.02, 1e3, 1e3;
+  broken << 0.0, 0.05, 0.1, 0.02, nan, infinity;
+  CHECK(MixtureScore(mixture, broken) == Approx(MixtureScore(mixture, far)));
+  CHECK(EstimateInlierShare(mixture, broken, 0.5) == Approx(EstimateInlierShare(mixture, far, 0.5)));
+  CHECK(DensityRatios(mixture, broken)[4] == 0.0);
+  CHECK(MixtureScore(mixture, Eigen::VectorXd::Constant(3, nan)) == Approx(0.0).margin(1e-3));
 }
 
 TEMPLATE_TEST_CASE_SIG("A mixture refit never lowers the mixture's likelihood", "", ((int D), D), 2, 3) {

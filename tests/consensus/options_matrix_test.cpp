@@ -1,5 +1,5 @@
-// What must hold for every source, score and optimiser: the same result for any threads and blocks, masks that are the
-// residuals' own, stages that only improve, and no harm from hostile input.
+// What must hold for every score and optimiser on lines and planes: masks that are the residuals' own, stages that only
+// improve, and no harm from hostile input. all_models_test.cpp has what all models and sources share.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -22,14 +22,6 @@ constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "
 constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
 constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
 
-/// The distance from the truth, noisily: an order as good as a matcher's.
-template <int D>
-std::vector<double> Quality(const testing::RandomProblem<D>& problem, Rng rng) {
-  std::vector<double> quality(problem.inliers.size());
-  for (std::size_t i = 0; i < quality.size(); ++i) quality[i] = (problem.inliers[i] ? 0.0 : 0.3) + rng.Uniform();
-  return quality;
-}
-
 std::unique_ptr<HypothesisSource> Source(const char* name, const PointMatrix& points, int set_size,
                                          const std::vector<double>& quality) {
   SourceOptions options;
@@ -47,35 +39,6 @@ void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.stop == b.stop);
   CHECK(a.rejected_early == b.rejected_early);
   CHECK(a.unique_minimal_sets == b.unique_minimal_sets);
-}
-
-TEST_CASE("1 and 8 threads and any block give the same bits, for every source, score and optimiser") {
-  const auto problem = MakeRandomProblem<3>(90, 0.5, 0.03, Rng(1));
-  const std::vector<double> quality = Quality(problem, Rng(2));
-  for (const char* name : kSources) {
-    const auto source = Source(name, problem.points, 3, quality);
-    for (const char* score : kScores)
-      for (const char* optimizer : kOptimizers)
-        for (const char* stopping : {"budget", "confidence"}) {
-          ConsensusOptions options;
-          options.score = options.final_score = score;
-          options.local_optimization = optimizer;
-          options.stopping = stopping;
-          options.max_iterations = 150;
-          options.confidence = 0.9999;
-          options.sprt = optimizer == std::string("irls");
-          options.refit_candidates = optimizer == std::string("none") ? 3 : 1;
-          CAPTURE(name, score, optimizer, stopping);
-          const auto run = [&](int threads, int block) {
-            options.block_size = block;
-            return SampleConsensus<Plane>(problem.points, kThreshold, *source, options, Rng(3), {}, threads);
-          };
-          const ConsensusResult one = run(1, 0);
-          CHECK(one.status == Status::kOk);
-          CheckSame(one, run(8, 37));
-          CheckSame(one, run(1, 5));
-        }
-  }
 }
 
 TEST_CASE("The sequential test gives the same bits for any threads and blocks") {
@@ -264,19 +227,6 @@ TEST_CASE("Useless thresholds give no model") {
       CHECK((result.status == Status::kOk || result.status == Status::kNoModel));
       CHECK(result.model.allFinite());
     }
-}
-
-TEST_CASE("A million points") {
-  const auto problem = MakeRandomProblem<2>(1000000, 0.5, 0.03, Rng(6));
-  ConsensusOptions options;
-  options.score = options.final_score = "msac";
-  options.stopping = "confidence";
-  options.sprt = true;
-  const auto result = SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1), {}, 0);
-  REQUIRE(result.status == Status::kOk);
-  CHECK(AngleBetweenDegrees(result.model, problem.truth) < 0.5);
-  CHECK(result.iterations < 100);
-  CHECK(std::accumulate(result.inliers.begin(), result.inliers.end(), 0) > 450000);
 }
 
 TEST_CASE("New options read from YAML and come back out; the defaults are the old ones") {

@@ -10,16 +10,16 @@ namespace diffsac::testing {
 
 /// Points on a random hyperplane with Gaussian noise across it, and uniform outliers in a box of side 10.
 template <int D>
-struct RandomProblem {
+struct HyperplaneProblem {
   PointMatrix points;
   ModelParameters truth;
   std::vector<std::uint8_t> inliers;
 };
 
 template <int D>
-RandomProblem<D> MakeRandomProblem(int num_points, double outlier_ratio, double sigma, Rng rng) {
+HyperplaneProblem<D> MakeRandomProblem(int num_points, double outlier_ratio, double sigma, Rng rng) {
   using Vector = Eigen::Matrix<double, D, 1>;
-  RandomProblem<D> problem;
+  HyperplaneProblem<D> problem;
   Vector normal, center;
   for (double& value : normal) value = rng.Normal();
   normal.normalize();

@@ -25,6 +25,7 @@ TEST_CASE("Golden numbers of draws for sets of three") {
 
 TEST_CASE("The probability is hypergeometric") {
   CHECK(AllInlierProbability(5, 10, 5) == Approx(1.0 / 252.0).epsilon(1e-12));
+  CHECK(AllInlierProbability(5, 10, 5) < 0.2 * std::pow(0.5, 5));  // with replacement it would be 1/32
   CHECK(AllInlierProbability(5, 10, 0) == 1.0);
   CHECK(AllInlierProbability(4, 10, 5) == 0.0);
   CHECK(AllInlierProbability(0, 0, 2) == 0.0);

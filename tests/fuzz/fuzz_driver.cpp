@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -20,16 +22,17 @@ using Bytes = std::vector<std::uint8_t>;
 
 struct Arguments {
   std::int64_t runs = 1000;
-  double seconds = 0.0;  ///< when positive: instead of `runs`
-  std::uint64_t seed = 0;
-  std::string artifact;  ///< where each input lies while it runs
+  double seconds = 0.0;               ///< when positive: instead of `runs`
+  std::optional<std::uint64_t> seed;  ///< absent: another one each time
+  std::string artifact;               ///< where each input lies while it runs
   std::vector<std::string> files;
 };
 
 [[noreturn]] void Usage() {
   std::fputs(
       "usage: estimate_fuzz_driver [--runs N | --seconds S] [--seed S] [--artifact FILE] [INPUT FILES...]\n"
-      "  without files: random inputs. FILE holds the input that runs, so the failing one after a crash.\n",
+      "  without files: random inputs, of another seed each time unless one is given; it is printed first, so that a\n"
+      "  failure can be run again. FILE holds the input that runs, so the failing one after a crash.\n",
       stderr);
   std::exit(2);
 }
@@ -92,7 +95,10 @@ void Save(const std::string& path, const Bytes& bytes) {
 int main(int argc, char** argv) {
   const Arguments arguments = Parse(argc, argv);
   if (!arguments.files.empty()) return ReplayFiles(arguments.files) ? 0 : 1;
-  const diffsac::Rng rng(arguments.seed);
+  const std::uint64_t seed = arguments.seed.value_or(std::random_device()());
+  // At once and on standard error, so that a crash does not swallow it.
+  std::fprintf(stderr, "estimate_fuzz_driver: --seed %llu\n", static_cast<unsigned long long>(seed));
+  const diffsac::Rng rng(seed);
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::int64_t run = 0;

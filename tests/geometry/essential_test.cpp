@@ -29,11 +29,14 @@ double EssentialDefect(const Matrix3Parameters& model) {
 
 TEST_CASE("The 5-point solver recovers E, with the expected number of real solutions") {
   Rng rng(1);
-  int recovered = 0, precise = 0, all = 0, oriented = 0;
+  int recovered = 0, precise = 0, all = 0, oriented = 0, with_solutions[11] = {};
   for (int trial = 0; trial < 10000; ++trial) {
     const auto problem = RandomProblem(5, rng);
     Matrix3Parameters models[10];
-    all += SolveFivePoints(problem.normalized, kSet, models);
+    const int solutions = SolveFivePoints(problem.normalized, kSet, models);
+    REQUIRE(solutions <= 10);
+    ++with_solutions[solutions];
+    all += solutions;
     const int count = Essential::SolveMinimal(problem.normalized, kSet, models);
     oriented += count;
     const double error = Closest(models, count, problem.essential);
@@ -47,6 +50,18 @@ TEST_CASE("The 5-point solver recovers E, with the expected number of real solut
   CHECK(all < 52000);
   CHECK(oriented < all);
   CHECK(oriented >= 10000);
+  // Complex roots come in pairs, so the number is even but for roots that merge; ten are rare.
+  int odd = 0;
+  for (int i = 1; i <= 9; i += 2) odd += with_solutions[i];
+  CAPTURE(odd, with_solutions[0], with_solutions[2], with_solutions[4], with_solutions[6], with_solutions[8],
+          with_solutions[10]);
+  CHECK(odd < 20);
+  CHECK(with_solutions[0] < 5);
+  CHECK(with_solutions[2] > 400);
+  CHECK(with_solutions[4] > 3000);
+  CHECK(with_solutions[6] > 1000);
+  CHECK(with_solutions[8] > 50);
+  CHECK(with_solutions[10] < 100);
 }
 
 TEST_CASE("Solutions are essential matrices through the points, noisy ones too") {

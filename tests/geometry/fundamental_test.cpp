@@ -24,16 +24,25 @@ double Closest(const Matrix3Parameters* models, int count, const Matrix3Paramete
 
 TEST_CASE("The 7-point solver recovers F, with the expected number of real solutions") {
   Rng rng(1);
-  int recovered = 0, all = 0, oriented = 0;
+  int recovered = 0, all = 0, oriented = 0, with_solutions[4] = {};
   for (int trial = 0; trial < 10000; ++trial) {
     const auto problem = RandomProblem(7, rng);
     Matrix3Parameters models[3];
-    all += SolveSevenPoints(problem.pixels, kSet, models);
+    const int solutions = SolveSevenPoints(problem.pixels, kSet, models);
+    REQUIRE(solutions <= 3);
+    ++with_solutions[solutions];
+    all += solutions;
     const int count = Fundamental::SolveMinimal(problem.pixels, kSet, models);
     oriented += count;
     recovered += Closest(models, count, problem.fundamental) < 1e-6 ? 1 : 0;
   }
+  CAPTURE(recovered, all, oriented, with_solutions[0], with_solutions[1], with_solutions[2], with_solutions[3]);
   CHECK(recovered >= 9980);
+  // A cubic has one or three real roots; two only where a pair of them merges, none never.
+  CHECK(with_solutions[0] == 0);
+  CHECK(with_solutions[1] > 1000);
+  CHECK(with_solutions[2] < 20);
+  CHECK(with_solutions[3] > 5000);
   CHECK(all > 20000);  // one or three: between 1 and 3 on average, mostly three for real scenes
   CHECK(all < 30000);
   CHECK(oriented < all);  // the orientation test removes wrong ones only
@@ -81,6 +90,7 @@ TEST_CASE("The 7-point solver gives the value of the Matlab reference") {
   expected << 4.81441976, -8.16978909, 6.73133404, 5.16247992, 0.19325606, -2.87239381, -9.92570126, 3.64159554, 1.0;
   Matrix3Parameters models[3];
   const int count = SolveSevenPoints(points, kSet, models);
+  REQUIRE(count == 1);
   double best = 1e9;
   for (int k = 0; k < count; ++k)
     best = std::min(best, (AsMatrix(models[k]) / models[k][8] - expected).cwiseAbs().maxCoeff());

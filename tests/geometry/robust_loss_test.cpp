@@ -1,13 +1,16 @@
 #include "diffsac/geometry/robust_loss.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
+
+#include "geometry/loss_properties.h"
 
 namespace diffsac {
 namespace {
 
-/// What every loss promises, and its derivative against central differences.
-void CheckLoss(const RobustLoss& loss, double kink) {
+/// What every loss of a squared residual promises beyond that.
+void CheckSquaredLoss(const RobustLoss& loss, double kink) {
   CAPTURE(static_cast<int>(loss.kind), loss.scale);
   CHECK(loss.Value(0.0) == 0.0);
   CHECK(loss.Weight(0.0) == 1.0);
@@ -28,9 +31,23 @@ void CheckLoss(const RobustLoss& loss, double kink) {
   CHECK(loss.Weight(std::numeric_limits<double>::quiet_NaN()) == 0.0);
 }
 
+TEST_CASE("Every loss has the properties of a loss, at any scale") {
+  for (const LossKind kind : {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy})
+    for (const double scale : {1e-8, 1.0, 1e8}) {
+      CAPTURE(static_cast<int>(kind), scale);
+      const RobustLoss loss{kind, scale};
+      const double infinity = std::numeric_limits<double>::infinity();
+      testing::CheckLossFunction({[&](double r) { return loss.Value(r * r); },
+                                  [&](double r) { return 2.0 * r * loss.Weight(r * r); },
+                                  scale,
+                                  {scale},
+                                  kind == LossKind::kTruncated ? scale * scale : infinity});
+    }
+}
+
 TEST_CASE("Losses are bounded by the square, never decrease, and have the derivative they claim") {
   for (const LossKind kind : {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy})
-    for (const double scale : {0.1, 1.0, 7.0}) CheckLoss({kind, scale}, scale * scale);
+    for (const double scale : {0.1, 1.0, 7.0}) CheckSquaredLoss({kind, scale}, scale * scale);
 }
 
 TEST_CASE("Losses at known places") {

@@ -1,6 +1,8 @@
 // OpenCV as an independent reference for everything it offers too, on clean data.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
@@ -103,6 +105,42 @@ TEST_CASE("OpenCV's E, its decomposition and its pose agree on clean points") {
     CHECK(choice.in_front >= in_front);  // OpenCV leaves out points beyond 50 baselines
     CHECK(RotationAngleDegrees(choice.pose.rotation, ToEigen(r)) < 1e-6);
     CHECK((choice.pose.translation - Eigen::Vector3d(t.at<double>(0), t.at<double>(1), t.at<double>(2))).norm() < 1e-8);
+  }
+}
+
+TEST_CASE("OpenCV's 5-point algorithm has the same solutions") {
+  Rng rng(6);
+  const int set[] = {0, 1, 2, 3, 4};
+  int same_count = 0, compared = 0, agreed = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const auto problem = RandomProblem(5, rng);
+    const cv::Mat e = cv::findEssentialMat(ImagePoints(problem.normalized, 0), ImagePoints(problem.normalized, 1),
+                                           cv::Mat::eye(3, 3, CV_64F), cv::RANSAC, 0.999, 1e-6);
+    Matrix3Parameters models[10];
+    const int count = SolveFivePoints(problem.normalized, set, models);
+    same_count += e.rows == 3 * count ? 1 : 0;
+    for (int j = 0; j < e.rows / 3; ++j) {
+      double best = 2.0;
+      for (int i = 0; i < count; ++i) best = std::min(best, ModelDistance(models[i], AsParameters(ToEigen(e, 3 * j))));
+      ++compared;
+      agreed += best < 1e-6 ? 1 : 0;
+    }
+  }
+  CAPTURE(same_count, compared, agreed);
+  CHECK(compared > 1000);
+  CHECK(same_count >= 290);  // a near-double root may be counted either way
+  CHECK(agreed >= 0.99 * compared);
+}
+
+TEST_CASE("OpenCV's Sampson distance is the square of ours") {
+  Rng rng(7);
+  const auto problem = RandomProblem(200, rng, 2.0);
+  const cv::Mat f = ToOpenCv(AsMatrix(problem.fundamental));
+  for (int i = 0; i < 200; ++i) {
+    const double* point = problem.pixels.data() + 4 * i;
+    const double squared =
+        cv::sampsonDistance(cv::Vec3d(point[0], point[1], 1.0), cv::Vec3d(point[2], point[3], 1.0), f);
+    CHECK(Fundamental::Residual(problem.fundamental, point) == Approx(std::sqrt(squared)).epsilon(1e-9));
   }
 }
 

@@ -32,7 +32,8 @@ double ClampShare(double share) { return std::clamp(share, kShareMargin, 1.0 - k
 
 Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals) {
   const double rate = -0.5 / (mixture.sigma * mixture.sigma);
-  return mixture.density_ratio * (rate * residuals.array().square()).exp();
+  // A residual that is not a number counts as an infinite one.
+  return residuals.array().isNaN().select(0.0, mixture.density_ratio * (rate * residuals.array().square()).exp());
 }
 
 double Mixture::Odds(double inlier_share) const { return density_ratio * inlier_share / (1.0 - inlier_share); }

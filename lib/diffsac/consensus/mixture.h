@@ -24,7 +24,7 @@ struct Mixture {
 /// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma);
 
-/// ρ exp(−r²/2σ²) of each point.
+/// ρ exp(−r²/2σ²) of each point, 0 where r is not a number.
 Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& residuals);
 
 /// The share kept away from 0 and 1, where expectation maximisation would be stuck.
