@@ -41,3 +41,14 @@ function(diffsac_test name)
   catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
 endfunction()
+
+# diffsac_use_opencv(TARGET PRIVATE|PUBLIC MODULE...). Debian ships the package file of find_package only with all of OpenCV's
+# modules, so those that are needed are looked up one by one.
+function(diffsac_use_opencv target visibility)
+  find_path(DIFFSAC_OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+  target_include_directories(${target} SYSTEM ${visibility} ${DIFFSAC_OPENCV_INCLUDE})
+  foreach(_module IN LISTS ARGN)
+    find_library(DIFFSAC_OPENCV_${_module} opencv_${_module} REQUIRED)
+    target_link_libraries(${target} ${visibility} ${DIFFSAC_OPENCV_${_module}})
+  endforeach()
+endfunction()
