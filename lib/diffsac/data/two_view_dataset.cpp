@@ -96,6 +96,10 @@ Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOp
   if (pair.problem.quality.size() == pair.problem.points.rows())
     example.problem.quality = pair.problem.quality(rows);
   if (pair.problem.calibrated) example.problem.cameras = CameraPair{pair.problem.K1, pair.problem.K2};
+  example.problem.size1 = pair.problem.size1;
+  example.problem.size2 = pair.problem.size2;
+  if (pair.problem.descriptors.rows() == pair.problem.points.rows())
+    example.problem.descriptors = pair.problem.descriptors(rows, Eigen::all);
   example.truth.model = TrueModel(pair.truth, task);
   if (pair.truth.motion) {
     const double length = pair.truth.motion->translation.norm();
