@@ -25,10 +25,10 @@ struct SyntheticMatchesOptions {
   Range displacement_px = {5.0, 200.0};
   /// Whether matches have a ratio of nearest to second-nearest descriptor distance (Problem::quality): r = u^(1/a) with
   /// u uniform in [0, 1), so that P(ratio ≤ r) = r^a and the mean is a / (a + 1). a of correct and of wrong matches is
-  /// drawn, log-uniform, for each problem.
+  /// drawn, log-uniform, for each problem. The defaults follow RootSIFT on real pairs (docs/generators.md).
   bool match_ratio = true;
-  Range correct_ratio_power = {1.2, 4.0};
-  Range wrong_ratio_power = {6.0, 16.0};
+  Range correct_ratio_power = {0.7, 1.8};
+  Range wrong_ratio_power = {7.0, 12.0};
   void Bind(OptionsBinder& b);
   /// Throws Error unless every problem can hold γ + 1 points.
   void Check(Task task) const;
