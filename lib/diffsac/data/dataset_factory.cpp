@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "diffsac/data/modelnet.h"
 #include "diffsac/data/point_files.h"
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/synthetic_two_view.h"
@@ -13,7 +14,8 @@ namespace {
 constexpr char kTypeKey[] = "type";
 
 void BindType(OptionsBinder& b, std::string& type) {
-  b.Choice(kTypeKey, type, {"synthetic_line", "synthetic_plane", "synthetic_two_view", "point_sets", "correspondences"});
+  b.Choice(kTypeKey, type,
+           {"synthetic_line", "synthetic_plane", "synthetic_two_view", "modelnet40", "point_sets", "correspondences"});
 }
 
 // The options of one type, with the type beside them.
@@ -33,7 +35,8 @@ std::string PeekType(const Config& config) {
   const YAML::Node root = YAML::Load(config.Dump());
   if (!root.IsMap() || !root[kTypeKey])
     throw Error(config.Where(kTypeKey) +
-                ": missing; expected synthetic_line, synthetic_plane, synthetic_two_view, point_sets or correspondences");
+                ": missing; expected synthetic_line, synthetic_plane, synthetic_two_view, modelnet40, point_sets or "
+                "correspondences");
   return root[kTypeKey].IsScalar() ? root[kTypeKey].as<std::string>() : "";
 }
 
@@ -44,6 +47,7 @@ auto WithOptions(const Config& config, Use use) {
   if (type == "point_sets") return use(ReadOptions<Typed<PointSetsOptions>>(config));
   if (type == "correspondences") return use(ReadOptions<Typed<CorrespondencesOptions>>(config));
   if (type == "synthetic_two_view") return use(ReadOptions<Typed<SyntheticTwoViewOptions>>(config));
+  if (type == "modelnet40") return use(ReadOptions<Typed<ModelnetOptions>>(config));
   return use(ReadOptions<Typed<SyntheticOptions>>(config));
 }
 
@@ -53,6 +57,9 @@ std::unique_ptr<Dataset> Make(const Typed<CorrespondencesOptions>& read, std::ui
 }
 std::unique_ptr<Dataset> Make(const Typed<SyntheticTwoViewOptions>& read, std::uint64_t seed) {
   return MakeSyntheticTwoView(read.options, seed);
+}
+std::unique_ptr<Dataset> Make(const Typed<ModelnetOptions>& read, std::uint64_t seed) {
+  return MakeModelnet(read.options, seed);
 }
 std::unique_ptr<Dataset> Make(const Typed<SyntheticOptions>& read, std::uint64_t seed) {
   return MakeSynthetic(read.type == "synthetic_line" ? Task::kLine : Task::kPlane, read.options, seed);

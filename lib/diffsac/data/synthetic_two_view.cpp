@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -15,7 +14,6 @@ namespace {
 
 enum class Kind { kGeneral, kPlanar, kMixed, kForward };
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 // Points nearer than this (in the scene's unit, its nearest depth) are not seen.
 constexpr double kLeastDepth = 0.1;
 // A plane is seen up to this factor beyond the nearest and farthest depths.
@@ -83,14 +81,6 @@ void AppendMatches(const Scene& scene, MatchOf draw, int count, Rng rng, std::ve
     matches->push_back(match);
     --count;
   }
-}
-
-// A unit vector at `degrees` from `axis`, at a random azimuth.
-Eigen::Vector3d Tilted(const Eigen::Vector3d& axis, double degrees, Rng& rng) {
-  const Eigen::Vector3d side = axis.unitOrthogonal();
-  const double azimuth = rng.Uniform(0.0, 2.0 * std::numbers::pi), angle = degrees * kRadians;
-  const Eigen::Vector3d direction = std::cos(azimuth) * side + std::sin(azimuth) * axis.cross(side);
-  return std::cos(angle) * axis + std::sin(angle) * direction;
 }
 
 class SyntheticTwoView : public Dataset {

@@ -66,6 +66,13 @@ Eigen::Vector3d RandomDirection(Rng& rng) {
   }
 }
 
+Eigen::Vector3d Tilted(const Eigen::Vector3d& axis, double degrees, Rng& rng) {
+  const Eigen::Vector3d side = axis.unitOrthogonal();
+  const double azimuth = rng.Uniform(0.0, 2.0 * std::numbers::pi), angle = degrees * std::numbers::pi / 180.0;
+  const Eigen::Vector3d direction = std::cos(azimuth) * side + std::sin(azimuth) * axis.cross(side);
+  return std::cos(angle) * axis + std::sin(angle) * direction;
+}
+
 Eigen::Matrix3d RandomRotation(double degrees, Rng& rng) {
   const Eigen::Vector3d axis = RandomDirection(rng);
   return Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, axis).toRotationMatrix();

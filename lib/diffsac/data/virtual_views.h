@@ -47,6 +47,8 @@ VirtualCamera RandomSecondCamera(const VirtualCameraOptions& options, const Virt
 
 /// Uniform on the sphere.
 Eigen::Vector3d RandomDirection(Rng& rng);
+/// A unit vector at `degrees` from the unit vector `axis`, at a random azimuth.
+Eigen::Vector3d Tilted(const Eigen::Vector3d& axis, double degrees, Rng& rng);
 /// By `degrees` about a random axis.
 Eigen::Matrix3d RandomRotation(double degrees, Rng& rng);
 /// The range is drawn from uniformly in the logarithm; both ends positive.
