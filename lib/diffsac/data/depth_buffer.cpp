@@ -17,37 +17,55 @@ DepthBuffer::DepthBuffer(const TriangleMesh& mesh, const VirtualCamera& camera, 
   const std::size_t pixels = static_cast<std::size_t>(camera.size.width) * camera.size.height;
   inverse_depth_.assign(pixels, 0.0);
   triangle_.assign(pixels, -1);
-  for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i) Draw(mesh, i);
+  std::vector<Corner> corners;
+  corners.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    const Eigen::Vector3d p = pose.rotation * vertex + pose.translation;
+    corners.push_back({(camera.K * p).hnormalized(), 1.0 / p[2]});
+  }
+  for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    Draw(corners[a], corners[b], corners[c], i);
+  }
 }
 
-void DepthBuffer::Draw(const TriangleMesh& mesh, int triangle) {
-  Eigen::Vector2d corners[3];
-  double inverse[3];
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d p = pose_.rotation * mesh.vertices[mesh.triangles[triangle][k]] + pose_.translation;
-    if (!(p[2] > 0.0)) return;
-    corners[k] = (camera_.K * p).hnormalized();
-    inverse[k] = 1.0 / p[2];
-  }
+void DepthBuffer::Draw(const Corner& a, const Corner& b, const Corner& c, int triangle) {
+  if (!(a.inverse_depth > 0.0 && b.inverse_depth > 0.0 && c.inverse_depth > 0.0)) return;
+  const Eigen::Vector2d corners[3] = {a.pixel, b.pixel, c.pixel};
+  const double inverse[3] = {a.inverse_depth, b.inverse_depth, c.inverse_depth};
   const double area = Cross(corners[1] - corners[0], corners[2] - corners[0]);
   if (!(std::abs(area) > 1e-12)) return;
+  // Pixel (x, y) has its centre at (x + ½, y + ½). Most triangles of a fine mesh hold none.
+  const double left = std::min({corners[0][0], corners[1][0], corners[2][0]});
+  const double right = std::max({corners[0][0], corners[1][0], corners[2][0]});
+  if (std::ceil(left - 0.5) > std::floor(right - 0.5)) return;
   const double low = std::min({corners[0][1], corners[1][1], corners[2][1]});
   const double high = std::max({corners[0][1], corners[1][1], corners[2][1]});
-  // Pixel (x, y) has its centre at (x + ½, y + ½).
+  const int first_row = static_cast<int>(std::ceil(std::max(low - 0.5, 0.0)));
   const int last_row = static_cast<int>(std::floor(std::min(high - 0.5, camera_.size.height - 1.0)));
-  for (int y = static_cast<int>(std::ceil(std::max(low - 0.5, 0.0))); y <= last_row; ++y) {
-    // Along a row the barycentric coordinates, and with them 1 / depth, are linear: w(x) = at0 + slope · x.
-    const Eigen::Vector2d start(0.5, y + 0.5);
-    double from = 0.0, to = camera_.size.width - 1.0, at_start = 0.0, slope = 0.0;
+  // The barycentric coordinates, and with them 1 / depth, are linear in the image: w(x, y) = w + dx · x + dy · y.
+  const double per_area = 1.0 / area;
+  double w[3], dx[3], dy[3], bound[3], start = 0.0, slope = 0.0, down = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector2d &p = corners[(k + 1) % 3], &q = corners[(k + 2) % 3];
+    const Eigen::Vector2d first(0.5, 0.5);
+    w[k] = Cross(p - first, q - first) * per_area;
+    dx[k] = (p[1] - q[1]) * per_area;
+    dy[k] = (q[0] - p[0]) * per_area;
+    bound[k] = -1.0 / dx[k];
+    start += w[k] * inverse[k];
+    slope += dx[k] * inverse[k];
+    down += dy[k] * inverse[k];
+  }
+  for (int y = first_row; y <= last_row; ++y) {
+    double from = 0.0, to = camera_.size.width - 1.0;
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector2d &a = corners[(k + 1) % 3], &b = corners[(k + 2) % 3];
-      const double w = Cross(a - start, b - start) / area, dw = (a[1] - b[1]) / area;
-      if (dw > 0.0) from = std::max(from, -w / dw);
-      if (dw < 0.0) to = std::min(to, -w / dw);
-      if (dw == 0.0 && w < 0.0) to = -1.0;
-      at_start += w * inverse[k];
-      slope += dw * inverse[k];
+      const double at = w[k] + dy[k] * y;
+      if (dx[k] > 0.0) from = std::max(from, at * bound[k]);
+      if (dx[k] < 0.0) to = std::min(to, at * bound[k]);
+      if (dx[k] == 0.0 && at < 0.0) to = -1.0;
     }
+    const double at_start = start + down * y;
     double* depths = inverse_depth_.data() + static_cast<std::size_t>(y) * camera_.size.width;
     int* triangles = triangle_.data() + static_cast<std::size_t>(y) * camera_.size.width;
     const int last = static_cast<int>(std::floor(to));

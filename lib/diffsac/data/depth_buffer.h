@@ -24,7 +24,11 @@ class DepthBuffer {
   double DepthAt(int x, int y) const;
 
  private:
-  void Draw(const TriangleMesh& mesh, int triangle);
+  struct Corner {
+    Eigen::Vector2d pixel;
+    double inverse_depth;  // not above 0: behind the camera
+  };
+  void Draw(const Corner& a, const Corner& b, const Corner& c, int triangle);
 
   VirtualCamera camera_;
   RigidMotion pose_;
