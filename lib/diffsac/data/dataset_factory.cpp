@@ -6,6 +6,7 @@
 #include "diffsac/data/point_files.h"
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tutorial_dataset.h"
 #include "diffsac/data/two_view_dataset.h"
 
 namespace diffsac {
@@ -15,7 +16,8 @@ constexpr char kTypeKey[] = "type";
 
 void BindType(OptionsBinder& b, std::string& type) {
   b.Choice(kTypeKey, type,
-           {"synthetic_line", "synthetic_plane", "synthetic_two_view", "modelnet40", "point_sets", "correspondences"});
+           {"synthetic_line", "synthetic_plane", "synthetic_two_view", "modelnet40", "point_sets", "correspondences",
+            "ransac_tutorial", "kitti"});
 }
 
 // The options of one type, with the type beside them.
@@ -35,8 +37,8 @@ std::string PeekType(const Config& config) {
   const YAML::Node root = YAML::Load(config.Dump());
   if (!root.IsMap() || !root[kTypeKey])
     throw Error(config.Where(kTypeKey) +
-                ": missing; expected synthetic_line, synthetic_plane, synthetic_two_view, modelnet40, point_sets or "
-                "correspondences");
+                ": missing; expected synthetic_line, synthetic_plane, synthetic_two_view, modelnet40, point_sets, "
+                "correspondences, ransac_tutorial or kitti");
   return root[kTypeKey].IsScalar() ? root[kTypeKey].as<std::string>() : "";
 }
 
@@ -47,6 +49,8 @@ auto WithOptions(const Config& config, Use use) {
   if (type == "point_sets") return use(ReadOptions<Typed<PointSetsOptions>>(config));
   if (type == "correspondences") return use(ReadOptions<Typed<CorrespondencesOptions>>(config));
   if (type == "synthetic_two_view") return use(ReadOptions<Typed<SyntheticTwoViewOptions>>(config));
+  if (type == "ransac_tutorial") return use(ReadOptions<Typed<RansacTutorialOptions>>(config));
+  if (type == "kitti") return use(ReadOptions<Typed<KittiOptions>>(config));
   if (type == "modelnet40") return use(ReadOptions<Typed<ModelnetOptions>>(config));
   return use(ReadOptions<Typed<SyntheticOptions>>(config));
 }
@@ -60,6 +64,12 @@ std::unique_ptr<Dataset> Make(const Typed<SyntheticTwoViewOptions>& read, std::u
 }
 std::unique_ptr<Dataset> Make(const Typed<ModelnetOptions>& read, std::uint64_t seed) {
   return MakeModelnet(read.options, seed);
+}
+std::unique_ptr<Dataset> Make(const Typed<RansacTutorialOptions>& read, std::uint64_t seed) {
+  return MakeRansacTutorial(read.options, seed);
+}
+std::unique_ptr<Dataset> Make(const Typed<KittiOptions>& read, std::uint64_t seed) {
+  return MakeKitti(read.options, seed);
 }
 std::unique_ptr<Dataset> Make(const Typed<SyntheticOptions>& read, std::uint64_t seed) {
   return MakeSynthetic(read.type == "synthetic_line" ? Task::kLine : Task::kPlane, read.options, seed);

@@ -15,6 +15,7 @@ namespace diffsac {
 ///   modelnet40                        ModelnetOptions (data/modelnet.h)
 ///   point_sets                        PointSetsOptions (data/point_files.h)
 ///   correspondences                   CorrespondencesOptions (data/two_view_dataset.h)
+///   ransac_tutorial, kitti            RansacTutorialOptions, KittiOptions (data/tutorial_dataset.h)
 /// `seed` decides synthetic data. Throws Error: file, line, nearest valid key or type.
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed);
 
