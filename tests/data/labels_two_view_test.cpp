@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <set>
 #include <vector>
 
@@ -211,6 +213,35 @@ TEST_CASE("two views without enough usable inliers have no label") {
   Example uncalibrated = MakeExample(Task::kEssential, 60, 0.5, 6);
   uncalibrated.problem.cameras.reset();
   CHECK(OptimalMinimalSets(uncalibrated, {}, 1).empty());
+}
+
+// Hidden: prints the table of docs/generators.md.
+TEST_CASE("cost of two-view labels", "[.][cost]") {
+  constexpr int kProblems = 200;
+  for (const Setting& setting : kSettings) {
+    SyntheticTwoViewOptions data;
+    data.task = ToString(setting.task);
+    data.matches.num_points = 500;
+    data.matches.outlier_ratio = 0.5;
+    if (setting.task == Task::kHomography) data.planar = 1.0, data.general = data.mixed = data.forward = 0.0;
+    const auto dataset = MakeSyntheticTwoView(data, 1);
+    std::vector<Example> examples;
+    for (int i = 0; i < kProblems; ++i) examples.push_back(dataset->Get(i));
+    for (int draws : {100, 300, 1000}) {
+      LabelOptions options = OptionsOf(setting);
+      options.draws = draws;
+      double best = 0.0, last = 0.0;
+      const auto start = std::chrono::steady_clock::now();
+      for (const Example& example : examples) {
+        const auto sets = OptimalMinimalSets(example, options, 8);
+        best += sets.front().distance / kProblems;
+        last += sets.back().distance / kProblems;
+      }
+      const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+      std::printf("%s, %d points, %d draws: %.2f ms a problem, %.3f/%.3f px\n", data.task.c_str(), setting.set_size,
+                  draws, elapsed.count() / kProblems, best, last);
+    }
+  }
 }
 
 TEST_CASE("two-view label options are checked") {

@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -73,6 +75,14 @@ VirtualCamera Camera() {
 
 int CountInliers(const Example& example) {
   return static_cast<int>(std::count(example.truth.inliers.begin(), example.truth.inliers.end(), 1));
+}
+
+// The folder of the development meshes, or "" after saying that the test is skipped.
+std::string SharedMeshes() {
+  const std::string root = std::string(DIFFSAC_SHARED_DATA) + "/modelnet_off";
+  if (std::filesystem::is_directory(root)) return root;
+  WARN("skipped: no folder " << root);
+  return "";
 }
 
 }  // namespace
@@ -246,11 +256,8 @@ TEST_CASE("modelnet mistakes are named") {
 }
 
 TEST_CASE("the development meshes give problems") {
-  const std::string root = std::string(DIFFSAC_SHARED_DATA) + "/modelnet_off";
-  if (!std::filesystem::is_directory(root)) {
-    WARN("skipped: no folder " << root);
-    return;
-  }
+  const std::string root = SharedMeshes();
+  if (root.empty()) return;
   ModelnetOptions options;
   options.paths = {root};
   const auto dataset = MakeModelnet(options, 2);
@@ -259,6 +266,21 @@ TEST_CASE("the development meshes give problems") {
     CAPTURE(example.id);
     CHECK(example.problem.points.rows() == 200);
     CHECK(CheckProblem(example.problem) == Status::kOk);
+  }
+}
+
+// Hidden: prints the times of docs/generators.md. The first round reads the meshes.
+TEST_CASE("cost of modelnet views", "[.][cost]") {
+  const std::string root = SharedMeshes();
+  if (root.empty()) return;
+  ModelnetOptions options;
+  options.paths = {root};
+  const auto dataset = MakeModelnet(options, 1);
+  for (int index = 0; index < 36; ++index) {
+    const auto start = std::chrono::steady_clock::now();
+    const Example example = dataset->Get(index);
+    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+    std::printf("%s: %.1f ms\n", example.id.c_str(), elapsed.count());
   }
 }
 
