@@ -65,8 +65,7 @@ double DistanceByDefinition(const Example& example, const std::vector<int>& set,
 double DistanceOf(const Example& example, const std::vector<int>& set, double truncation_factor = 3.0) {
   if (example.problem.task == Task::kHomography)
     return DistanceByDefinition<Homography>(example, set, truncation_factor);
-  if (example.problem.task == Task::kEssential)
-    return DistanceByDefinition<Essential>(example, set, truncation_factor);
+  if (example.problem.task == Task::kEssential) return DistanceByDefinition<Essential>(example, set, truncation_factor);
   return set.size() == 8 ? DistanceByDefinition<Fundamental8>(example, set, truncation_factor)
                          : DistanceByDefinition<Fundamental>(example, set, truncation_factor);
 }
@@ -82,8 +81,8 @@ struct Setting {
   Task task;
   int set_size;
 };
-constexpr Setting kSettings[] = {{Task::kHomography, 4}, {Task::kFundamental, 7}, {Task::kFundamental, 8},
-                                 {Task::kEssential, 5}};
+constexpr Setting kSettings[] = {
+    {Task::kHomography, 4}, {Task::kFundamental, 7}, {Task::kFundamental, 8}, {Task::kEssential, 5}};
 
 LabelOptions OptionsOf(const Setting& setting) {
   LabelOptions options;

@@ -159,9 +159,10 @@ TEST_CASE("modelnet views: exact points fit the truth, are seen by both, and com
       for (Eigen::Index i = 0; i < 200; ++i)
         if (example.truth.inliers[i])
           CHECK(Fundamental::Residual(Matrix3Parameters(example.truth.model), points.data() + 4 * i) < 1e-6);
-      const Eigen::Matrix3d essential = problem.task == Task::kEssential
-                                            ? AsMatrix(example.truth.model)
-                                            : EssentialFromFundamental(AsMatrix(example.truth.model), cameras.K1, cameras.K2);
+      const Eigen::Matrix3d essential =
+          problem.task == Task::kEssential
+              ? AsMatrix(example.truth.model)
+              : EssentialFromFundamental(AsMatrix(example.truth.model), cameras.K1, cameras.K2);
       const PoseChoice pose = ChoosePose(essential, normalized, example.truth.inliers);
       CHECK(pose.in_front == CountInliers(example));
       CHECK(RotationAngleDegrees(pose.pose.rotation, example.truth.pose->rotation) < 1e-5);

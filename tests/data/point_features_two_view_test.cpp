@@ -86,8 +86,7 @@ TEST_CASE("two-view coordinates do not see image size and focal length") {
     zoomed.cameras->K1(0, 0) *= 1.7, zoomed.cameras->K1(1, 1) *= 1.7;
     for (int i = 0; i < 120; ++i)
       for (int k = 0; k < 2; ++k)
-        zoomed.points(i, k) =
-            zoomed.cameras->K1(k, 2) + 1.7 * (problem.points(i, k) - problem.cameras->K1(k, 2));
+        zoomed.points(i, k) = zoomed.cameras->K1(k, 2) + 1.7 * (problem.points(i, k) - problem.cameras->K1(k, 2));
     CHECK(Difference(Coordinates(problem), Coordinates(zoomed)) < 1e-5f);
     // Without calibration the size decides, without both the points.
     problem.cameras.reset();
@@ -176,8 +175,7 @@ TEST_CASE("two-view preference columns are what the header says") {
 TEST_CASE("two-view features do not see the truth") {
   for (Task task : kTasks) {
     Example example = MakeExample(task, 3, 128);
-    const PointFeatures features =
-        Features(task, {"coordinates_ratio", "coordinates_descriptors", "preference"});
+    const PointFeatures features = Features(task, {"coordinates_ratio", "coordinates_descriptors", "preference"});
     const FeatureSet before = features.Compute(example.problem, Rng(1));
     example.truth.model.setConstant(7.0);
     example.truth.pose.reset();

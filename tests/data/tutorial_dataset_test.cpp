@@ -102,7 +102,8 @@ void Replace(const std::string& path, const std::string& key, std::vector<hsize_
 }  // namespace
 
 TEST_CASE("the tutorial's layout is read in its variants, for E and F") {
-  for (const Variant& variant : {Variant{false, false}, Variant{true, false}, Variant{false, true}, Variant{true, true}}) {
+  for (const Variant& variant :
+       {Variant{false, false}, Variant{true, false}, Variant{false, true}, Variant{true, true}}) {
     CAPTURE(variant.float32, variant.column);
     const TemporaryFolder folder;
     const auto written = WriteScene(folder / "val/sacre_coeur", 3, variant);
@@ -141,7 +142,9 @@ TEST_CASE("the tutorial's splits and scenes are chosen by name") {
   CHECK(Make("ransac_tutorial", folder.path(), "split: train\nscenes: [b]\nmax_pairs: 2\n")->size() == 2);
   CHECK(Make("ransac_tutorial", folder.path(), "split: validation\n")->Get(0).scene == "c");
   CHECK(Make("ransac_tutorial", folder.path())->Get(0).scene == "c");
-  const auto error = [&](const std::string& more) { return ErrorOf([&] { Make("ransac_tutorial", folder.path(), more); }); };
+  const auto error = [&](const std::string& more) {
+    return ErrorOf([&] { Make("ransac_tutorial", folder.path(), more); });
+  };
   CHECK(Has(error("split: test\n"), "test: no scenes"));
   CHECK(Has(error("split: trian\n"), "train"));
   CHECK(Has(error("split: train\nscenes: [aa]\n"), "did you mean 'a'"));

@@ -55,7 +55,9 @@ auto WithOptions(const Config& config, Use use) {
   return use(ReadOptions<Typed<SyntheticOptions>>(config));
 }
 
-std::unique_ptr<Dataset> Make(const Typed<PointSetsOptions>& read, std::uint64_t) { return MakePointSets(read.options); }
+std::unique_ptr<Dataset> Make(const Typed<PointSetsOptions>& read, std::uint64_t) {
+  return MakePointSets(read.options);
+}
 std::unique_ptr<Dataset> Make(const Typed<CorrespondencesOptions>& read, std::uint64_t) {
   return MakeCorrespondences(read.options);
 }

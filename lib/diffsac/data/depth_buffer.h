@@ -16,8 +16,8 @@ class DepthBuffer {
   /// no trace.
   DepthBuffer(const TriangleMesh& mesh, const VirtualCamera& camera, const RigidMotion& pose);
 
-  /// Whether a point of the surface, on the given triangle, is seen: inside the image, and its pixel shows this triangle,
-  /// or nothing nearer than the point by more than `tolerance` (in the mesh's unit).
+  /// Whether a point of the surface, on the given triangle, is seen: inside the image, and its pixel shows this
+  /// triangle, or nothing nearer than the point by more than `tolerance` (in the mesh's unit).
   bool Sees(const Eigen::Vector3d& point, int triangle, double tolerance) const;
 
   /// The nearest depth at a pixel; infinite where there is nothing.

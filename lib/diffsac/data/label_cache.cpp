@@ -63,7 +63,8 @@ Row MakeRow(const Example& example, const LabelOptions& options, int set_size) {
   row.distances.assign(static_cast<std::size_t>(options.top_m), 0.0);
   const std::vector<RankedSet> sets = OptimalMinimalSets(example, options, options.top_m);
   for (std::size_t m = 0; m < sets.size(); ++m) {
-    std::copy(sets[m].points.begin(), sets[m].points.end(), row.sets.begin() + static_cast<std::ptrdiff_t>(m * set_size));
+    std::copy(sets[m].points.begin(), sets[m].points.end(),
+              row.sets.begin() + static_cast<std::ptrdiff_t>(m * set_size));
     row.distances[m] = sets[m].distance;
   }
   return row;
@@ -85,16 +86,16 @@ void WithRows(const H5::DataSet& data, hsize_t first, hsize_t count, const Value
 template <class Value>
 void WriteRows(const H5::DataSet& data, hsize_t first, hsize_t count, const std::vector<Value>& values,
                const H5::PredType& type) {
-  WithRows(data, first, count, values.data(), [&](const auto& d, const Value* out, const auto& memory, const auto& space) {
-    d.write(out, type, memory, space);
-  });
+  WithRows(data, first, count, values.data(),
+           [&](const auto& d, const Value* out, const auto& memory, const auto& space) {
+             d.write(out, type, memory, space);
+           });
 }
 
 template <class Value>
 void ReadRow(const H5::DataSet& data, hsize_t index, std::vector<Value>* values, const H5::PredType& type) {
-  WithRows(data, index, 1, values->data(), [&](const auto& d, Value* in, const auto& memory, const auto& space) {
-    d.read(in, type, memory, space);
-  });
+  WithRows(data, index, 1, values->data(),
+           [&](const auto& d, Value* in, const auto& memory, const auto& space) { d.read(in, type, memory, space); });
 }
 
 }  // namespace

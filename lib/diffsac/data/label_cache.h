@@ -20,8 +20,8 @@ std::string DatasetKey(const Config& data, std::uint64_t seed);
 ///   sets          E × M × γ, 32-bit integers, −1 where there are fewer sets
 ///   distances     E × M
 ///   fingerprints  E: a hash of each example's id, points and true inliers
-/// A file with another key is made anew; a fingerprint that does not fit is an Error, so that data that changed under the
-/// same options is found out. Rows are read when they are asked for.
+/// A file with another key is made anew; a fingerprint that does not fit is an Error, so that data that changed under
+/// the same options is found out. Rows are read when they are asked for.
 ///
 /// Example:
 /// ```
@@ -30,8 +30,8 @@ std::string DatasetKey(const Config& data, std::uint64_t seed);
 /// ```
 class LabelCache {
  public:
-  /// Opens `path` or, where it is not there, does not fit or cannot be read, computes and writes it, on `threads` threads
-  /// (0: all cores). Throws Error for an endless dataset, and when the file cannot be written.
+  /// Opens `path` or, where it is not there, does not fit or cannot be read, computes and writes it, on `threads`
+  /// threads (0: all cores). Throws Error for an endless dataset, and when the file cannot be written.
   LabelCache(const Dataset& dataset, const std::string& dataset_key, const LabelOptions& options,
              const std::string& path, int threads = 0);
   ~LabelCache();
@@ -41,8 +41,8 @@ class LabelCache {
   /// Whether the sets were computed by this object rather than found in the file.
   bool computed() const { return computed_; }
 
-  /// Those of an example of the dataset. Thread-safe. Throws Error naming file and example when the example is not the one
-  /// that the sets were found for.
+  /// Those of an example of the dataset. Thread-safe. Throws Error naming file and example when the example is not the
+  /// one that the sets were found for.
   std::vector<RankedSet> Sets(const Example& example) const;
 
  private:

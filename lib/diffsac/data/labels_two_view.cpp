@@ -60,8 +60,7 @@ double MeanDistance(const TrueInliers& inliers, const Matrix3Parameters& model, 
     const int end = std::min(begin + kBlock, count);
     Model::Residuals(model, columns, begin, end, distances);
     // Written so that what is not a number counts as the truncation.
-    for (int i = 0; i < end - begin; ++i)
-      sum += distances[i] < inliers.truncation ? distances[i] : inliers.truncation;
+    for (int i = 0; i < end - begin; ++i) sum += distances[i] < inliers.truncation ? distances[i] : inliers.truncation;
     if (sum > bound * count) return std::numeric_limits<double>::infinity();
   }
   return sum / count;

@@ -65,7 +65,8 @@ class SurfaceCache {
   std::shared_ptr<const Surface> Get(const std::string& path) {
     {
       const std::lock_guard lock(mutex_);
-      const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& entry) { return entry.first == path; });
+      const auto found =
+          std::find_if(kept_.begin(), kept_.end(), [&](const auto& entry) { return entry.first == path; });
       if (found != kept_.end()) {
         kept_.splice(kept_.begin(), kept_, found);
         return found->second;
@@ -87,7 +88,8 @@ class SurfaceCache {
 
 bool IsOff(const fs::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return extension == ".off";
 }
 
@@ -156,7 +158,8 @@ class Modelnet : public Dataset {
     const int displaced = DrawDisplacedCount(options_.matches, outliers, rng.Fork("displaced_count"));
     for (int i = 0; i < kViewTries; ++i) {
       const Views views = DrawViews(rng.Fork("views", i));
-      std::vector<Eigen::Vector4d> seen = SeenByBoth(*surface, views, counts.inliers + displaced, rng.Fork("points", i));
+      std::vector<Eigen::Vector4d> seen =
+          SeenByBoth(*surface, views, counts.inliers + displaced, rng.Fork("points", i));
       if (static_cast<int>(seen.size()) < counts.inliers + displaced) continue;
       ExactMatches exact;
       exact.displaced.assign(seen.begin() + counts.inliers, seen.end());
@@ -169,7 +172,8 @@ class Modelnet : public Dataset {
       example.scene = "all";
       return example;
     }
-    throw Error(path + ": in " + std::to_string(kViewTries) + " pairs of views too few points of this mesh are seen by both");
+    throw Error(path + ": in " + std::to_string(kViewTries) +
+                " pairs of views too few points of this mesh are seen by both");
   }
 
  private:
@@ -230,7 +234,7 @@ ModelnetOptions::ModelnetOptions() {
   matches.num_points = 200;
   matches.outlier_ratio = Range(0.1, 0.6);
   matches.inlier_threshold_px = 4.0;
-  matches.noise_px = 1.0;
+  matches.noise_px = 0.25;
   matches.displaced_share = 0.0;
   matches.match_ratio = false;
   cameras.image_width = 640;

@@ -23,14 +23,14 @@ struct ModelnetOptions {
   std::string task = "fundamental";  ///< "fundamental" | "essential"
 
   /// Its keys stand beside the others. Defaults as in the paper where it names them: N = 200, outlier ratio 0.1 … 0.6,
-  /// ε = 4 px; σ = 1 px, uniform outliers, no ratios.
+  /// ε = 4 px; σ = 0.25 px, uniform outliers, no ratios.
   SyntheticMatchesOptions matches;
   /// Likewise: 640 × 480, focal length 0.9 … 1.5 times the width, one camera for both views, principal point in the
   /// middle.
   VirtualCameraOptions cameras;
 
-  /// Radius of the mesh in the image over half of the image's shorter side; decides the distance of the camera, which is
-  /// 1.2 at least.
+  /// Radius of the mesh in the image over half of the image's shorter side; decides the distance of the camera, which
+  /// is 1.2 at least.
   Range fill = {0.7, 1.1};
   /// Angle between the two viewing directions.
   Range view_angle_deg = {5.0, 45.0};

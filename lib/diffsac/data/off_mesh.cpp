@@ -63,7 +63,8 @@ class OffReader {
 
   void ReadCounts() {
     Words words = NextWords("the word OFF");
-    if (!words[0].starts_with(kWord)) Fail("expected the word OFF, found '" + std::string(words[0].substr(0, 20)) + "'");
+    if (!words[0].starts_with(kWord))
+      Fail("expected the word OFF, found '" + std::string(words[0].substr(0, 20)) + "'");
     words[0].remove_prefix(kWord.size());
     if (words[0].empty()) words.erase(words.begin());
     if (words.empty()) words = NextWords("the numbers of vertices and faces");

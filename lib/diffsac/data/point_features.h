@@ -36,14 +36,17 @@ struct PointFeaturesOptions {
 
 /// Computes point features. Stateless and thread-safe.
 ///
-/// `coordinates`, D columns. Lines and planes: centred on the coordinate-wise median, divided by the median distance from
-/// it. Two views, so that neither image size nor focal length matters: K⁻¹ x in each image where the calibration is
-/// known; else (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each
-/// image's points as those of lines are.
-/// `coordinates_ratio`, two views: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0 where the
-/// data has none. 5 columns.
-/// `coordinates_descriptors`, two views: these and the descriptors of image 1, then of image 2, each scaled to unit root
-/// mean square. 4 + 2 · descriptor_size columns. Compute throws Error when the problem has no such descriptors.
+/// `coordinates`, D columns. Lines and planes: centred on the coordinate-wise median, divided by the median distance
+/// from it. Two views, so that neither image size nor focal length matters: K⁻¹ x in each image where the calibration
+/// is known; else (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else
+/// each image's points as those of lines are.
+///
+/// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0
+/// where the data has none.
+///
+/// `coordinates_descriptors`, two views, 4 + 2 · descriptor_size columns: these and the descriptors of image 1, then of
+/// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors.
+///
 /// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
 /// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:
 ///   3j      exp(−r² / 2(ε/2)²), soft agreement

@@ -27,8 +27,8 @@ Eigen::Vector4d UniformMatch(const VirtualPair& pair, Rng& rng) {
   return match;
 }
 
-Eigen::Vector4d Displaced(const Eigen::Vector4d& exact, const SyntheticMatchesOptions& options,
-                          const VirtualPair& pair, Rng& rng) {
+Eigen::Vector4d Displaced(const Eigen::Vector4d& exact, const SyntheticMatchesOptions& options, const VirtualPair& pair,
+                          Rng& rng) {
   for (int i = 0; i < kDisplacementTries; ++i) {
     const double length = LogUniform(options.displacement_px, rng), angle = rng.Uniform(0.0, 2.0 * std::numbers::pi);
     const Eigen::Vector2d place = exact.tail<2>() + length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
@@ -93,7 +93,8 @@ MatchCounts DrawMatchCounts(const SyntheticMatchesOptions& options, Task task, R
 }
 
 int DrawDisplacedCount(const SyntheticMatchesOptions& options, int outliers, Rng rng) {
-  return static_cast<int>(std::lround(rng.Uniform(options.displaced_share.low, options.displaced_share.high) * outliers));
+  return static_cast<int>(
+      std::lround(rng.Uniform(options.displaced_share.low, options.displaced_share.high) * outliers));
 }
 
 Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const VirtualPair& pair,
@@ -142,10 +143,9 @@ void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Exampl
     return;
   }
   const Eigen::Matrix3d essential = EssentialFromMotion(motion);
-  example->truth.model =
-      AsParameters(example->problem.task == Task::kEssential
-                       ? essential
-                       : FundamentalFromEssential(essential, pair.first.K, pair.second.K));
+  example->truth.model = AsParameters(example->problem.task == Task::kEssential
+                                          ? essential
+                                          : FundamentalFromEssential(essential, pair.first.K, pair.second.K));
 }
 
 }  // namespace diffsac

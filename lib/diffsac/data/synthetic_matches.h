@@ -15,12 +15,12 @@ namespace diffsac {
 struct SyntheticMatchesOptions {
   Range num_points = {100, 500};
   Range outlier_ratio = {0.1, 0.8};
-  double inlier_threshold_px = 1.0;       ///< ε, linear.
+  double inlier_threshold_px = 1.0;  ///< ε, linear.
   /// σ of the Gaussian noise of each coordinate in both images, pixels; one value a problem.
   Range noise_px = {0.2, 0.8};
-  /// Share of the outliers that are displaced matches (one value a problem): a true match whose second point is moved by
-  /// `displacement_px`, log-uniform, in a random direction, to a place inside the image. The others are uniform in both
-  /// images.
+  /// Share of the outliers that are displaced matches (one value a problem): a true match whose second point is moved
+  /// by `displacement_px`, log-uniform, in a random direction, to a place inside the image. The others are uniform in
+  /// both images.
   Range displaced_share = {0.0, 0.4};
   Range displacement_px = {5.0, 200.0};
   /// Whether matches have a ratio of nearest to second-nearest descriptor distance (Problem::quality): r = u^(1/a) with

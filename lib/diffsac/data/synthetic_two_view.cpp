@@ -196,8 +196,8 @@ class SyntheticTwoView : public Dataset {
       AppendOffPlane(scene, static_cast<int>(std::lround((1.0 - share) * outliers)), rng.Fork("off_plane"), &exact);
     const int rest = outliers - static_cast<int>(exact.others.size());
     const int displaced = DrawDisplacedCount(options_.matches, rest, rng.Fork("displaced_count"));
-    AppendMatches(scene, UsesSpace(scene) ? &Scene::GeneralMatch : &Scene::PlaneMatch, displaced,
-                  rng.Fork("displaced"), &exact.displaced);
+    AppendMatches(scene, UsesSpace(scene) ? &Scene::GeneralMatch : &Scene::PlaneMatch, displaced, rng.Fork("displaced"),
+                  &exact.displaced);
     return exact;
   }
 

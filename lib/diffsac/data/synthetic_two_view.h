@@ -15,9 +15,9 @@ namespace diffsac {
 /// drawn, and how, is in docs/generators.md; every constant is here. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
 struct SyntheticTwoViewOptions {
-  std::string task = "fundamental";     ///< "homography" | "fundamental" | "essential"
-  SyntheticMatchesOptions matches;      ///< Its keys stand beside the others.
-  VirtualCameraOptions cameras;         ///< Likewise.
+  std::string task = "fundamental";  ///< "homography" | "fundamental" | "essential"
+  SyntheticMatchesOptions matches;   ///< Its keys stand beside the others.
+  VirtualCameraOptions cameras;      ///< Likewise.
 
   /// Weights of the scene kinds; they need not add up to 1.
   ///   general   points anywhere in a range of depths. Task homography: that, seen by a camera that only turns.
@@ -43,8 +43,8 @@ struct SyntheticTwoViewOptions {
   /// forward: angle between the motion and the first camera's axis (ahead or back), and the turn.
   Range forward_cone_deg = {0.0, 10.0};
   Range forward_rotation_deg = {0.0, 5.0};
-  /// Least share of what image 1 shows that image 2 shows too. Motion and plane are drawn again, and made smaller by and
-  /// by, until it is met.
+  /// Least share of what image 1 shows that image 2 shows too. Motion and plane are drawn again, and made smaller by
+  /// and by, until it is met.
   double min_overlap = 0.3;
 
   /// Examples in the dataset; -1 is endless.

@@ -199,8 +199,9 @@ std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t se
       scenes.push_back({NameOf(folder), folder.string()});
   }
   if (scenes.empty())
-    throw Error(options.root + ": no scenes kitti_<sequence>_step_<step> of these sequences and steps (diffsac_prepare "
-                               "makes them)");
+    throw Error(options.root +
+                ": no scenes kitti_<sequence>_step_<step> of these sequences and steps (diffsac_prepare "
+                "makes them)");
   return std::make_unique<PairStream>(scenes, options.pairs, seed);
 }
 

@@ -78,8 +78,6 @@ Eigen::Matrix3d RandomRotation(double degrees, Rng& rng) {
   return Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, axis).toRotationMatrix();
 }
 
-double LogUniform(const Range& range, Rng& rng) {
-  return range.low * std::pow(range.high / range.low, rng.Uniform());
-}
+double LogUniform(const Range& range, Rng& rng) { return range.low * std::pow(range.high / range.low, rng.Uniform()); }
 
 }  // namespace diffsac
