@@ -61,6 +61,16 @@ TEST_CASE("Scenes of a folder are read through the factory; what is missing is n
   CHECK(dataset->Get(6).index == 6);
   CHECK(dataset->Get(0).truth.pose->translation.norm() == Approx(1.0));
   CHECK(make("max_pairs: 2\n")->size() == 4);
+  CHECK(dataset->Get(0).problem.descriptors.size() == 0);
+  CHECK(dataset->Get(0).problem.size2 == ImageSize{600, 400});
+  // Descriptors go with their matches.
+  const CorrespondenceSet written = SyntheticSet(3, 40, Rng(1));
+  const Example few = make("descriptors: true\nmax_points: 7\n")->Get(0);
+  REQUIRE(few.problem.descriptors.rows() == 7);
+  for (int i = 0; i < 7; ++i)
+    for (int k = 0; k < 40; ++k)
+      if (written.pairs[0].problem.points.row(k) == few.problem.points.row(i))
+        CHECK(few.problem.descriptors.row(i) == written.pairs[0].problem.descriptors.row(k));
   CHECK_THROWS_AS(make("min_points: 1000\n"), Error);
   CHECK_THROWS_AS(make("task: line\n"), Error);
   CHECK_THROWS_AS(MakeDataset(Config::FromString("type: correspondences\npaths: [nowhere]\n", "test.yaml"), 1), Error);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace diffsac {
@@ -25,6 +26,9 @@ class BestSets {
     if (full() && !(cost <= worst_)) return;
     Insert({cost, set});
   }
+
+  /// A cost above this is not kept; infinite while there is room.
+  double bound() const { return full() ? worst_ : std::numeric_limits<double>::infinity(); }
 
   /// Best first.
   const std::vector<Entry>& entries() const { return entries_; }

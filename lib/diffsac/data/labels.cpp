@@ -10,6 +10,7 @@
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/data/best_sets.h"
+#include "diffsac/data/labels_two_view.h"
 
 namespace diffsac {
 namespace {
@@ -199,12 +200,13 @@ std::vector<RankedSet> FindOptimal(const Example& example, const LabelOptions& o
 void LabelOptions::Bind(OptionsBinder& b) {
   b.Field("top_m", top_m, AtLeast(1));
   b.Field("search_budget", search_budget, AtLeast(1));
+  b.Field("draws", draws, AtLeast(1));
+  b.Field("truncation_factor", truncation_factor, Positive());
+  b.Field("fundamental_points", fundamental_points, Within(7, 8));
 }
 
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count) {
-  if (IsTwoView(example.problem.task))
-    throw Error("labels: optimal minimal sets are found for lines and planes, not for task " +
-                ToString(example.problem.task));
+  if (IsTwoView(example.problem.task)) return OptimalTwoViewSets(example, options, count);
   return example.problem.task == Task::kLine ? FindOptimal<2>(example, options, count)
                                              : FindOptimal<3>(example, options, count);
 }

@@ -23,8 +23,11 @@ struct FeatureSet {
 };
 
 struct PointFeaturesOptions {
-  /// Any of "coordinates", "preference"; their columns stand side by side, coordinates first.
+  /// Any of "coordinates", "coordinates_ratio", "coordinates_descriptors", "preference"; their columns stand side by
+  /// side in this order, those of the coordinates once.
   std::vector<std::string> kinds = {"preference"};
+  /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
+  int descriptor_size = 128;
   /// Preference: how many minimal sets are drawn, and how many of the best-scored are kept as columns (M).
   int preference_draws = 100;
   int preference_kept = 16;
@@ -33,15 +36,28 @@ struct PointFeaturesOptions {
 
 /// Computes point features. Stateless and thread-safe.
 ///
-/// `coordinates`, D columns: centred on the coordinate-wise median, divided by the median distance from it.
+/// `coordinates`, D columns. Lines and planes: centred on the coordinate-wise median, divided by the median distance
+/// from it. Two views, so that neither image size nor focal length matters: K⁻¹ x in each image where the calibration
+/// is known; else (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else
+/// each image's points as those of lines are.
+///
+/// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0
+/// where the data has none.
+///
+/// `coordinates_descriptors`, two views, 4 + 2 · descriptor_size columns: these and the descriptors of image 1, then of
+/// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors.
+///
 /// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
 /// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:
 ///   3j      exp(−r² / 2(ε/2)²), soft agreement
 ///   3j + 1  log1p(r/ε) / 4, compressed distance
 ///   3j + 2  the hypothesis's MSAC score / N, the same for all points
+/// Two views: r is the Sampson distance (F; E in normalised coordinates with ε over the mean focal length) or the
+/// symmetric transfer error (H), at most 1e6 ε; of a set's solutions the best counts, all are counted as hypotheses.
 /// With fewer than M distinct hypotheses the missing columns repeat the best one; with none they are 0.
 class PointFeatures {
  public:
+  /// Throws Error for kinds that the task has not.
   PointFeatures(PointFeaturesOptions options, Task task);
   /// D, the number of columns.
   int width() const;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/image_pair.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 
@@ -43,6 +44,9 @@ struct Problem {
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
   Eigen::VectorXd quality = {};
   std::optional<CameraPair> cameras = {};   ///< Two views: where the calibration is known. The essential matrix needs it.
+  ImageSize size1 = {}, size2 = {};         ///< Two views: of the images, where they are known.
+  /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
+  DescriptorMatrix descriptors = {};
 };
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no

@@ -6,12 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/data/image_pair.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
-
-/// N descriptors, one a row.
-using DescriptorMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// A world-to-camera or camera-to-camera motion: x' = rotation · x + translation.
 struct RigidMotion {
@@ -25,13 +23,6 @@ RigidMotion RelativeMotion(const RigidMotion& camera1, const RigidMotion& camera
 
 /// The inverse motion: camera-to-world from world-to-camera and back.
 RigidMotion Inverse(const RigidMotion& motion);
-
-/// Width and height in pixels; 0 when unknown.
-struct ImageSize {
-  int width = 0;
-  int height = 0;
-  bool operator==(const ImageSize&) const = default;
-};
 
 /// What an estimator may see of one pair of images. It carries no ground truth: that is the guard against leaks.
 struct TwoViewProblem {

@@ -5,25 +5,34 @@
 #include <numeric>
 #include <utility>
 
+#include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
 
 namespace diffsac {
 namespace {
 
-/// Rows to keep, in the order of the file.
-std::vector<int> KeptRows(const TwoViewProblem& problem, const CorrespondencesOptions& options) {
+std::vector<int> Permuted(const std::vector<int>& values, Rng rng) {
+  std::vector<int> permuted;
+  for (int i : rng.Permutation(static_cast<int>(values.size()))) permuted.push_back(values[i]);
+  return permuted;
+}
+
+/// Rows to keep, in the order of the file or, when they are shuffled, in a random one.
+std::vector<int> KeptRows(const TwoViewProblem& problem, const CorrespondencesOptions& options, const Rng& rng) {
   const bool rated = problem.quality.size() == problem.points.rows();
   std::vector<int> rows;
   for (int i = 0; i < problem.points.rows(); ++i)
     if (!rated || !(problem.quality[i] > options.max_ratio)) rows.push_back(i);
   if (options.max_points > 0 && static_cast<int>(rows.size()) > options.max_points) {
-    if (rated)
+    if (options.cap == "random")
+      rows = Permuted(rows, rng.Fork("cap"));
+    else if (rated)
       std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return problem.quality[a] < problem.quality[b]; });
     rows.resize(options.max_points);
     std::sort(rows.begin(), rows.end());
   }
-  return rows;
+  return options.shuffle_points ? Permuted(rows, rng.Fork("shuffle")) : rows;
 }
 
 ModelParameters TrueModel(const TwoViewTruth& truth, Task task) {
@@ -60,18 +69,6 @@ class CorrespondenceDataset : public Dataset {
   std::vector<Example> examples_;
 };
 
-/// `count` of `size` positions, evenly spread; all of them for count 0.
-std::vector<std::int64_t> Spread(std::int64_t size, int count) {
-  if (count == 0 || count >= size) {
-    std::vector<std::int64_t> all(size);
-    std::iota(all.begin(), all.end(), 0);
-    return all;
-  }
-  std::vector<std::int64_t> positions;
-  for (int i = 0; i < count; ++i) positions.push_back(i * size / count);
-  return positions;
-}
-
 }  // namespace
 
 void CorrespondencesOptions::Bind(OptionsBinder& b) {
@@ -80,12 +77,15 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
   b.Field("inlier_threshold_px", inlier_threshold_px, Positive());
   b.Field("max_ratio", max_ratio, Positive());
   b.Field("max_points", max_points, AtLeast(0));
+  b.Choice("cap", cap, {"best", "random"});
+  b.Field("shuffle_points", shuffle_points);
   b.Field("min_points", min_points, AtLeast(0));
   b.Field("max_pairs", max_pairs, AtLeast(0));
+  b.Field("descriptors", descriptors);
 }
 
 Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options) {
-  const std::vector<int> rows = KeptRows(pair.problem, options);
+  const std::vector<int> rows = KeptRows(pair.problem, options, Rng(0).Fork("matches/" + pair.scene + "/" + pair.id));
   const std::vector<std::uint8_t> inliers = TrueInliers(pair, options);
   Example example;
   example.id = pair.scene + "/" + pair.id;
@@ -96,6 +96,10 @@ Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOp
   if (pair.problem.quality.size() == pair.problem.points.rows())
     example.problem.quality = pair.problem.quality(rows);
   if (pair.problem.calibrated) example.problem.cameras = CameraPair{pair.problem.K1, pair.problem.K2};
+  example.problem.size1 = pair.problem.size1;
+  example.problem.size2 = pair.problem.size2;
+  if (pair.problem.descriptors.rows() == pair.problem.points.rows())
+    example.problem.descriptors = pair.problem.descriptors(rows, Eigen::all);
   example.truth.model = TrueModel(pair.truth, task);
   if (pair.truth.motion) {
     const double length = pair.truth.motion->translation.norm();
@@ -108,13 +112,24 @@ Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOp
   return example;
 }
 
+std::vector<std::int64_t> EvenlySpread(std::int64_t size, int count) {
+  if (count == 0 || count >= size) {
+    std::vector<std::int64_t> all(size);
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+  std::vector<std::int64_t> positions;
+  for (int i = 0; i < count; ++i) positions.push_back(i * size / count);
+  return positions;
+}
+
 std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options) {
   const Task task = TaskFromString(options.task);
   std::vector<Example> examples;
   for (const std::string& path : options.paths) {
     for (const std::string& folder : FindCorrespondenceScenes(path)) {
-      const CorrespondenceScene scene(folder);
-      for (std::int64_t position : Spread(scene.size(), options.max_pairs)) {
+      const CorrespondenceScene scene(folder, {options.inlier_threshold_px, options.descriptors});
+      for (std::int64_t position : EvenlySpread(scene.size(), options.max_pairs)) {
         Example example = ToExample(scene.Read(position), task, options);
         if (task == Task::kEssential && !example.problem.cameras)
           throw Error(folder + ": pair '" + example.id + "' has no calibration (K1_K2.h5), which task essential needs");

@@ -18,12 +18,18 @@ struct CorrespondencesOptions {
   double inlier_threshold_px = 1.0;   ///< ε, linear.
   /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
   double max_ratio = 1.0;
-  /// At most so many matches, the best by ratio (the first where there is none); 0 keeps all.
+  /// At most so many matches; 0 keeps all.
   int max_points = 0;
+  /// Which: "best" by ratio (the first where there is none) | "random".
+  std::string cap = "best";
+  /// Matches in random order. This and `cap: random` depend on the pair's scene and id alone.
+  bool shuffle_points = false;
   /// Only pairs with at least so many matches left.
   int min_points = 0;
   /// At most so many pairs of a scene, evenly spread; 0 keeps all.
   int max_pairs = 0;
+  /// Whether descriptors.h5 is read where it is there.
+  bool descriptors = false;
   void Bind(OptionsBinder& b);
 };
 
@@ -33,5 +39,8 @@ std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& optio
 
 /// One pair as an example of `task`; matches are filtered as the options say. Ground truth that is not there stays empty.
 Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options);
+
+/// `count` of `size` positions, evenly spread; all of them for count 0.
+std::vector<std::int64_t> EvenlySpread(std::int64_t size, int count);
 
 }  // namespace diffsac
