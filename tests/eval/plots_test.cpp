@@ -23,7 +23,7 @@ TEST_CASE("pictures are drawn where gnuplot is") {
   experiment.figures.budget = {{"Two points", {"first", "second"}}};
   const ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
   DrawFigures(results, folder.path());
-  for (const char* name : {"curve", "budget", "fits"}) {
+  for (const char* name : {"curve", "budget", "time", "fits"}) {
     INFO(name);
     CHECK(std::filesystem::exists(folder.File(name + std::string(".gp"))));
     CHECK(IsPng(folder.File(name + std::string(".png"))) == HasGnuplot());

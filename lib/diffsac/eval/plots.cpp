@@ -15,10 +15,9 @@ double CellAccuracy(const ExperimentResults& results, std::size_t condition, std
   return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, c), "mean", MetricName("mAA", c));
 }
 
-double CellHypotheses(const ExperimentResults& results, std::size_t condition, std::size_t method) {
+double CellCost(const ExperimentResults& results, std::size_t condition, std::size_t method, const std::string& cost) {
   const Cell* cell = results.Find(condition, method);
-  return cell == nullptr ? std::nan("")
-                         : FindMetric(CellMetrics(*cell, results.experiment.tolerance()), "mean", "hypotheses");
+  return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, results.experiment.tolerance()), "mean", cost);
 }
 
 struct Point {
@@ -65,8 +64,8 @@ std::string RowStyle(const MethodRow& row, std::size_t index) {
   return row.Competes() ? SeriesStyle(index, row.type == "diffsac") : kReferenceStyle;
 }
 
-// The lines of one condition's budget panel; the ceiling spans the whole axis.
-std::vector<Curve> BudgetCurves(const ExperimentResults& results, std::size_t condition) {
+// The lines of one condition's panel against a cost; the ceiling spans the whole axis.
+std::vector<Curve> CostCurves(const ExperimentResults& results, std::size_t condition, const std::string& cost) {
   std::vector<Curve> curves;
   const auto& methods = results.experiment.methods;
   double low = 1e300, high = 0.0;
@@ -75,7 +74,7 @@ std::vector<Curve> BudgetCurves(const ExperimentResults& results, std::size_t co
     for (const std::string& name : series.methods) {
       for (std::size_t m = 0; m < methods.size(); ++m) {
         if (methods[m].name != name) continue;
-        const Point point{CellHypotheses(results, condition, m), CellAccuracy(results, condition, m)};
+        const Point point{CellCost(results, condition, m, cost), CellAccuracy(results, condition, m)};
         if (std::isnan(point.x) || std::isnan(point.y)) continue;
         curve.points.push_back(point);
         low = std::min(low, point.x);
@@ -118,6 +117,28 @@ std::string Title(const ExperimentResults& results) {
   return (experiment.title.empty() ? experiment.name : experiment.title) + (results.partial ? " (partial)" : "");
 }
 
+// `cost`: the metric on the x axis.
+bool PlotCost(const ExperimentResults& results, const std::string& folder, const std::string& cost,
+              const std::string& x_label, const std::string& name) {
+  std::string panels;
+  int count = 0;
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
+    const std::vector<Curve> curves = CostCurves(results, c, cost);
+    if (curves.empty()) continue;
+    panels += "set title " +
+              GnuplotText(results.experiment.condition_label + " " + results.experiment.conditions[c].label) + "\n" +
+              PlotCommand(name + std::to_string(c) + "_", curves);
+    ++count;
+  }
+  if (count == 0) return false;
+  const std::string script =
+      "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
+      " font \",13\" margins " + GnuplotNumber(count > 2 ? 0.06 : 0.1) + ",0.98,0.13,0.85 spacing 0.07\n" +
+      AxisTexts(results, x_label) +
+      "set logscale x\nset yrange [0:1]\nset key bottom right samplen 2\n" + panels + "unset multiplot\n";
+  return DrawPicture(folder, name, script, 240 + 380 * count, 480);
+}
+
 }  // namespace
 
 bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
@@ -131,28 +152,17 @@ bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
 }
 
 bool PlotBudget(const ExperimentResults& results, const std::string& folder) {
-  std::string panels;
-  int count = 0;
-  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
-    const std::vector<Curve> curves = BudgetCurves(results, c);
-    if (curves.empty()) continue;
-    panels += "set title " +
-              GnuplotText(results.experiment.condition_label + " " + results.experiment.conditions[c].label) + "\n" +
-              PlotCommand("budget" + std::to_string(c) + "_", curves);
-    ++count;
-  }
-  if (count == 0) return false;
-  const std::string script =
-      "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
-      " font \",13\" margins " + GnuplotNumber(count > 2 ? 0.06 : 0.1) + ",0.98,0.13,0.85 spacing 0.07\n" +
-      AxisTexts(results, "hypotheses (models solved or scored)") +
-      "set logscale x\nset yrange [0:1]\nset key bottom right samplen 2\n" + panels + "unset multiplot\n";
-  return DrawPicture(folder, "budget", script, 240 + 380 * count, 480);
+  return PlotCost(results, folder, "hypotheses", "hypotheses (models solved or scored)", "budget");
+}
+
+bool PlotTime(const ExperimentResults& results, const std::string& folder) {
+  return PlotCost(results, folder, "ms_total", "milliseconds (median)", "time");
 }
 
 void DrawFigures(const ExperimentResults& results, const std::string& folder) {
   if (results.experiment.figures.curve) PlotCurve(results, folder);
   PlotBudget(results, folder);
+  PlotTime(results, folder);
   PlotFits(results, folder);
   for (const KeptTrace& kept : results.traces)
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");

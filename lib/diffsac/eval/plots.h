@@ -12,6 +12,8 @@ bool PlotCurve(const ExperimentResults& results, const std::string& folder);
 
 /// mAA against the number of hypotheses, one panel a condition, one curve a series: `budget.png`.
 bool PlotBudget(const ExperimentResults& results, const std::string& folder);
+/// The same against the median time: `time.png`.
+bool PlotTime(const ExperimentResults& results, const std::string& folder);
 
 /// The kept fits, a column a condition: points (inliers of the estimate coloured), the estimate and, where known, the
 /// true model: `fits.png`. Planes are shown in perspective with the estimate as a mesh.
