@@ -75,7 +75,8 @@ std::vector<Curve> CostCurves(const ExperimentResults& results, std::size_t cond
       for (std::size_t m = 0; m < methods.size(); ++m) {
         if (methods[m].name != name) continue;
         const Point point{CellCost(results, condition, m, cost), CellAccuracy(results, condition, m)};
-        if (std::isnan(point.x) || std::isnan(point.y)) continue;
+        // The axis is logarithmic: what cost nothing has no place on it.
+        if (!(point.x > 0.0) || std::isnan(point.y)) continue;
         curve.points.push_back(point);
         low = std::min(low, point.x);
         high = std::max(high, point.x);
