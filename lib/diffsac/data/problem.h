@@ -32,8 +32,7 @@ bool IsTwoView(Task task);
 struct CameraPair {
   Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d K2 = Eigen::Matrix3d::Identity();
-  /// The mean of the four focal lengths: pixels in one unit of normalised coordinates.
-  double MeanFocal() const { return (K1(0, 0) + K1(1, 1) + K2(0, 0) + K2(1, 1)) / 4.0; }
+  double MeanFocal() const { return diffsac::MeanFocal(K1, K2); }
 };
 
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.

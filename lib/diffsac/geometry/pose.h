@@ -59,6 +59,11 @@ double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2
 /// Angle of two vectors in degrees, [0, 180]; NaN for a zero vector.
 double DirectionAngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
+/// The mean of the four focal lengths: pixels in one unit of normalised coordinates.
+inline double MeanFocal(const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
+  return (K1(0, 0) + K1(1, 1) + K2(0, 0) + K2(1, 1)) / 4.0;
+}
+
 /// Whether two views differ by a rotation alone, where E says nothing of t (and any t fits).
 struct RotationTest {
   Status status = Status::kOk;  ///< kTooFewPoints (fewer than 2) or kDegenerate (not finite, all rays equal)
