@@ -41,6 +41,10 @@ class DiffsacMethod : public Method {
  private:
   std::vector<Prediction> Predict(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds,
                                   double* ms_features, double* ms_denoise, ConfidenceSteps* steps) const;
+  /// The κ minimal sets, by the options' guide and selection.
+  std::vector<int> GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const;
+  template <MinimalModel Model>
+  ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
 
   std::shared_ptr<const DiffsacNetwork> network_;
   DiffsacOptions options_;
