@@ -129,7 +129,7 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   }
   torch::Tensor kept;
   const std::int64_t limit = options_.max_decoded_points;
-  if (limit > 0 && limit < points && limit >= MinimalSetSize(network_->task)) kept = KeepLikelyPoints(context, limit);
+  if (limit > 0 && limit < points && limit >= SetSize()) kept = KeepLikelyPoints(context, limit);
   const auto select = [&](const torch::Tensor& full) {
     return kept.defined() ? full.to(device).gather(2, kept.unsqueeze(1).expand({-1, copies, -1})) : full.to(device);
   };
@@ -194,6 +194,18 @@ std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int poi
   std::vector<int> sets;
   source.Draw(points, set_size, options_.copies, rng.Fork("selection"), &sets);
   return sets;
+}
+
+int DiffsacMethod::SetSize() const {
+  return network_->task == Task::kFundamental ? options_.fundamental_points : MinimalSetSize(network_->task);
+}
+
+std::vector<int> DiffsacMethod::MinimalSets(const Problem& problem, std::uint64_t seed) const {
+  if (CheckProblem(problem) != Status::kOk) return {};
+  const Problem* one = &problem;
+  double ms_features = 0.0, ms_denoise = 0.0;
+  const auto prediction = Predict({&one, 1}, {&seed, 1}, &ms_features, &ms_denoise, nullptr)[0];
+  return GuidedSets(prediction, static_cast<int>(problem.points.rows()), SetSize(), Rng(seed));
 }
 
 template <MinimalModel Model>

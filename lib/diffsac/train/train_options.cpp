@@ -22,6 +22,7 @@ void TrainOptions::Bind(OptionsBinder& b) {
   b.Field("validate_every", validate_every, AtLeast(1));
   b.Field("checkpoint_every", checkpoint_every, AtLeast(1));
   b.Field("workers", workers, Within(1, 256));
+  b.Field("start_from", start_from);
   b.Group("two_view", two_view);
   b.Field("seed", seed);
 }

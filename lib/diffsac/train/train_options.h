@@ -28,6 +28,8 @@ struct TrainOptions {
   std::int64_t validate_every = 1000;
   std::int64_t checkpoint_every = 1000;
   int workers = 1;                      ///< data threads
+  /// A checkpoint of the same architecture, of any task, whose averaged weights training starts from. Empty: none.
+  std::string start_from;
   TwoViewTrainingOptions two_view;
   std::uint64_t seed = 1;
   void Bind(OptionsBinder& b);

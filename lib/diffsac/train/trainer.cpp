@@ -144,6 +144,7 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
   network_->MoveTo(device_);
   averaged_->MoveTo(device_);
   averaged_->denoiser->eval();
+  if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, *network_->denoiser);
   average_ = std::make_unique<ExponentialMovingAverage>(*network_->denoiser, options.train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(network_->denoiser->parameters(),
                                                     torch::optim::AdamOptions(options.train.learning_rate));
