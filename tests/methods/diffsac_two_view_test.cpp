@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/data/synthetic_two_view.h"
-#include "diffsac/eval/two_view_metrics.h"
 #include "methods/tiny_network.h"
 
 namespace diffsac {
@@ -89,6 +89,22 @@ TEST_CASE("an untrained two-view network gives an estimate, batched as alone") {
       CHECK(together[i].status == method.Estimate(problems[i], seeds[i]).status);
     }
     CHECK(together.back().status == Status::kTooFewPoints);
+  }
+}
+
+TEST_CASE("the reported sets are those that are solved") {
+  for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
+    const auto example = TwoViewExamples(task, 1)[0];
+    const DiffsacMethod method(TinyNetwork(task, TwoViewNetwork()), Options(6), 1);
+    const auto sets = method.MinimalSets(example.problem, 8);
+    REQUIRE(static_cast<int>(sets.size()) == 6 * MinimalSetSize(task));
+    CHECK(*std::max_element(sets.begin(), sets.end()) < example.problem.points.rows());
+    CHECK(CountUniqueSets(sets, MinimalSetSize(task)) ==
+          method.Estimate(example.problem, 8).report.unique_minimal_sets);
+    CHECK(sets == method.MinimalSets(example.problem, 8));
+    Problem empty = example.problem;
+    empty.points.conservativeResize(0, 4);
+    CHECK(method.MinimalSets(empty, 8).empty());
   }
 }
 

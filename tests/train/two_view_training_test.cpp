@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -37,7 +38,8 @@ train: {iterations: 40, batch_size: 4, noise_copies: 2, warmup_iterations: 5, lo
         learning_rate: 0.005, two_view: {max_points: 40, max_ratios: [1, 0.85], augment: true}}
 validation: {problems: 6}
 inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
-)", "tiny.yaml");
+)",
+                                   "tiny.yaml");
   config.Set("task=" + task);
   config.Set("data.task=" + task);
   for (const auto& change : changes) config.Set(change);
@@ -69,8 +71,8 @@ std::vector<double> Column(const std::string& path, int column) {
 
 TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& two_view, const LabelOptions& labels,
                         const std::string& more = "") {
-  const auto data = Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task +
-                                       more + "}");
+  const auto data =
+      Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task + more + "}");
   PointFeaturesOptions features;
   features.kinds = {"coordinates_ratio"};
   return TrainingSource(MakeTrainingParts(data, 1), PointFeatures(features, TaskFromString(task)), labels, two_view, 3,
@@ -184,7 +186,8 @@ parts:
   labels.draws = 5;
   PointFeaturesOptions features;
   features.kinds = {"coordinates_ratio"};
-  const TrainingSource source(MakeTrainingParts(data, 1), PointFeatures(features, Task::kHomography), labels, {}, 1, 10, 1);
+  const TrainingSource source(MakeTrainingParts(data, 1), PointFeatures(features, Task::kHomography), labels, {}, 1, 10,
+                              1);
   int small = 0;
   for (std::uint64_t index = 0; index < 200; ++index) small += source.Make(index).inliers.size() == 30;
   CHECK((small > 125 && small < 175));

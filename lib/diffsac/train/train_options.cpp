@@ -63,8 +63,8 @@ TrainConfig ReadTrainConfig(const Config& config) {
                 ": only for network.features.kinds coordinates and coordinates_ratio");
   if (task == "fundamental" && options.labels.fundamental_points != options.inference.fundamental_points)
     throw Error(config.Where("inference.fundamental_points") + ": " +
-                std::to_string(options.inference.fundamental_points) + " points a set, but labels.fundamental_points is " +
-                std::to_string(options.labels.fundamental_points));
+                std::to_string(options.inference.fundamental_points) +
+                " points a set, but labels.fundamental_points is " + std::to_string(options.labels.fundamental_points));
   return options;
 }
 
