@@ -35,9 +35,9 @@ TEST_CASE("pictures are drawn where gnuplot is") {
   }
 }
 
-TEST_CASE("the reverse steps of lines and planes are drawn") {
+TEST_CASE("the reverse steps are drawn for every task") {
   const TemporaryFolder folder;
-  for (const Task task : {Task::kLine, Task::kPlane}) {
+  for (const Task task : {Task::kLine, Task::kPlane, Task::kHomography, Task::kFundamental, Task::kEssential}) {
     Problem problem;
     problem.task = task;
     problem.points = PointMatrix::Random(20, PointDimension(task));

@@ -184,7 +184,8 @@ std::vector<int> MostConfident(const std::vector<float>& confidence, int count) 
 }
 
 // Bright points are drawn last, so that they are not hidden. A point of confidence −∞ was left out before decoding.
-std::string ConfidencePanel(const Problem& problem, const std::vector<float>& confidence, const std::string& prefix) {
+std::string ConfidencePanel(const Problem& problem, const std::vector<float>& confidence, int set_size,
+                            const std::string& prefix) {
   const std::vector<int> order = MostConfident(confidence, static_cast<int>(confidence.size()));
   std::string points = "$" + prefix + " << EOD\n", top = "$" + prefix + "_top << EOD\n";
   std::string left_out = "$" + prefix + "_out << EOD\n";
@@ -199,7 +200,7 @@ std::string ConfidencePanel(const Problem& problem, const std::vector<float>& co
     row.insert(row.size() - 1, GnuplotNumber(confidence[*i]));
     points += row;
   }
-  for (const int i : MostConfident(confidence, MinimalSetSize(problem.task))) top += RowText(problem.points.row(i));
+  for (const int i : MostConfident(confidence, set_size)) top += RowText(problem.points.row(i));
   const bool line = problem.task == Task::kLine;
   std::string command = line ? "plot " : "splot ";
   if (any_left_out) command += "$" + prefix + "_out with points pt 6 ps 0.6 lc rgb \"#BBBBBB\" notitle, ";
@@ -213,6 +214,16 @@ std::string CommonSettings(Task task, bool ratio) {
   if (task == Task::kLine) return text + (ratio ? "set size ratio -1\n" : "");
   return text + "set view 62,35\nset xyplane 0\nset ticslevel 0\nset view equal xyz\nset xtics offset 0,-0.3\n" +
          "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
+}
+
+// Two views: the matches where they are in image 1, upright, as points of the plane.
+Problem InThePlane(const Problem& problem) {
+  if (!IsTwoView(problem.task)) return problem;
+  Problem flat;
+  flat.task = Task::kLine;
+  flat.points = problem.points.leftCols(2);
+  flat.points.col(1) *= -1.0;
+  return flat;
 }
 
 bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
@@ -255,8 +266,9 @@ bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   return DrawPicture(folder, "fits", script + "unset multiplot\n", 380 * columns + 20, 420 * rows + 50);
 }
 
-bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path) {
-  if (!HasPoints(trace, problem)) return false;
+bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, const std::string& path) {
+  if (!HasPoints(trace, whole)) return false;
+  const Problem problem = InThePlane(whole);
   const std::vector<std::size_t> steps = ShownSteps(trace.confidence.size());
   const int panels = static_cast<int>(steps.size()), columns = panels <= 4 ? panels : (panels + 1) / 2;
   const int rows = (panels + columns - 1) / columns;
@@ -270,7 +282,7 @@ bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, c
     std::snprintf(title, sizeof(title), "step %d of %d, t = %.3g", static_cast<int>(step) + 1,
                   static_cast<int>(trace.confidence.size()), trace.timesteps[step]);
     script += "set title " + GnuplotText(title) + " font \",11\"\n" +
-              ConfidencePanel(problem, trace.confidence[step], "step" + std::to_string(i));
+              ConfidencePanel(problem, trace.confidence[step], MinimalSetSize(whole.task), "step" + std::to_string(i));
   }
   const std::filesystem::path file(path);
   const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";

@@ -20,7 +20,7 @@ bool PlotTime(const ExperimentResults& results, const std::string& folder);
 bool PlotFits(const ExperimentResults& results, const std::string& folder);
 
 /// Points coloured by one copy's confidence, one panel a step (up to eight), the γ most confident points circled:
-/// `path` (ending in .png).
+/// `path` (ending in .png). Matches of two views are shown where they are in image 1.
 bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path);
 
 /// Every picture that the experiment has something for.

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
 #include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/make_source.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/methods/task_dispatch.h"
 
@@ -15,6 +17,9 @@ namespace diffsac {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Keeps the logarithm of a probability finite.
+constexpr float kLeastProbability = 1e-12f;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -56,8 +61,12 @@ PointFeatures FeaturesOf(const DiffsacNetwork& network, int preference_draws) {
 void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("copies", copies, Within(1, 10000));
   b.Group("sampler", sampler);
-  b.Choice("selection", selection, {"maximum", "probabilistic"});
+  b.Choice("selection", selection, {"maximum", "probabilistic", "gumbel"});
   b.Field("temperature", temperature, Positive());
+  b.Choice("guide", guide, {"diffusion", "inlier_head"});
+  b.Field("extra_sets", extra_sets, Within(0, 1000000));
+  b.Choice("extra_source", extra_source, {"uniform", "prosac"});
+  b.Field("fundamental_points", fundamental_points, Within(7, 8));
   b.Field("unique_sets", unique_sets);
   b.Field("intermediate_sets", intermediate_sets);
   b.Field("feature_hypotheses", feature_hypotheses);
@@ -77,6 +86,8 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, Diff
   const bool head = network_->options.denoiser.inlier_head;
   if (options_.learned_refit && !head)
     throw Error("inference.learned_refit: the network has no inlier head (network.denoiser.inlier_head is false)");
+  if (options_.guide == "inlier_head" && !head)
+    throw Error("inference.guide: the network has no inlier head (network.denoiser.inlier_head is false)");
   if (options_.max_decoded_points > 0 && !head)
     throw Error("inference.max_decoded_points: the network has no inlier head (network.denoiser.inlier_head is false)");
 }
@@ -108,9 +119,17 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   if (context.inlier_logits.defined()) probability = context.inlier_logits.sigmoid().to(torch::kCPU).contiguous();
 
   const std::int64_t points = batch.max_points();
+  for (std::int64_t b = 0; b < count && probability.defined(); ++b) {
+    const float* values = probability.data_ptr<float>() + b * points;
+    predictions[b].inlier_probability.assign(values, values + batch.lengths[b]);
+  }
+  if (options_.guide == "inlier_head" && steps == nullptr) {
+    *ms_denoise = MillisecondsSince(network_start);
+    return predictions;
+  }
   torch::Tensor kept;
   const std::int64_t limit = options_.max_decoded_points;
-  if (limit > 0 && limit < points && limit >= MinimalSetSize(network_->task)) kept = KeepLikelyPoints(context, limit);
+  if (limit > 0 && limit < points && limit >= SetSize()) kept = KeepLikelyPoints(context, limit);
   const auto select = [&](const torch::Tensor& full) {
     return kept.defined() ? full.to(device).gather(2, kept.unsqueeze(1).expand({-1, copies, -1})) : full.to(device);
   };
@@ -150,36 +169,74 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
     for (const auto& row : rows)
       for (std::int64_t k = 0; k < copies; ++k, out += length)
         std::memcpy(out, row.data_ptr<float>() + (b * copies + k) * points, sizeof(float) * length);
-    if (probability.defined()) {
-      const float* values = probability.data_ptr<float>() + b * points;
-      prediction.inlier_probability.assign(values, values + length);
-    }
   }
   *ms_denoise = MillisecondsSince(network_start);
   return predictions;
 }
 
-diffsac::Estimate DiffsacMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
-                                              std::uint64_t seed) const {
-  const auto start = Clock::now();
-  const int points = static_cast<int>(problem.points.rows()), gamma = MinimalSetSize(problem.task);
-  const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
-  const std::span<const float> all(prediction.confidences);
-  const bool more = options_.intermediate_sets && options_.unique_sets && options_.selection == "maximum";
-  const ConfidenceSource source(more ? all : all.subspan(0, own),
-                                options_.selection == "maximum" ? Selection::kMaximum : Selection::kProbabilistic,
-                                options_.unique_sets, options_.temperature);
+std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const {
+  const bool maximum = options_.selection == "maximum", head = options_.guide == "inlier_head";
+  std::vector<float> keys;
+  if (head) {
+    for (int k = 0; k < options_.copies; ++k)
+      for (const float p : prediction.inlier_probability) keys.push_back(2.0f * p - 1.0f);
+  } else {
+    // Earlier steps only fill the places of repeated sets, and drawn sets seldom repeat.
+    const bool more = options_.intermediate_sets && options_.unique_sets && maximum;
+    const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
+    keys.assign(prediction.confidences.begin(),
+                more ? prediction.confidences.end() : prediction.confidences.begin() + static_cast<std::ptrdiff_t>(own));
+  }
+  if (options_.selection == "gumbel")
+    for (float& key : keys) key = std::log(std::max(0.5f * (1.0f + key), kLeastProbability));
+  const ConfidenceSource source(keys, maximum ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
+                                options_.temperature);
   std::vector<int> sets;
-  source.Draw(points, gamma, options_.copies, Rng(seed).Fork("selection"), &sets);
+  source.Draw(points, set_size, options_.copies, rng.Fork("selection"), &sets);
+  return sets;
+}
 
+int DiffsacMethod::SetSize() const {
+  return network_->task == Task::kFundamental ? options_.fundamental_points : MinimalSetSize(network_->task);
+}
+
+std::vector<int> DiffsacMethod::MinimalSets(const Problem& problem, std::uint64_t seed) const {
+  if (CheckProblem(problem) != Status::kOk) return {};
+  const Problem* one = &problem;
+  double ms_features = 0.0, ms_denoise = 0.0;
+  const auto prediction = Predict({&one, 1}, {&seed, 1}, &ms_features, &ms_denoise, nullptr)[0];
+  return GuidedSets(prediction, static_cast<int>(problem.points.rows()), SetSize(), Rng(seed));
+}
+
+template <MinimalModel Model>
+ConsensusResult DiffsacMethod::Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const {
+  const SolverSpace space(problem);
+  const int points = static_cast<int>(space.points().rows());
+  std::vector<int> sets = GuidedSets(prediction, points, Model::kMinimalSize, rng);
+  if (options_.extra_sets > 0) {
+    SourceOptions extra;
+    const bool has_quality = problem.quality.size() == points;
+    extra.source = has_quality ? options_.extra_source : "uniform";
+    const std::span<const double> quality(problem.quality.data(), has_quality ? points : 0);
+    MakeHypothesisSource(extra, space.points(), Model::kMinimalSize, quality)
+        ->Draw(points, Model::kMinimalSize, options_.extra_sets, rng.Fork("extra_sets"), &sets);
+  }
   ConsensusHints hints;
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.learned_refit)
     hints.fit_weights = Eigen::Map<const Eigen::VectorXf>(prediction.inlier_probability.data(), points).cast<double>();
-  const auto result = DispatchTask(problem.task, [&]<class Model>() {
-    return SampleConsensus<Model>(problem.points, problem.inlier_threshold, sets, options_.consensus,
-                                  Rng(seed).Fork("consensus"), hints);
-  });
+  return SampleConsensus<Model>(space.points(), space.threshold(), sets, options_.consensus, rng.Fork("consensus"), hints);
+}
+
+diffsac::Estimate DiffsacMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
+                                              std::uint64_t seed) const {
+  const auto start = Clock::now();
+  const Rng rng(seed);
+  const auto result = problem.task == Task::kFundamental && options_.fundamental_points == 8
+                          ? Consensus<Fundamental8>(problem, prediction, rng)
+                          : DispatchTask(problem.task, [&]<class Model>() {
+                              return Consensus<Model>(problem, prediction, rng);
+                            });
 
   diffsac::Estimate estimate;
   estimate.status = result.status;

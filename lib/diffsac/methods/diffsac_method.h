@@ -30,6 +30,10 @@ class DiffsacMethod : public Method {
   /// Runs the reverse process on one problem and keeps every step. Throws Error for points that cannot be estimated.
   ConfidenceSteps Trace(const Problem& problem, std::uint64_t seed) const;
 
+  /// The κ minimal sets that Estimate solves, γ ascending indices each, without those of another source: for reports of
+  /// what the network proposes. Empty for points that cannot be estimated from.
+  std::vector<int> MinimalSets(const Problem& problem, std::uint64_t seed) const;
+
   /// What the network said of one problem; consensus is a function of this alone, bit for bit.
   struct Prediction {
     FeatureSet features;
@@ -41,6 +45,11 @@ class DiffsacMethod : public Method {
  private:
   std::vector<Prediction> Predict(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds,
                                   double* ms_features, double* ms_denoise, ConfidenceSteps* steps) const;
+  int SetSize() const;
+  /// The κ minimal sets, by the options' guide and selection.
+  std::vector<int> GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const;
+  template <MinimalModel Model>
+  ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
 
   std::shared_ptr<const DiffsacNetwork> network_;
   DiffsacOptions options_;

@@ -13,8 +13,19 @@ namespace diffsac {
 struct DiffsacOptions {
   int copies = 20;                       ///< κ: noise vectors, and minimal sets, for each problem
   SamplerOptions sampler;                ///< which reverse process, and how many network steps
-  std::string selection = "maximum";     ///< "maximum" (top-γ) | "probabilistic" (drawn by the confidences)
-  double temperature = 0.25;             ///< probabilistic: softmax(confidence / temperature)
+  /// "maximum" (top-γ) | "probabilistic" (γ drawn without replacement by softmax(confidence / temperature)) |
+  /// "gumbel" (drawn in proportion to p^(1/temperature), p = (1 + confidence) / 2: top-γ of the log-probabilities with
+  /// Gumbel noise, which keeps the copies apart where they agree).
+  std::string selection = "maximum";
+  double temperature = 0.25;             ///< of "probabilistic" and "gumbel"
+  /// "diffusion" | "inlier_head": sets come from the inlier head's probabilities, the same for all copies, without any
+  /// reverse step: what independent sampling from learned weights reaches.
+  std::string guide = "diffusion";
+  /// So many sets more from another source ("uniform" | "prosac"), after the guided ones.
+  int extra_sets = 0;
+  std::string extra_source = "uniform";
+  /// Points in a minimal set of a fundamental matrix, 7 or 8: as the labels of the training had.
+  int fundamental_points = 7;
   bool unique_sets = true;               ///< no minimal set is solved twice
   /// Fill the places of repeated sets from the predictions of earlier reverse steps, latest first.
   bool intermediate_sets = true;

@@ -1,8 +1,8 @@
 #include "diffsac/train/train_options.h"
 
-#include <sstream>
+#include <algorithm>
 
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 
@@ -22,6 +22,8 @@ void TrainOptions::Bind(OptionsBinder& b) {
   b.Field("validate_every", validate_every, AtLeast(1));
   b.Field("checkpoint_every", checkpoint_every, AtLeast(1));
   b.Field("workers", workers, Within(1, 256));
+  b.Field("start_from", start_from);
+  b.Group("two_view", two_view);
   b.Field("seed", seed);
 }
 
@@ -29,11 +31,13 @@ void ValidationOptions::Bind(OptionsBinder& b) {
   b.Field("problems", problems, AtLeast(1));
   b.Field("outlier_ratios", outlier_ratios, Within(0.0, 0.99));
   b.Field("threshold_deg", threshold_deg, Positive());
+  b.Field("threshold_px", threshold_px, Positive());
+  b.Ignore("data");
 }
 
 void TrainConfig::Bind(OptionsBinder& b) {
   b.Field("name", name);
-  b.Choice("task", task, {"line", "plane"});
+  b.Choice("task", task, {"line", "plane", "homography", "fundamental", "essential"});
   b.Ignore("data");
   b.Group("network", network);
   b.Group("labels", labels);
@@ -42,11 +46,33 @@ void TrainConfig::Bind(OptionsBinder& b) {
   b.Group("inference", inference);
 }
 
+TrainConfig ReadTrainConfig(const Config& config) {
+  TrainConfig defaults;
+  const std::string task = config.Has("task") ? config.Text("task") : defaults.task;
+  if (task == "homography" || task == "fundamental" || task == "essential") {
+    defaults.validation.outlier_ratios.clear();
+    defaults.validation.threshold_deg = 10.0;
+  }
+  TrainConfig options = ReadOptions<TrainConfig>(config, defaults);
+  const auto& kinds = options.network.features.kinds;
+  const bool plain = std::all_of(kinds.begin(), kinds.end(), [](const std::string& kind) {
+    return kind == "coordinates" || kind == "coordinates_ratio";
+  });
+  if (options.train.two_view.augment && !plain)
+    throw Error(config.Where("train.two_view.augment") +
+                ": only for network.features.kinds coordinates and coordinates_ratio");
+  if (task == "fundamental" && options.labels.fundamental_points != options.inference.fundamental_points)
+    throw Error(config.Where("inference.fundamental_points") + ": " +
+                std::to_string(options.inference.fundamental_points) +
+                " points a set, but labels.fundamental_points is " + std::to_string(options.labels.fundamental_points));
+  return options;
+}
+
 std::string ResolvedConfig(const TrainConfig& options, const Config& config) {
-  std::istringstream data(WriteDatasetOptions(config.Sub("data")));
-  std::string text = WriteOptions(options) + "\ndata:\n";
-  for (std::string line; std::getline(data, line);) text += "  " + line + "\n";
-  return text;
+  Config resolved = Config::FromString(WriteOptions(options));
+  resolved.Set("data=" + WriteTrainingData(config.Sub("data")));
+  if (config.Has("validation.data")) resolved.Set("validation.data=" + config.Sub("validation.data").Dump());
+  return resolved.Dump();
 }
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 #include "diffsac/data/labels.h"
 #include "diffsac/methods/diffsac_network.h"
 #include "diffsac/methods/diffsac_options.h"
+#include "diffsac/train/training_source.h"
 
 namespace diffsac {
 
@@ -27,14 +28,20 @@ struct TrainOptions {
   std::int64_t validate_every = 1000;
   std::int64_t checkpoint_every = 1000;
   int workers = 1;                      ///< data threads
+  /// A checkpoint of the same architecture, of any task, whose averaged weights training starts from. Empty: none.
+  std::string start_from;
+  TwoViewTrainingOptions two_view;
   std::uint64_t seed = 1;
   void Bind(OptionsBinder& b);
 };
 
+/// The key `validation.data` holds what its data changes in the training data, or, with a `type`, other data altogether;
+/// a mixture is validated on its first part unless there is such data. Generated data is of split "validation".
 struct ValidationOptions {
-  int problems = 256;                            ///< for each outlier ratio
-  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};
+  int problems = 256;                            ///< for each group; fewer when there are fewer
+  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};  ///< a group each; empty: one group of the data as it is
   double threshold_deg = 0.5;                    ///< mAA threshold
+  double threshold_px = 20.0;                    ///< the same for homographies
   void Bind(OptionsBinder& b);
 };
 
@@ -50,6 +57,9 @@ struct TrainConfig {
   /// The key `data` is the dataset factory's.
   void Bind(OptionsBinder& b);
 };
+
+/// Reads a configuration. Two views are validated in one group, at 10 degrees, unless it says otherwise. Throws Error.
+TrainConfig ReadTrainConfig(const Config& config);
 
 /// The resolved configuration as YAML, defaults included.
 std::string ResolvedConfig(const TrainConfig& options, const Config& config);

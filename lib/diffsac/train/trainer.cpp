@@ -15,7 +15,6 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/diffusion/losses.h"
@@ -114,7 +113,7 @@ class Trainer {
   std::string resolved_;
   RunDirectory directory_;
   torch::Device device_;
-  std::unique_ptr<Dataset> dataset_;
+  std::vector<TrainingPart> parts_;
   std::shared_ptr<DiffsacNetwork> network_;
   std::shared_ptr<DiffsacNetwork> averaged_;
   std::unique_ptr<ExponentialMovingAverage> average_;
@@ -132,9 +131,10 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
       resolved_(ResolvedConfig(options, request.config)),
       directory_(request.output, "diffsac_train", resolved_, options.train.seed),
       device_(DeviceFromString(request.device)),
-      dataset_(MakeDataset(request.config.Sub("data"), options.train.seed)) {
-  if (dataset_->task() != task_)
-    throw Error(request.config.Where("data") + ": data of task '" + ToString(dataset_->task()) + "', but task is '" +
+      parts_(MakeTrainingParts(request.config.Sub("data"), options.train.seed)) {
+  const Task data_task = parts_.front().dataset->task();
+  if (data_task != task_)
+    throw Error(request.config.Where("data") + ": data of task '" + ToString(data_task) + "', but task is '" +
                 options.task + "'");
   std::filesystem::create_directories(directory_.File("checkpoints"));
   torch::set_num_threads(request.threads > 0 ? request.threads : HardwareThreads());
@@ -144,11 +144,11 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
   network_->MoveTo(device_);
   averaged_->MoveTo(device_);
   averaged_->denoiser->eval();
+  if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, *network_->denoiser);
   average_ = std::make_unique<ExponentialMovingAverage>(*network_->denoiser, options.train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(network_->denoiser->parameters(),
                                                     torch::optim::AdamOptions(options.train.learning_rate));
-  validation_ =
-      std::make_unique<Validation>(task_, request.config.Sub("data"), options.validation, options.train.seed);
+  validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
   info_ = {resolved_, GitRevision(), 0, options.train.seed, -1.0};
   if (request.resume) Resume();
 }
@@ -231,11 +231,10 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(*network_->denoiser)) +
           " parameters, device " + device_.str() + ", " + MachineText());
   std::vector<std::string> columns = {"loss_diffusion", "loss_inlier", "learning_rate", "data_wait_share"};
-  for (const double ratio : options_.validation.outlier_ratios)
-    columns.push_back("mAA@" + Text("%g", options_.validation.threshold_deg) + "deg_outliers_" + Text("%g", ratio));
+  columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
   MetricsLog log(directory_.path(), columns, info_.iteration);
 
-  const TrainingSource source(*dataset_, network_->features, options_.labels, train.noise_copies,
+  const TrainingSource source(parts_, network_->features, options_.labels, train.two_view, train.noise_copies,
                               options_.network.schedule.steps, train.seed);
   Prefetcher<TrainingItem> items([&source](std::uint64_t index) { return source.Make(index); }, train.workers,
                                  4 * train.batch_size,
@@ -254,7 +253,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
     Step(batch, iteration);
     const std::int64_t done = info_.iteration = iteration + 1;
     const bool last = done == train.iterations;
-    std::vector<double> accuracies(options_.validation.outlier_ratios.size(), kNotANumber);
+    std::vector<double> accuracies(validation_->names().size(), kNotANumber);
     if (done % train.validate_every == 0 || last) {
       accuracies = Validate();
       const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
@@ -290,7 +289,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
 }  // namespace
 
 TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop) {
-  const auto options = ReadOptions<TrainConfig>(request.config);
+  const auto options = ReadTrainConfig(request.config);
   return Trainer(request, options).Run(stop);
 }
 

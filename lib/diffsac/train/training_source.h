@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
+#include "diffsac/core/options.h"
 #include "diffsac/data/labels.h"
 #include "diffsac/data/point_features.h"
 #include "diffsac/data/problem.h"
@@ -19,20 +22,62 @@ struct TrainingItem {
   std::vector<int> times;       ///< copies, uniform in [0, T)
 };
 
+/// What training does to the matches of two views before the network sees them; all drawn anew each time.
+struct TwoViewTrainingOptions {
+  /// At most so many matches: those of the drawn labels and random others; 0 keeps all.
+  int max_points = 0;
+  /// One is drawn for each item and only matches of at most this ratio are kept. Empty: all matches.
+  std::vector<double> max_ratios;
+  /// Both images mirrored and turned together, one turned a little more, the images exchanged: minimal sets stay what
+  /// they are, so that one pair stands for many cameras and motions.
+  bool augment = false;
+  void Bind(OptionsBinder& b);
+};
+
+/// One of the datasets of a training run, drawn with a probability in proportion to its weight.
+struct TrainingPart {
+  std::shared_ptr<const Dataset> dataset;
+  double weight = 1.0;
+};
+
+/// The key `data`: one dataset, or `type: mixture` with a list `parts` of datasets, each with a `weight` beside its own
+/// keys. Throws Error: as MakeDataset, no parts, parts of different tasks, a weight that is not positive.
+std::vector<TrainingPart> MakeTrainingParts(const Config& data, std::uint64_t seed);
+
+/// The resolved options of `data` as YAML.
+std::string WriteTrainingData(const Config& data);
+
 /// Makes item `index` of a training run: a function of (seed, index) alone, so that resuming needs only a number.
+/// Thread-safe. Labels of finite two-view datasets are searched for once and kept in memory.
 class TrainingSource {
  public:
+  TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, LabelOptions labels,
+                 TwoViewTrainingOptions two_view, int copies, int schedule_steps, std::uint64_t seed);
+  /// One dataset, which must outlive the source.
   TrainingSource(const Dataset& dataset, PointFeatures features, LabelOptions labels, int copies, int schedule_steps,
                  std::uint64_t seed);
+  /// Throws Error when many examples in a row have too few points.
   TrainingItem Make(std::uint64_t index) const;
 
  private:
-  const Dataset& dataset_;
+  using Sets = std::vector<std::vector<int>>;
+  struct Drawn {
+    Example example;
+    std::shared_ptr<const Sets> sets;
+  };
+  Drawn Draw(std::uint64_t index) const;
+  std::shared_ptr<const Sets> SetsOf(std::size_t part, std::uint64_t position, const Example& example) const;
+
+  std::vector<TrainingPart> parts_;
   PointFeatures features_;
   LabelOptions labels_;
+  TwoViewTrainingOptions two_view_;
   int copies_;
   int schedule_steps_;
   Rng rng_;
+  /// A part's label sets by position; empty for parts that are not kept.
+  mutable std::vector<std::vector<std::shared_ptr<const Sets>>> kept_;
+  mutable std::mutex mutex_;
 };
 
 }  // namespace diffsac

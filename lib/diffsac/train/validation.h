@@ -1,24 +1,34 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/train/train_options.h"
 
 namespace diffsac {
 
-/// mAA of the whole estimator on fixed validation problems (split "validation"), for each outlier ratio.
+/// mAA of the whole estimator on fixed validation problems, for each outlier ratio or for all of them. The error is that
+/// of the task's tables (eval/metrics.h): degrees, of homographies pixels.
 class Validation {
  public:
-  Validation(Task task, const Config& data, const ValidationOptions& options, std::uint64_t seed);
+  /// config: the whole training configuration. Throws Error for data of another task or without examples.
+  Validation(Task task, const Config& config, const ValidationOptions& options, std::uint64_t seed);
   std::vector<double> Run(const DiffsacMethod& method) const;
+  /// A heading for each value of Run: "mAA@10deg", "mAA@0.5deg_outliers_0.7".
+  const std::vector<std::string>& names() const { return names_; }
 
  private:
+  void AddGroup(Task task, const Config& data, const std::string& suffix);
+
   ValidationOptions options_;
   std::uint64_t seed_;
+  Tolerance tolerance_;
   std::vector<std::vector<Example>> examples_;
+  std::vector<std::string> names_;
 };
 
 }  // namespace diffsac

@@ -1,0 +1,138 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/data/synthetic_two_view.h"
+#include "methods/tiny_network.h"
+
+namespace diffsac {
+namespace {
+
+NetworkOptions TwoViewNetwork() {
+  auto options = TinyOptions();
+  options.features.kinds = {"coordinates_ratio"};
+  return options;
+}
+
+std::vector<Example> TwoViewExamples(Task task, int count) {
+  SyntheticTwoViewOptions options;
+  options.task = ToString(task);
+  options.matches.num_points = {60, 90};
+  options.matches.outlier_ratio = {0.3, 0.3};
+  options.split = "test";
+  const auto dataset = MakeSyntheticTwoView(options, 3);
+  std::vector<Example> examples;
+  for (int i = 0; i < count; ++i) examples.push_back(dataset->Get(i));
+  return examples;
+}
+
+DiffsacOptions Options(int copies) {
+  DiffsacOptions options;
+  options.copies = copies;
+  options.sampler.steps = 2;
+  options.consensus.score = options.consensus.final_score = "msac";
+  options.consensus.local_optimization = "lo_ransac";
+  return options;
+}
+
+// Confidences as of a perfect network: true inliers near +1, others near −1, a little noise to tell copies apart.
+DiffsacMethod::Prediction Perfect(const Example& example, int copies) {
+  DiffsacMethod::Prediction prediction;
+  Rng rng(4);
+  for (int k = 0; k < copies; ++k)
+    for (const auto inlier : example.truth.inliers)
+      prediction.confidences.push_back((inlier ? 0.8f : -0.8f) + 0.1f * static_cast<float>(rng.Uniform(-1.0, 1.0)));
+  for (const auto inlier : example.truth.inliers) prediction.inlier_probability.push_back(inlier ? 0.9f : 0.1f);
+  return prediction;
+}
+
+}  // namespace
+
+TEST_CASE("confident sets of true inliers give the true two-view model") {
+  for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
+    for (const char* selection : {"maximum", "probabilistic", "gumbel"}) {
+      auto options = Options(40);
+      options.selection = selection;
+      options.temperature = 0.2;
+      const DiffsacMethod method(TinyNetwork(task, TwoViewNetwork()), options, 1);
+      int good = 0;
+      const auto examples = TwoViewExamples(task, 8);
+      for (const auto& example : examples) {
+        const auto estimate = method.EstimateFrom(example.problem, Perfect(example, 40), 5);
+        REQUIRE(estimate.status == Status::kOk);
+        int found = 0, wrong = 0;
+        for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
+          (example.truth.inliers[i] ? found : wrong) += estimate.inliers[i];
+        good += found > 5 * wrong && found > 10;
+      }
+      CHECK(good >= 7);
+    }
+  }
+}
+
+TEST_CASE("an untrained two-view network gives an estimate, batched as alone") {
+  for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
+    const DiffsacMethod method(TinyNetwork(task, TwoViewNetwork()), Options(6), 1);
+    std::vector<Problem> problems;
+    std::vector<std::uint64_t> seeds;
+    for (const auto& example : TwoViewExamples(task, 4)) {
+      problems.push_back(example.problem);
+      seeds.push_back(example.index);
+    }
+    problems.push_back(problems[0]);
+    problems.back().points.conservativeResize(3, 4);
+    seeds.push_back(1);
+    const auto together = method.EstimateBatch(problems, seeds);
+    for (std::size_t i = 0; i + 1 < problems.size(); ++i) {
+      CHECK(together[i].report.unique_minimal_sets == 6);
+      CHECK(together[i].status == method.Estimate(problems[i], seeds[i]).status);
+    }
+    CHECK(together.back().status == Status::kTooFewPoints);
+  }
+}
+
+TEST_CASE("the reported sets are those that are solved") {
+  for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
+    const auto example = TwoViewExamples(task, 1)[0];
+    const DiffsacMethod method(TinyNetwork(task, TwoViewNetwork()), Options(6), 1);
+    const auto sets = method.MinimalSets(example.problem, 8);
+    REQUIRE(static_cast<int>(sets.size()) == 6 * MinimalSetSize(task));
+    CHECK(*std::max_element(sets.begin(), sets.end()) < example.problem.points.rows());
+    CHECK(CountUniqueSets(sets, MinimalSetSize(task)) ==
+          method.Estimate(example.problem, 8).report.unique_minimal_sets);
+    CHECK(sets == method.MinimalSets(example.problem, 8));
+    Problem empty = example.problem;
+    empty.points.conservativeResize(0, 4);
+    CHECK(method.MinimalSets(empty, 8).empty());
+  }
+}
+
+TEST_CASE("the inlier head guides without the reverse process, extra sets are counted, 8-point sets are solved") {
+  const auto example = TwoViewExamples(Task::kFundamental, 1)[0];
+  auto options = Options(10);
+  options.guide = "inlier_head";
+  options.selection = "gumbel";
+  const auto network = TinyNetwork(Task::kFundamental, TwoViewNetwork());
+  CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).report.unique_minimal_sets == 10);
+  for (const char* source : {"uniform", "prosac"}) {
+    options.extra_sets = 15;
+    options.extra_source = source;
+    CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).report.unique_minimal_sets > 15);
+  }
+  options.extra_sets = 0;
+  options.fundamental_points = 8;
+  const DiffsacMethod eight(network, options, 1);
+  const auto estimate = eight.EstimateFrom(example.problem, Perfect(example, 10), 5);
+  CHECK(estimate.status == Status::kOk);
+  Problem seven = example.problem;
+  seven.points.conservativeResize(7, 4);
+  seven.quality.conservativeResize(7);
+  CHECK(eight.Estimate(seven, 1).status != Status::kOk);
+
+  auto no_head = TwoViewNetwork();
+  no_head.denoiser.inlier_head = false;
+  CHECK_THROWS_WITH(DiffsacMethod(TinyNetwork(Task::kFundamental, no_head), options, 1), Catch::Contains("guide"));
+}
+
+}  // namespace diffsac

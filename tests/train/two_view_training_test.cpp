@@ -1,0 +1,211 @@
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/dataset_factory.h"
+#include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/train/trainer.h"
+#include "diffsac/train/training_source.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::atomic<bool> kNever{false};
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("diffsac_two_view_training_test_" + std::to_string(::getpid()));
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
+
+Config TinyConfig(const std::string& task, const std::vector<std::string>& changes = {}) {
+  auto config = Config::FromString(R"(
+data: {type: synthetic_two_view, num_points: [60, 80], outlier_ratio: [0.1, 0.4]}
+network:
+  features: {kinds: [coordinates_ratio]}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}
+labels: {top_m: 4, draws: 20}
+train: {iterations: 40, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 40,
+        learning_rate: 0.005, two_view: {max_points: 40, max_ratios: [1, 0.85], augment: true}}
+validation: {problems: 6}
+inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
+)",
+                                   "tiny.yaml");
+  config.Set("task=" + task);
+  config.Set("data.task=" + task);
+  for (const auto& change : changes) config.Set(change);
+  return config;
+}
+
+TrainRequest Request(const Config& config, const std::string& output) {
+  TrainRequest request;
+  request.config = config;
+  request.output = output;
+  request.device = "cpu";
+  request.threads = 1;
+  return request;
+}
+
+std::vector<double> Column(const std::string& path, int column) {
+  std::vector<double> values;
+  std::istringstream lines(ReadFile(path));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (int i = 0; i <= column; ++i) std::getline(cells, cell, ',');
+    if (!cell.empty()) values.push_back(std::stod(cell));
+  }
+  return values;
+}
+
+TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& two_view, const LabelOptions& labels,
+                        const std::string& more = "") {
+  const auto data =
+      Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task + more + "}");
+  PointFeaturesOptions features;
+  features.kinds = {"coordinates_ratio"};
+  return TrainingSource(MakeTrainingParts(data, 1), PointFeatures(features, TaskFromString(task)), labels, two_view, 3,
+                        100, 1);
+}
+
+}  // namespace
+
+TEST_CASE("two-view networks train and their checkpoints load for their own task alone") {
+  const Folder folder;
+  for (const std::string task : {"homography", "fundamental", "essential"}) {
+    const std::string output = folder / task;
+    REQUIRE(Train(Request(TinyConfig(task), output), kNever) == TrainOutcome::kFinished);
+    const auto losses = Column(output + "/metrics.csv", 1);
+    REQUIRE(losses.size() == 40);
+    double first = 0.0, last = 0.0;
+    for (int i = 0; i < 5; ++i) first += losses[i], last += losses[losses.size() - 1 - i];
+    CHECK(last < 0.9 * first);
+    const auto accuracy = Column(output + "/metrics.csv", 5);
+    REQUIRE(accuracy.size() == 1);
+    CHECK((accuracy[0] >= 0.0 && accuracy[0] <= 1.0));
+    const std::string header = ReadFile(output + "/metrics.csv");
+    CHECK(header.find(task == "homography" ? "mAA@20px" : "mAA@10deg") != std::string::npos);
+
+    const std::string checkpoint = output + "/checkpoints/last.pt";
+    const auto network = LoadNetwork(checkpoint, TaskFromString(task), torch::kCPU);
+    CHECK(network->options.features.kinds == std::vector<std::string>{"coordinates_ratio"});
+    const Task other = task == "essential" ? Task::kFundamental : Task::kEssential;
+    CHECK_THROWS_WITH(LoadNetwork(checkpoint, other, torch::kCPU), Catch::Contains("trained for task '" + task + "'"));
+  }
+}
+
+TEST_CASE("a subset of the matches keeps the label's points and the number that was asked for") {
+  LabelOptions labels;
+  labels.top_m = 6;
+  labels.draws = 30;
+  TwoViewTrainingOptions two_view;
+  two_view.max_points = 32;
+  for (const std::string task : {"homography", "fundamental", "essential"}) {
+    const auto source = SourceOf(task, two_view, labels);
+    const int gamma = MinimalSetSize(TaskFromString(task));
+    for (std::uint64_t index = 0; index < 6; ++index) {
+      const auto item = source.Make(index);
+      REQUIRE(item.inliers.size() == 32);
+      REQUIRE(item.features.values.rows() == 32);
+      for (int k = 0; k < 3; ++k) {
+        const auto begin = item.labels.begin() + k * 32;
+        CHECK(std::count(begin, begin + 32, 1.0f) == gamma);
+        for (int i = 0; i < 32; ++i)
+          if (begin[i] > 0) CHECK(item.inliers[i] == 1.0f);
+      }
+      CHECK(source.Make(index).features.values == item.features.values);
+    }
+  }
+}
+
+TEST_CASE("only matches of the drawn ratio are kept") {
+  LabelOptions labels;
+  labels.draws = 30;
+  TwoViewTrainingOptions two_view;
+  two_view.max_ratios = {0.8};
+  const auto source = SourceOf("essential", two_view, labels);
+  for (std::uint64_t index = 0; index < 5; ++index) {
+    const auto item = source.Make(index);
+    CHECK(item.inliers.size() < 120);
+    CHECK(item.features.values.col(4).maxCoeff() <= (0.8 - 0.7) / 0.25 + 1e-5);
+    CHECK(std::count(item.labels.begin(), item.labels.end(), 1.0f) == 15);
+  }
+}
+
+TEST_CASE("the labels of finite data are found once and stay the same") {
+  LabelOptions labels;
+  labels.draws = 30;
+  const auto endless = SourceOf("fundamental", {}, labels);
+  const auto finite = SourceOf("fundamental", {}, labels, ", size: 4");
+  for (std::uint64_t index = 0; index < 4; ++index) CHECK(finite.Make(index).labels == endless.Make(index).labels);
+  // top_m is 1, so the second epoch has the same label.
+  for (std::uint64_t index = 0; index < 4; ++index) CHECK(finite.Make(index + 4).labels == finite.Make(index).labels);
+}
+
+TEST_CASE("augmentation keeps distances from the principal point and ratios") {
+  LabelOptions labels;
+  labels.draws = 30;
+  TwoViewTrainingOptions augmented;
+  augmented.augment = true;
+  const auto plain = SourceOf("essential", {}, labels), changed = SourceOf("essential", augmented, labels);
+  int swapped = 0;
+  for (std::uint64_t index = 0; index < 12; ++index) {
+    const auto a = plain.Make(index), b = changed.Make(index);
+    CHECK(a.labels == b.labels);
+    CHECK(a.features.values.col(4) == b.features.values.col(4));
+    const auto radius = [](const TrainingItem& item, int image) {
+      return item.features.values.middleCols(2 * image, 2).rowwise().norm().eval();
+    };
+    const bool same = radius(a, 0).isApprox(radius(b, 0), 1e-4f) && radius(a, 1).isApprox(radius(b, 1), 1e-4f);
+    const bool exchanged = radius(a, 0).isApprox(radius(b, 1), 1e-4f) && radius(a, 1).isApprox(radius(b, 0), 1e-4f);
+    CHECK((same || exchanged));
+    swapped += exchanged;
+  }
+  CHECK((swapped > 0 && swapped < 12));
+}
+
+TEST_CASE("a mixture draws its parts by weight") {
+  const auto data = Config::FromString(R"(
+type: mixture
+parts:
+  - {weight: 3, type: synthetic_two_view, task: homography, num_points: 30, size: 5}
+  - {weight: 1, type: synthetic_two_view, task: homography, num_points: 50}
+)");
+  LabelOptions labels;
+  labels.draws = 5;
+  PointFeaturesOptions features;
+  features.kinds = {"coordinates_ratio"};
+  const TrainingSource source(MakeTrainingParts(data, 1), PointFeatures(features, Task::kHomography), labels, {}, 1, 10,
+                              1);
+  int small = 0;
+  for (std::uint64_t index = 0; index < 200; ++index) small += source.Make(index).inliers.size() == 30;
+  CHECK((small > 125 && small < 175));
+  CHECK(WriteTrainingData(Config::FromString(WriteTrainingData(data))) == WriteTrainingData(data));
+}
+
+TEST_CASE("wrong two-view configurations name their place") {
+  const Folder folder;
+  const auto fails = [&](const std::string& task, const std::vector<std::string>& changes, const std::string& message) {
+    CHECK_THROWS_WITH(Train(Request(TinyConfig(task, changes), folder / "a"), kNever), Catch::Contains(message));
+  };
+  fails("fundamental", {"labels.fundamental_points=8"}, "fundamental_points");
+  fails("essential", {"network.features.kinds=[preference]"}, "augment");
+  fails("essential", {"data.task=homography"}, "homography");
+  fails("essential", {"validation.data.task=homography"}, "validation data of task");
+  fails("essential", {"data={type: mixture}"}, "parts");
+  fails("essential", {"data={type: mixture, parts: [{type: synthetic_two_view, weight: -1}]}"}, "weight");
+  fails("essential", {"data={type: mixture, part: 3}"}, "part");
+}
+
+}  // namespace diffsac
