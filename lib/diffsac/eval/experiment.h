@@ -49,6 +49,18 @@ struct BudgetSeries {
   std::vector<std::string> methods;
 };
 
+/// Scenes that the means over scenes count as one: KITTI's frame steps, say.
+struct SceneGroup {
+  std::string name;
+  std::vector<std::string> scenes;  ///< Names of scenes; `*` stands for any text, `?` for one character.
+};
+
+/// A difference "a minus b" of two rows that the report shows with its interval.
+struct Comparison {
+  std::string a;
+  std::string b;
+};
+
 struct FigureOptions {
   bool curve = true;                                ///< mAA against the conditions' values.
   int qualitative = 1;                              ///< Problems a condition in the picture of fits; 0: none.
@@ -86,6 +98,12 @@ struct ExperimentOptions {
   std::vector<Condition> conditions;
   std::vector<MethodRow> methods;
   std::vector<PaperRow> paper;
+  std::vector<SceneGroup> scene_groups;
+  std::vector<Comparison> compare;
+  /// The first group that holds the scene, or the scene itself.
+  std::string GroupOf(const std::string& scene) const;
+  /// The index of a row of this name; the number of rows when there is none.
+  std::size_t RowOf(const std::string& method) const;
 };
 
 /// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/random.h"
@@ -54,11 +55,11 @@ std::vector<Example> LoadExamples(const Dataset& dataset, const ExperimentOption
   return examples;
 }
 
-ProblemRecord MakeRecord(const Example& example, const Estimate& estimate) {
+ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
   record.id = example.id;
-  record.scene = example.scene;
+  record.scene = experiment.GroupOf(example.scene);
   record.status = estimate.status;
   record.error = MeasureError(estimate, example);
   record.points = static_cast<int>(example.problem.points.rows());
@@ -85,7 +86,7 @@ struct CellRun {
 void RunOneByOne(const CellRun& run, std::vector<ProblemRecord>* records) {
   ParallelFor(static_cast<std::int64_t>(records->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
-    (*records)[i] = MakeRecord(run.examples[i], run.EstimateOne(run.examples[i]));
+    (*records)[i] = MakeRecord(run.experiment, run.examples[i], run.EstimateOne(run.examples[i]));
     run.progress.Advance();
   });
 }
@@ -101,7 +102,8 @@ void RunInBatches(const CellRun& run, std::vector<ProblemRecord>* records) {
       seeds.push_back(ProblemSeed(run.experiment.seed, run.examples[i].index));
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
-    for (std::size_t i = first; i < last; ++i) (*records)[i] = MakeRecord(run.examples[i], estimates[i - first]);
+    for (std::size_t i = first; i < last; ++i)
+      (*records)[i] = MakeRecord(run.experiment, run.examples[i], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }
@@ -175,10 +177,21 @@ std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<st
   return total;
 }
 
+// A group without a scene is most likely a misspelt name, but data that is not here may have it.
+void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Example>& examples) {
+  for (const SceneGroup& group : experiment.scene_groups) {
+    const bool used = std::any_of(examples.begin(), examples.end(), [&](const Example& example) {
+      return experiment.GroupOf(example.scene) == group.name;
+    });
+    if (!used && !examples.empty()) LogWarning("scene_groups: no scene of the data is in '" + group.name + "'");
+  }
+}
+
 void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
                   const Dataset& dataset, const std::vector<std::unique_ptr<Method>>& methods, Progress& progress,
                   ExperimentResults* results) {
   const std::vector<Example> examples = LoadExamples(dataset, experiment);
+  if (condition == 0) WarnOfEmptyGroups(experiment, examples);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const MethodRow& row = experiment.methods[m];
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
