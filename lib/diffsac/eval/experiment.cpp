@@ -162,6 +162,20 @@ std::vector<BudgetSeries> ReadBudget(const Config& config) {
   return series;
 }
 
+std::vector<ImageFolder> ReadImageFolders(const Config& config) {
+  std::vector<ImageFolder> folders;
+  for (const Config& item : config.Sequence("figures.images")) {
+    ImageFolder one;
+    ReadOptionsWith(item, [&](OptionsBinder& b) {
+      b.Field("scenes", one.scenes);
+      b.Field("folder", one.folder);
+      b.Require(!one.folder.empty(), "folder", "a folder of images");
+    });
+    folders.push_back(std::move(one));
+  }
+  return folders;
+}
+
 std::vector<std::string> TextsOf(const Config& config, const std::string& key, const YamlTree& tree) {
   const std::vector<YamlTree> items = tree.kind == Kind::kSequence ? tree.items : std::vector<YamlTree>{tree};
   std::vector<std::string> texts;
@@ -201,6 +215,7 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   CheckKnown(config, "reference", "method", {experiment.reference}, methods);
   const FigureOptions& figures = experiment.figures;
   CheckKnown(config, "figures.qualitative_method", "method", {figures.qualitative_method}, methods);
+  CheckKnown(config, "figures.qualitative_methods", "method", figures.qualitative_methods, methods);
   CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
   CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
   for (const BudgetSeries& series : figures.budget)
@@ -244,6 +259,18 @@ YamlTree PaperTree(const PaperRow& row) {
     Put(&tree, condition, std::move(pair));
   }
   return tree;
+}
+
+YamlTree ImageFoldersTree(const std::vector<ImageFolder>& folders) {
+  YamlTree list;
+  list.kind = Kind::kSequence;
+  for (const ImageFolder& folder : folders) {
+    YamlTree one;
+    Put(&one, "scenes", Text(folder.scenes));
+    Put(&one, "folder", Text(folder.folder));
+    list.items.push_back(std::move(one));
+  }
+  return list;
 }
 
 YamlTree SceneGroupsTree(const std::vector<SceneGroup>& groups) {
@@ -295,9 +322,11 @@ void FigureOptions::Bind(OptionsBinder& b) {
   b.Field("curve", curve);
   b.Field("qualitative", qualitative, Within(0, 8));
   b.Field("qualitative_method", qualitative_method);
+  b.Field("qualitative_methods", qualitative_methods);
   b.Field("qualitative_conditions", qualitative_conditions);
   b.Field("confidence_condition", confidence_condition);
   b.Ignore("budget");
+  b.Ignore("images");
 }
 
 void ExperimentOptions::Bind(OptionsBinder& b) {
@@ -332,6 +361,7 @@ ExperimentOptions ReadExperiment(const Config& config) {
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
   experiment.figures.budget = ReadBudget(config);
+  experiment.figures.images = ReadImageFolders(config);
   CheckReferences(config, experiment);
   experiment.paper = ReadPaper(config, Names(experiment.conditions));
   experiment.scene_groups = ReadSceneGroups(config);
@@ -352,6 +382,7 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   std::erase_if(experiment->methods, [&](const MethodRow& row) { return !kept(row.name); });
   if (!kept(experiment->reference)) experiment->reference.clear();
   if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
+  std::erase_if(experiment->figures.qualitative_methods, [&](const std::string& name) { return !kept(name); });
   std::erase_if(experiment->compare, [&](const Comparison& pair) { return !kept(pair.a) || !kept(pair.b); });
   for (BudgetSeries& series : experiment->figures.budget)
     std::erase_if(series.methods, [&](const std::string& name) { return !kept(name); });
@@ -365,6 +396,8 @@ std::string WriteExperiment(const ExperimentOptions& experiment) {
   for (const MethodRow& row : experiment.methods) methods.items.push_back(MethodTree(row));
   for (const PaperRow& row : experiment.paper) Put(&paper, row.label, PaperTree(row));
   if (!experiment.figures.budget.empty()) Put(tree.Find("figures"), "budget", BudgetTree(experiment.figures.budget));
+  if (!experiment.figures.images.empty())
+    Put(tree.Find("figures"), "images", ImageFoldersTree(experiment.figures.images));
   Put(&tree, "conditions", std::move(conditions));
   Put(&tree, "methods", std::move(methods));
   if (!paper.entries.empty()) Put(&tree, "paper", std::move(paper));

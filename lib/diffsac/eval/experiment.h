@@ -61,13 +61,23 @@ struct Comparison {
   std::string b;
 };
 
+/// Where pictures find the images of scenes.
+struct ImageFolder {
+  std::string scenes = "*";  ///< Names of scenes; `*` stands for any text, `?` for one character.
+  std::string folder;        ///< Holds the images by the names that the pairs' ids have, with any extension.
+};
+
 struct FigureOptions {
   bool curve = true;                                ///< mAA against the conditions' values.
-  int qualitative = 1;                              ///< Problems a condition in the picture of fits; 0: none.
+  /// Problems a condition in the picture of fits; two views: evenly spread over the data, one picture for each method.
+  /// 0: none.
+  int qualitative = 1;
   std::string qualitative_method;                   ///< Whose fits; empty: the first that is not `oracle`.
+  std::vector<std::string> qualitative_methods;     ///< Two views: whose matches; empty: the first three but `oracle`.
   std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
   std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
   std::vector<BudgetSeries> budget;                 ///< `figures.budget.series`.
+  std::vector<ImageFolder> images;                  ///< Two views: `figures.images`, the first that fits a scene.
   void Bind(OptionsBinder& b);
 };
 

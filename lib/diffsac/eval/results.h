@@ -37,6 +37,7 @@ struct KeptFit {
   std::size_t condition = 0;
   Example example;
   diffsac::Estimate estimate;
+  std::size_t method = 0;
 };
 
 struct KeptTrace {
@@ -50,7 +51,7 @@ struct ExperimentResults {
   std::string dataset;      ///< The data's type.
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
-  std::string fits_label;         ///< The method of `fits`.
+  std::string fits_label;         ///< The method of `fits` (lines, planes).
   std::vector<KeptTrace> traces;  ///< At most one.
   bool partial = false;           ///< An interrupt stopped the run.
 
