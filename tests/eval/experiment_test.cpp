@@ -62,7 +62,8 @@ TEST_CASE("rows are selected by name, in the experiment's order") {
 }
 
 TEST_CASE("comparisons and groups of scenes are read, written and checked") {
-  const std::string more = "compare: [[first, second], [oracle, first]]\nscene_groups: {kitti: [k_1, k_2_*], other: \"o?\"}\n";
+  const std::string more =
+      "compare: [[first, second], [oracle, first]]\nscene_groups: {kitti: [k_1, k_2_*], other: \"o?\"}\n";
   ExperimentOptions experiment = Read(kSmallExperiment + more);
   REQUIRE(experiment.compare.size() == 2);
   CHECK(experiment.compare[1].a == "oracle");

@@ -59,10 +59,10 @@ TEST_CASE("results.json has intervals and paired differences") {
 TEST_CASE("several scenes are reported one by one, as their mean and over all pairs") {
   const ExperimentResults results = MadeUpPoses();
   const std::string csv = ResultsCsv(results);
-  CHECK_THAT(csv, Contains(",a,all,first,mAA@10deg,1\n") && Contains(",b,all,first,mAA@10deg,0.5\n") &&
-                      Contains(",mean,all,first,mAA@10deg,0.75\n") &&
-                      Contains(",all_pairs,all,first,mAA@10deg,0.625\n") &&
-                      Contains(",all_pairs,all,second,failures,1\n") && Contains(",all_pairs,all,second,mAA_R@10deg,0.875\n"));
+  CHECK_THAT(
+      csv, Contains(",a,all,first,mAA@10deg,1\n") && Contains(",b,all,first,mAA@10deg,0.5\n") &&
+               Contains(",mean,all,first,mAA@10deg,0.75\n") && Contains(",all_pairs,all,first,mAA@10deg,0.625\n") &&
+               Contains(",all_pairs,all,second,failures,1\n") && Contains(",all_pairs,all,second,mAA_R@10deg,0.875\n"));
   for (const char* metric : {"mAA_t@10deg", "AUC@5deg", "AUC@10deg", "AUC@20deg", "median_R_deg", "median_t_deg"})
     CHECK_THAT(csv, Contains(std::string(",mean,all,second,") + metric + ","));
   // One scene is all pairs already.

@@ -78,8 +78,8 @@ TEST_CASE("poses have tables of rotation, translation, areas, scenes and differe
   CHECK_THAT(tables[4].heading, Contains("translation alone"));
   CHECK(tables[4].rows[0].cells[1] == "1.000");
   CHECK(tables[4].rows[1].cells[2] == "7.500");
-  CHECK(tables[5].columns == std::vector<std::string>{"method", "all: AUC@5deg", "all: AUC@10deg", "all: AUC@20deg",
-                                                      "all: failures"});
+  CHECK(tables[5].columns ==
+        std::vector<std::string>{"method", "all: AUC@5deg", "all: AUC@10deg", "all: AUC@20deg", "all: failures"});
   CHECK(tables[5].rows[0].cells[4] == "0");
   CHECK(tables[5].rows[1].cells[4] == "1");
   CHECK(tables[6].columns == std::vector<std::string>{"method", "a", "b"});

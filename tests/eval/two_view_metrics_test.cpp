@@ -136,7 +136,8 @@ TEST_CASE("The jointly visible pixels are those whose true transfer falls inside
 }
 
 TEST_CASE("What lies behind the horizon of a homography is not visible") {
-  // w = 1 - x / 8: pixels beyond x = 8 are behind the second camera, though x = 14 has the transfer (8.3, 8.1 and more).
+  // w = 1 - x / 8: pixels beyond x = 8 are behind the second camera, though x = 14 has the transfer (8.3, 8.1 and
+  // more).
   Example example = ShiftedImages(0.0, 0.0);
   example.problem.points.col(0) << 0, 5, 0, 5;
   Eigen::Matrix3d truth;
@@ -199,8 +200,7 @@ TEST_CASE("OpenCV's recoverPose gives the same errors on clean data") {
       const Eigen::Vector3d translation(t.at<double>(0), t.at<double>(1), t.at<double>(2));
       const double angle = DirectionAngleDegrees(translation, example.truth.pose->translation);
       const EstimateError error = MeasureTwoViewError(EstimateOf(model, 50), example);
-      CHECK(error.rotation_deg ==
-            Approx(RotationAngleDegrees(rotation, example.truth.pose->rotation)).margin(1e-6));
+      CHECK(error.rotation_deg == Approx(RotationAngleDegrees(rotation, example.truth.pose->rotation)).margin(1e-6));
       CHECK(error.translation_deg == Approx(std::min(angle, 180.0 - angle)).margin(1e-6));
       CHECK(error.rotation_deg > 0.1);
     }

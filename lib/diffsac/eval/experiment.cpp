@@ -180,7 +180,8 @@ std::vector<std::string> TextsOf(const Config& config, const std::string& key, c
   const std::vector<YamlTree> items = tree.kind == Kind::kSequence ? tree.items : std::vector<YamlTree>{tree};
   std::vector<std::string> texts;
   for (const YamlTree& item : items) {
-    if (item.kind != Kind::kScalar || item.scalar.empty()) throw Error(config.Where(key) + ": expected a list of names");
+    if (item.kind != Kind::kScalar || item.scalar.empty())
+      throw Error(config.Where(key) + ": expected a list of names");
     texts.push_back(item.scalar);
   }
   return texts;

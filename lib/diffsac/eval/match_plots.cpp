@@ -15,8 +15,9 @@ namespace {
 
 constexpr int kPanelWidth = 760, kPanelHeight = 600;  // An image is made as large as fits.
 constexpr int kGap = 10, kTitleHeight = 62;
-constexpr int kMostLines = 200;  // Of one kind: more hide the images and each other.
-constexpr double kPale = 0.35;   // How much of white is mixed into the images.
+constexpr int kMostLines = 100;      // Of one kind: more hide the images and each other.
+constexpr double kPale = 0.35;       // How much of white is mixed into the images.
+constexpr double kLineWeight = 0.6;  // Lines let what is below shine through.
 constexpr double kTitleScale = 0.62, kTextScale = 0.5;
 
 const cv::Scalar kWhite(255, 255, 255), kBlack(32, 32, 32), kBlank(238, 238, 238);  // blue, green, red
@@ -95,7 +96,8 @@ struct Panel {
 Panel MakePanel(const std::string& file, ImageSize size) {
   cv::Mat image = file.empty() ? cv::Mat() : cv::imread(file, cv::IMREAD_COLOR);
   Panel panel;
-  panel.scale = std::min(static_cast<double>(kPanelWidth) / size.width, static_cast<double>(kPanelHeight) / size.height);
+  panel.scale =
+      std::min(static_cast<double>(kPanelWidth) / size.width, static_cast<double>(kPanelHeight) / size.height);
   const cv::Size target(std::max(1, static_cast<int>(std::lround(size.width * panel.scale))),
                         std::max(1, static_cast<int>(std::lround(size.height * panel.scale))));
   if (image.empty()) {
@@ -112,8 +114,10 @@ std::string Ascii(const std::string& text) {
   std::string out;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80) out += byte < 0x20 ? ' ' : c;
-    else if (byte >= 0xC0) out += '?';
+    if (byte < 0x80)
+      out += byte < 0x20 ? ' ' : c;
+    else if (byte >= 0xC0)
+      out += '?';
   }
   return out;
 }
@@ -162,10 +166,12 @@ void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Pane
     if (KindOf(fit, i) == kind && points.row(i).allFinite() && points.row(i).cwiseAbs().maxCoeff() < 1e6)
       rows.push_back(i);
   const std::size_t lines = kind == Kind::kOther ? 0 : std::min<std::size_t>(rows.size(), kMostLines);
+  const cv::Mat below = canvas.clone();
   for (std::size_t k = 0; k < lines; ++k) {
     const auto row = points.row(rows[k * rows.size() / lines]);
     cv::line(canvas, left.At(row[0], row[1]), right.At(row[2], row[3]), colour, 1, cv::LINE_AA);
   }
+  cv::addWeighted(canvas, kLineWeight, below, 1.0 - kLineWeight, 0.0, canvas);
   for (const Eigen::Index i : rows) {
     cv::circle(canvas, left.At(points(i, 0), points(i, 1)), 2, colour, cv::FILLED, cv::LINE_AA);
     cv::circle(canvas, right.At(points(i, 2), points(i, 3)), 2, colour, cv::FILLED, cv::LINE_AA);
@@ -193,8 +199,10 @@ cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
   canvas(cv::Rect(0, 0, canvas.cols, kTitleHeight)).setTo(kWhite);
   const std::string condition =
       experiment.conditions.size() > 1 ? ", " + experiment.conditions[fit.condition].label : std::string();
-  PutText(canvas, experiment.methods[fit.method].label + ": " + ErrorText(MeasureError(fit.estimate, fit.example), fit.estimate) +
-                      " (" + fit.example.id + condition + ")",
+  PutText(canvas,
+          experiment.methods[fit.method].label + ": " +
+              ErrorText(MeasureError(fit.estimate, fit.example), fit.estimate) + " (" + fit.example.id + condition +
+              ")",
           24, kTitleScale);
   PutText(canvas, CountsText(fit), 48, kTextScale);
   return canvas;

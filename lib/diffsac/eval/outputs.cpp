@@ -128,12 +128,18 @@ std::string ResultsJson(const ExperimentResults& results) {
   const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
   for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell));
-  const Json json = {{"experiment", experiment.name}, {"title", experiment.title},
-                     {"task", experiment.task},       {"dataset", results.dataset},
-                     {"seed", experiment.seed},       {c.pixels ? "threshold_px" : "threshold_deg", c.value},
-                     {"partial", results.partial},    {"git_revision", GitRevision()},
-                     {"machine", MachineText()},      {"results", cells},
-                     {"differences", ComparisonsJson(results)}, {"paper", PaperJson(results)}};
+  const Json json = {{"experiment", experiment.name},
+                     {"title", experiment.title},
+                     {"task", experiment.task},
+                     {"dataset", results.dataset},
+                     {"seed", experiment.seed},
+                     {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+                     {"partial", results.partial},
+                     {"git_revision", GitRevision()},
+                     {"machine", MachineText()},
+                     {"results", cells},
+                     {"differences", ComparisonsJson(results)},
+                     {"paper", PaperJson(results)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -116,7 +116,8 @@ bool CountsDiffer(const ExperimentResults& results) {
 }
 
 void AddCosts(const ExperimentResults& results, std::size_t method, bool with_counts, Table::Row* row) {
-  const double models = MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
+  const double models =
+      MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
   const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.report.ms_total; });
   const bool oracle = results.experiment.methods[method].type == "oracle";
   row->cells.push_back(oracle ? kUnknown : Fixed(models, 0));
@@ -250,8 +251,7 @@ Kind SceneKind(const ExperimentResults& results, std::size_t condition) {
   Kind kind{name + " by scene", {}};
   if (results.experiment.conditions.size() > 1)
     kind.heading += ", " + results.experiment.condition_label + " " + results.experiment.conditions[condition].label;
-  for (const std::string& scene : Scenes(results, condition))
-    kind.columns.push_back({scene, condition, scene, name});
+  for (const std::string& scene : Scenes(results, condition)) kind.columns.push_back({scene, condition, scene, name});
   return kind;
 }
 
@@ -417,8 +417,9 @@ std::string MarkdownReport(const ExperimentResults& results) {
   if (MostScenes(results) > 1)
     text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
   if (!experiment.compare.empty())
-    text += " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
-            "bold where the interval leaves zero out.";
+    text +=
+        " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
+        "bold where the interval leaves zero out.";
   text += "\n";
   if (!experiment.paper.empty())
     text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
