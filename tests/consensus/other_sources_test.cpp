@@ -131,6 +131,11 @@ TEST_CASE("Nearest neighbours agree with a search by hand, coinciding points inc
     CHECK(std::count(nearest.begin(), nearest.end(), i) == 0);
   }
   CHECK(index.Nearest(3, 500).size() == 199);
+  // From the place of a point the same others follow the point itself.
+  const std::vector<int> from = index.NearestTo(points.row(199).data(), 13), others = index.Nearest(199, 12);
+  REQUIRE(from.size() == 13);
+  CHECK(from.front() == 199);
+  CHECK(std::vector<int>(from.begin() + 1, from.end()) == others);
   CHECK(index.Nearest(3, 0).empty());
   CHECK(NeighborIndex(RandomPoints(1, 2, 1)).Nearest(0, 3).empty());
   const auto edges = NeighborEdges(points, 5);

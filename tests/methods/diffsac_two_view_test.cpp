@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <numeric>
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/data/synthetic_two_view.h"
@@ -106,6 +107,31 @@ TEST_CASE("the reported sets are those that are solved") {
     empty.points.conservativeResize(0, 4);
     CHECK(method.MinimalSets(empty, 8).empty());
   }
+}
+
+TEST_CASE("temperatures rise from the first copy to the last") {
+  const auto example = TwoViewExamples(Task::kFundamental, 1)[0];
+  const std::size_t points = example.truth.inliers.size();
+  auto options = Options(20);
+  options.selection = "gumbel";
+  options.temperature = Range(0.01, 100.0);
+  options.unique_sets = false;
+  // The same confidences for all copies, falling with the index.
+  DiffsacMethod::Prediction prediction;
+  for (int k = 0; k < 20; ++k)
+    for (std::size_t i = 0; i < points; ++i)
+      prediction.confidences.push_back(0.9f - 1.8f * static_cast<float>(i) / points);
+  prediction.inlier_probability.assign(points, 0.5f);
+  const DiffsacMethod method(TinyNetwork(Task::kFundamental, TwoViewNetwork()), options, 1);
+  const auto sets = method.EstimateFrom(example.problem, prediction, 5).minimal_sets;
+  REQUIRE(sets.size() == 20);
+  const auto mean = [](const std::vector<int>& set) {
+    return std::accumulate(set.begin(), set.end(), 0.0) / static_cast<double>(set.size());
+  };
+  CHECK(sets[0] == std::vector<int>{0, 1, 2, 3, 4, 5, 6});
+  double late = 0.0;
+  for (int k = 15; k < 20; ++k) late += mean(sets[k]) / 5.0;
+  CHECK(late > 0.3 * static_cast<double>(points));
 }
 
 TEST_CASE("the inlier head guides without the reverse process, extra sets are counted, 8-point sets are solved") {

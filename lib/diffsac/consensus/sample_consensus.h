@@ -74,6 +74,9 @@ struct ConsensusOptions {
   void Bind(OptionsBinder& b);
 };
 
+/// Sets kept in ConsensusResult::first_sets: as many as the paper's κ.
+constexpr int kReportedSets = 20;
+
 struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
@@ -83,6 +86,8 @@ struct ConsensusResult {
   double score = 0.0;                 ///< of the returned model, by the score that chose it last
   int hypotheses = 0;                 ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
+  /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a source proposes.
+  std::vector<std::vector<int>> first_sets;
   std::int64_t iterations = 0;            ///< minimal sets drawn
   StopReason stop = StopReason::kNotRun;  ///< why there were no more
   int rejected_early = 0;                 ///< models dropped by the sequential test

@@ -98,6 +98,10 @@ class Run {
     result->stop = stop_;
     result->rejected_early = rejected_early_;
     result->unique_minimal_sets = CountUniqueSets(taken_sets_, Model::kMinimalSize);
+    for (std::size_t end = Model::kMinimalSize; end <= taken_sets_.size() && result->first_sets.size() < kReportedSets;
+         end += Model::kMinimalSize)
+      result->first_sets.emplace_back(taken_sets_.begin() + static_cast<std::ptrdiff_t>(end - Model::kMinimalSize),
+                                      taken_sets_.begin() + static_cast<std::ptrdiff_t>(end));
     if (result->model.size() == 0 || CountInliers(result->model) < Model::kMinimalSize) {
       result->model.resize(0);
       result->score = 0.0;

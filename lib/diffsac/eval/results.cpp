@@ -75,8 +75,10 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
                                       const Tolerance& tolerance, bool poses) {
   std::vector<double> errors, accuracies, offsets;
   double failures = 0;
+  std::vector<double> pure;
   for (const ProblemRecord* record : records) {
     failures += record->error.failed;
+    if (!std::isnan(record->all_inlier_sets)) pure.push_back(record->all_inlier_sets);
     const double error = MainError(record->error, tolerance);
     if (std::isnan(error)) continue;
     errors.push_back(error);
@@ -95,6 +97,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "inliers", median([](const ProblemRecord& r) { return r.inliers; })},
       {scene, "hypotheses", median([](const ProblemRecord& r) { return r.report.hypotheses; })},
       {scene, "unique_minimal_sets", median([](const ProblemRecord& r) { return r.report.unique_minimal_sets; })},
+      {scene, "all_inlier_sets", Mean(pure)},
       {scene, "ms_features", median([](const ProblemRecord& r) { return r.report.ms_features; })},
       {scene, "ms_denoise", median([](const ProblemRecord& r) { return r.report.ms_denoise; })},
       {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct ProblemRecord {
   EstimateError error;
   int points = 0;
   int inliers = 0;
+  /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
+  double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
 };

@@ -55,6 +55,14 @@ std::vector<Example> LoadExamples(const Dataset& dataset, const ExperimentOption
   return examples;
 }
 
+double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>& inliers) {
+  if (estimate.minimal_sets.empty() || inliers.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto pure = std::count_if(estimate.minimal_sets.begin(), estimate.minimal_sets.end(), [&](const auto& set) {
+    return std::all_of(set.begin(), set.end(), [&](int i) { return inliers[i] != 0; });
+  });
+  return static_cast<double>(pure) / static_cast<double>(estimate.minimal_sets.size());
+}
+
 ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
@@ -64,6 +72,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.error = MeasureError(estimate, example);
   record.points = static_cast<int>(example.problem.points.rows());
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+  record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   record.report = estimate.report;
   record.done = true;
   return record;

@@ -210,6 +210,14 @@ bool HasPoses(const ExperimentResults& results) {
   return false;
 }
 
+bool HasSets(const ExperimentResults& results) {
+  if (!IsTwoView(TaskFromString(results.experiment.task))) return false;
+  for (const Cell& cell : results.cells)
+    for (const ProblemRecord& record : cell.records)
+      if (!std::isnan(record.all_inlier_sets)) return true;
+  return false;
+}
+
 Kind AccuracyKind(const ExperimentResults& results, const std::string& scene, const std::string& note) {
   const std::string name = MetricName("mAA", results.experiment.tolerance());
   Kind kind{name + note + ", higher is better", {}, scene == "mean"};
@@ -243,6 +251,12 @@ Kind AreaKind(const ExperimentResults& results, bool poses) {
   for (const Tolerance& threshold : thresholds)
     AddConditions(results, {"", 0, "mean", MetricName("AUC", threshold)}, MetricName("AUC", threshold), &kind);
   AddConditions(results, {"", 0, "mean", "failures", 0, false}, "failures", &kind);
+  return kind;
+}
+
+Kind SetsKind(const ExperimentResults& results) {
+  Kind kind{"share of all-inlier sets among the first 20 minimal sets", {}};
+  AddConditions(results, {"", 0, "mean", "all_inlier_sets"}, "", &kind);
   return kind;
 }
 
@@ -352,6 +366,7 @@ std::vector<Table> MakeTables(const ExperimentResults& results) {
   if (poses) kinds.push_back(PoseKind(results, "rotation", "R"));
   if (poses) kinds.push_back(PoseKind(results, "translation", "t"));
   if (truth && IsTwoView(TaskFromString(experiment.task))) kinds.push_back(AreaKind(results, poses));
+  if (HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
     if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
   const CellNumbers metrics = AllMetrics(results);

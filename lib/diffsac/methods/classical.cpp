@@ -57,6 +57,7 @@ Estimate EstimateModel(const Problem& problem, const ClassicalOptions& options, 
   estimate.model = std::move(result.model);
   estimate.inliers = std::move(result.inliers);
   estimate.score = result.score;
+  estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;
   return estimate;

@@ -270,6 +270,7 @@ diffsac::Estimate DiffsacMethod::EstimateFrom(const Problem& problem, const Pred
   estimate.model = result.model;
   estimate.inliers = result.inliers;
   estimate.score = result.score;
+  estimate.minimal_sets = result.first_sets;
   estimate.report.hypotheses = prediction.features.hypotheses + result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;
   estimate.report.ms_consensus = MillisecondsSince(start);

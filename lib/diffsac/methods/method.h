@@ -27,6 +27,9 @@ struct Estimate {
   ModelParameters model;               ///< Empty unless status is ok.
   std::vector<std::uint8_t> inliers;   ///< N values: residual <= inlier_threshold under `model`.
   double score = 0.0;                  ///< Of the score that chose the model.
+  /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none or
+  /// do not tell.
+  std::vector<std::vector<int>> minimal_sets;
   EstimateReport report;
 };
 

@@ -1,0 +1,117 @@
+#include "data_tools/warp_images.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <opencv2/core/eigen.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "data_tools/image_source.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/progress.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFocal = 1.2, kMostTiltDeg = 65.0, kRollDeg = 25.0, kShift = 0.1;
+constexpr double kNearest = 0.6, kFarthest = 1.6;
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+cv::Mat ReadReduced(const std::string& path, int max_size) {
+  cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  const int longer = std::max(image.cols, image.rows);
+  if (image.empty() || max_size == 0 || longer <= max_size) return image;
+  const double factor = static_cast<double>(max_size) / longer;
+  cv::Mat reduced;
+  cv::resize(image, reduced, {}, factor, factor, cv::INTER_AREA);
+  return reduced;
+}
+
+// Grey noise of the size of `like`.
+cv::Mat Noise(const cv::Mat& like, double mean, double sigma, std::uint64_t seed) {
+  cv::RNG rng(seed);
+  cv::Mat noise(like.size(), CV_32F);
+  rng.fill(noise, cv::RNG::NORMAL, mean, sigma);
+  return noise;
+}
+
+cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, Rng rng) {
+  cv::Mat matrix, warped, mask, result;
+  cv::eigen2cv(view, matrix);
+  cv::warpPerspective(image, warped, matrix, image.size(), cv::INTER_AREA);
+  cv::warpPerspective(cv::Mat(image.size(), CV_8U, cv::Scalar(255)), mask, matrix, image.size(), cv::INTER_NEAREST);
+  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
+  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
+  Noise(image, 128.0, 30.0, rng.Fork("outside").Seed()).copyTo(result, mask == 0);
+  result += Noise(image, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
+  result.convertTo(result, CV_8U);
+  return result;
+}
+
+void WriteImage(const fs::path& path, const cv::Mat& image) {
+  if (!cv::imwrite(path.string(), image)) throw Error(path.string() + ": cannot be written");
+}
+
+void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
+  std::ofstream file(path);
+  file.precision(12);
+  file << matrix << "\n";
+  if (!file.flush()) throw Error(path.string() + ": cannot be written");
+}
+
+}  // namespace
+
+Eigen::Matrix3d RandomView(int width, int height, Rng rng) {
+  const double f = kFocal * std::max(width, height);
+  Eigen::Matrix3d K;
+  K << f, 0, 0.5 * width, 0, f, 0.5 * height, 0, 0, 1;
+  // The plane is Z = 0, at unit distance from the first camera.
+  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi), tilt = Radians(rng.Uniform(0.0, kMostTiltDeg));
+  const double distance = kNearest * std::pow(kFarthest / kNearest, rng.Uniform());
+  const Eigen::Matrix3d R = (Eigen::AngleAxisd(Radians(kRollDeg) * rng.Normal(), Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(side), std::sin(side), 0.0)))
+                                .toRotationMatrix();
+  const Eigen::Vector3d centre(rng.Uniform(-kShift, kShift) * width / f, rng.Uniform(-kShift, kShift) * height / f, 0.0);
+  Eigen::Matrix3d plane;
+  plane << R.leftCols<2>(), Eigen::Vector3d(0, 0, distance) - R * centre;
+  return K * plane * K.inverse();
+}
+
+bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
+  const std::vector<std::string> paths = ListImages(request.input);
+  const auto size = static_cast<std::int64_t>(paths.size());
+  const std::int64_t count = request.images > 0 ? std::min<std::int64_t>(request.images, size) : size;
+  Progress progress("warp", count);
+  int unreadable = 0;
+  for (std::int64_t i = 0; i < count && !stop; ++i) {
+    const std::string& path = paths[i * size / count];
+    const cv::Mat image = ReadReduced(path, request.max_image_size);
+    progress.Advance();
+    if (image.empty()) {
+      LogWarning(path + ": not an image that can be read; left out");
+      ++unreadable;
+      continue;
+    }
+    const fs::path folder = fs::path(request.output) / ImageName(path);
+    fs::create_directories(folder);
+    WriteImage(folder / "1.png", image);
+    for (int view = 2; view <= request.views + 1; ++view) {
+      const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
+      const Eigen::Matrix3d homography = RandomView(image.cols, image.rows, rng.Fork("view"));
+      WriteImage(folder / (std::to_string(view) + ".png"), Seen(image, homography, rng.Fork("light")));
+      WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);
+    }
+  }
+  if (unreadable == count) throw Error(request.input + ": none of its images can be read");
+  return !stop;
+}
+
+}  // namespace diffsac
