@@ -227,12 +227,13 @@ Kind MedianKind(const ExperimentResults& results) {
 }
 
 // One table of several metrics; with many conditions, which would make it too wide, one table for each.
-std::vector<Kind> KindsOf(const ExperimentResults& results, const std::string& heading,
-                          const std::vector<Column>& metrics) {
+std::vector<Kind> KindsOf(const ExperimentResults& results, const std::string& heading_together,
+                          const std::string& heading_apart, const std::vector<Column>& metrics) {
   std::vector<Kind> kinds;
   const bool together = results.experiment.conditions.size() <= kMostConditionsTogether;
   for (const Column& metric : metrics) {
-    if (!together || kinds.empty()) kinds.push_back({heading + (together ? "" : ", " + metric.heading), {}});
+    if (!together || kinds.empty())
+      kinds.push_back({together ? heading_together : heading_apart + ", " + metric.heading, {}});
     AddConditions(results, metric, together ? metric.heading : "", &kinds.back());
   }
   return kinds;
@@ -241,7 +242,7 @@ std::vector<Kind> KindsOf(const ExperimentResults& results, const std::string& h
 // Rotation or translation alone: `letter` is R or t.
 std::vector<Kind> PoseKinds(const ExperimentResults& results, const std::string& what, const std::string& letter) {
   const Tolerance c = results.experiment.tolerance();
-  return KindsOf(results, what + " alone",
+  return KindsOf(results, what + " alone", what + " alone",
                  {{MetricName("mAA", c), 0, "mean", MetricName("mAA_" + letter, c)},
                   {"median degrees", 0, "mean", "median_" + letter + "_deg", 3, false}});
 }
@@ -254,7 +255,8 @@ std::vector<Kind> AreaKinds(const ExperimentResults& results, bool poses) {
   for (const Tolerance& threshold : thresholds)
     metrics.push_back({MetricName("AUC", threshold), 0, "mean", MetricName("AUC", threshold)});
   metrics.push_back({"failures", 0, "mean", "failures", 0, false});
-  return KindsOf(results, poses ? "max(R, t), exact AUC and failures" : "exact AUC and failures", metrics);
+  const std::string of = poses ? "max(R, t)" : "errors";
+  return KindsOf(results, of + ": exact AUC and failures", of, metrics);
 }
 
 Kind SceneKind(const ExperimentResults& results, std::size_t condition) {
