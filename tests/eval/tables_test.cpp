@@ -70,12 +70,12 @@ TEST_CASE("poses have tables of rotation, translation, areas, scenes and differe
   CHECK(tables[1].rows[0].cells[1] == "0.625");  // (2 * 1 + 6 * .5) / 8
   CHECK(tables[1].columns.size() == 2);
   CHECK(MarkdownTable(tables[3]) ==
-        "| method |  all: mAA | all: median |\n"
-        "|--------|----------:|------------:|\n"
-        "| First  |     0.750 |       2.750 |\n"
-        "| Second | **0.917** |   **0.000** |\n");
-  CHECK_THAT(tables[3].heading, Contains("rotation alone: mAA@10deg"));
-  CHECK_THAT(tables[4].heading, Contains("translation alone"));
+        "| method | all: mAA@10deg | all: median degrees |\n"
+        "|--------|---------------:|--------------------:|\n"
+        "| First  |          0.750 |               2.750 |\n"
+        "| Second |      **0.917** |           **0.000** |\n");
+  CHECK(tables[3].heading == "rotation alone");
+  CHECK(tables[4].heading == "translation alone");
   CHECK(tables[4].rows[0].cells[1] == "1.000");
   CHECK(tables[4].rows[1].cells[2] == "7.500");
   CHECK(tables[5].columns ==
@@ -90,6 +90,21 @@ TEST_CASE("poses have tables of rotation, translation, areas, scenes and differe
   CHECK_THAT(tables[7].rows[0].cells[1], Catch::StartsWith("+0.475 [+0."));
   CHECK(tables[7].rows[0].best[1]);
   CHECK_THAT(MarkdownReport(testing::MadeUpPoses()), Contains("unweighted means over the scenes"));
+}
+
+TEST_CASE("many conditions have a table for each metric of poses") {
+  ExperimentResults results = testing::MadeUpPoses();
+  for (const char* name : {"2", "3", "4"}) {
+    results.experiment.conditions.push_back(results.experiment.conditions.front());
+    results.experiment.conditions.back().label = name;
+  }
+  const std::vector<Table> tables = MakeTables(results);
+  REQUIRE(tables.size() == 13);  // 3, then 2 of rotation, 2 of translation, 4 of areas and failures, a scene table, 1
+  CHECK(tables[4].heading == "rotation alone, median degrees");
+  CHECK(tables[4].columns == std::vector<std::string>{"method", "all", "2", "3", "4"});
+  CHECK(tables[4].rows[0].cells == std::vector<std::string>{"First", "2.750", "–", "–", "–"});
+  CHECK(tables[7].heading == "max(R, t), AUC@5deg");
+  CHECK(tables[10].heading == "max(R, t), failures");
 }
 
 TEST_CASE("one scene needs no tables by scene") {

@@ -61,11 +61,15 @@ struct Box {
     low.array() -= margin;
     high.array() += margin;
   }
-  std::string Ranges() const {
+  // `downwards`: y as the rows of an image.
+  std::string Ranges(bool downwards = false) const {
     static constexpr const char* kAxes[] = {"x", "y", "z"};
     std::string text;
-    for (Eigen::Index d = 0; d < low.size(); ++d)
-      text += std::string("set ") + kAxes[d] + "range [" + GnuplotNumber(low[d]) + ":" + GnuplotNumber(high[d]) + "]\n";
+    for (Eigen::Index d = 0; d < low.size(); ++d) {
+      const bool turned = downwards && d == 1;
+      text += std::string("set ") + kAxes[d] + "range [" + GnuplotNumber(turned ? high[d] : low[d]) + ":" +
+              GnuplotNumber(turned ? low[d] : high[d]) + "]\n";
+    }
     return text;
   }
 };
@@ -217,13 +221,12 @@ std::string CommonSettings(Task task, bool ratio) {
          "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
 }
 
-// Two views: the matches where they are in image 1, upright, as points of the plane.
+// Two views: the matches where they are in image 1, as points of the plane.
 Problem InThePlane(const Problem& problem) {
   if (!IsTwoView(problem.task)) return problem;
   Problem flat;
   flat.task = Task::kLine;
   flat.points = problem.points.leftCols(2);
-  flat.points.col(1) *= -1.0;
   return flat;
 }
 
@@ -273,7 +276,8 @@ bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, con
   const std::vector<std::size_t> steps = ShownSteps(trace.confidence.size());
   const int panels = static_cast<int>(steps.size()), columns = panels <= 4 ? panels : (panels + 1) / 2;
   const int rows = (panels + columns - 1) / columns;
-  std::string script = CommonSettings(problem.task, true) + kViridis + Box(problem.points).Ranges() +
+  std::string script = CommonSettings(problem.task, true) + kViridis +
+                       Box(problem.points).Ranges(IsTwoView(whole.task)) +
                        "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
                        std::to_string(rows) + "," + std::to_string(columns) +
                        " title \"Confidence over the reverse steps\\n(circled: the minimal set; grey: left out before "

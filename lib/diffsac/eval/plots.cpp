@@ -56,6 +56,7 @@ std::string SeriesStyle(std::size_t index, bool strong) {
          std::to_string(kMarks[index % std::size(kMarks)]) + " ps 1.2";
 }
 
+constexpr int kKeyWidth = 260;  // In pixels.
 constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
 constexpr const char* kReferenceStyle = "with lines dt 3 lw 2 lc rgb \"#666666\"";
 
@@ -118,26 +119,35 @@ std::string Title(const ExperimentResults& results) {
   return (experiment.title.empty() ? experiment.name : experiment.title) + (results.partial ? " (partial)" : "");
 }
 
-// `cost`: the metric on the x axis.
+// `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
 bool PlotCost(const ExperimentResults& results, const std::string& folder, const std::string& cost,
               const std::string& x_label, const std::string& name) {
-  std::string panels;
-  int count = 0;
+  struct Panel {
+    std::size_t condition = 0;
+    std::vector<Curve> curves;
+  };
+  std::vector<Panel> panels;
+  std::size_t richest = 0;
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
-    const std::vector<Curve> curves = CostCurves(results, c, cost);
-    if (curves.empty()) continue;
-    panels += "set title " +
-              GnuplotText(results.experiment.condition_label + " " + results.experiment.conditions[c].label) + "\n" +
-              PlotCommand(name + std::to_string(c) + "_", curves);
-    ++count;
+    Panel panel{c, CostCurves(results, c, cost)};
+    if (panel.curves.empty()) continue;
+    panels.push_back(std::move(panel));
+    if (panels.back().curves.size() > panels[richest].curves.size()) richest = panels.size() - 1;
   }
-  if (count == 0) return false;
-  const std::string script =
-      "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
-      " font \",13\" margins " + GnuplotNumber(count > 2 ? 0.06 : 0.1) + ",0.98,0.13,0.85 spacing 0.07\n" +
-      AxisTexts(results, x_label) +
-      "set logscale x\nset yrange [0:1]\nset key bottom right samplen 2\n" + panels + "unset multiplot\n";
-  return DrawPicture(folder, name, script, 240 + 380 * count, 480);
+  if (panels.empty()) return false;
+  const int count = static_cast<int>(panels.size()), width = 80 + 380 * count + kKeyWidth;
+  const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
+  std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
+                       " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
+                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + AxisTexts(results, x_label) +
+                       "set logscale x\nset yrange [0:1]\n";
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const Condition& condition = results.experiment.conditions[panels[i].condition];
+    script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 2\n" : "unset key\n") +
+              ("set title " + GnuplotText(results.experiment.condition_label + ": " + condition.label)) + "\n" +
+              PlotCommand(name + std::to_string(panels[i].condition) + "_", panels[i].curves);
+  }
+  return DrawPicture(folder, name, script + "unset multiplot\n", width, 480);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ namespace diffsac {
 namespace {
 
 constexpr const char* kUnknown = "–";
+constexpr std::size_t kMostConditionsTogether = 3;  // In a table that shows several metrics of each.
 
 std::string Fixed(double value, int digits) {
   if (std::isnan(value)) return kUnknown;
@@ -233,25 +234,37 @@ Kind MedianKind(const ExperimentResults& results) {
   return kind;
 }
 
+// One table of several metrics; with many conditions, which would make it too wide, one table for each.
+std::vector<Kind> KindsOf(const ExperimentResults& results, const std::string& heading_together,
+                          const std::string& heading_apart, const std::vector<Column>& metrics) {
+  std::vector<Kind> kinds;
+  const bool together = results.experiment.conditions.size() <= kMostConditionsTogether;
+  for (const Column& metric : metrics) {
+    if (!together || kinds.empty())
+      kinds.push_back({together ? heading_together : heading_apart + ", " + metric.heading, {}});
+    AddConditions(results, metric, together ? metric.heading : "", &kinds.back());
+  }
+  return kinds;
+}
+
 // Rotation or translation alone: `letter` is R or t.
-Kind PoseKind(const ExperimentResults& results, const std::string& what, const std::string& letter) {
-  const std::string name = MetricName("mAA_" + letter, results.experiment.tolerance());
-  Kind kind{what + " alone: " + MetricName("mAA", results.experiment.tolerance()) + " and median error in degrees", {}};
-  AddConditions(results, {"", 0, "mean", name}, "mAA", &kind);
-  AddConditions(results, {"", 0, "mean", "median_" + letter + "_deg", 3, false}, "median", &kind);
-  return kind;
+std::vector<Kind> PoseKinds(const ExperimentResults& results, const std::string& what, const std::string& letter) {
+  const Tolerance c = results.experiment.tolerance();
+  return KindsOf(results, what + " alone", what + " alone",
+                 {{MetricName("mAA", c), 0, "mean", MetricName("mAA_" + letter, c)},
+                  {"median degrees", 0, "mean", "median_" + letter + "_deg", 3, false}});
 }
 
 // Two views: the area under the recall, and how often there was no model or no pose.
-Kind AreaKind(const ExperimentResults& results, bool poses) {
-  const Tolerance c = results.experiment.tolerance();
-  Kind kind{poses ? "exact AUC of max(R, t) and failures" : "exact AUC and failures", {}};
-  std::vector<Tolerance> thresholds = {c};
+std::vector<Kind> AreaKinds(const ExperimentResults& results, bool poses) {
+  std::vector<Tolerance> thresholds = {results.experiment.tolerance()};
   if (poses) thresholds = {Tolerance(5.0), Tolerance(10.0), Tolerance(20.0)};
+  std::vector<Column> metrics;
   for (const Tolerance& threshold : thresholds)
-    AddConditions(results, {"", 0, "mean", MetricName("AUC", threshold)}, MetricName("AUC", threshold), &kind);
-  AddConditions(results, {"", 0, "mean", "failures", 0, false}, "failures", &kind);
-  return kind;
+    metrics.push_back({MetricName("AUC", threshold), 0, "mean", MetricName("AUC", threshold)});
+  metrics.push_back({"failures", 0, "mean", "failures", 0, false});
+  const std::string of = poses ? "max(R, t)" : "errors";
+  return KindsOf(results, of + ": exact AUC and failures", of, metrics);
 }
 
 Kind SetsKind(const ExperimentResults& results) {
@@ -363,9 +376,10 @@ std::vector<Table> MakeTables(const ExperimentResults& results) {
     kinds.push_back({"median number of inliers (no ground truth)", {}, true});
     AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
   }
-  if (poses) kinds.push_back(PoseKind(results, "rotation", "R"));
-  if (poses) kinds.push_back(PoseKind(results, "translation", "t"));
-  if (truth && IsTwoView(TaskFromString(experiment.task))) kinds.push_back(AreaKind(results, poses));
+  const auto add = [&](const std::vector<Kind>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
+  if (poses) add(PoseKinds(results, "rotation", "R"));
+  if (poses) add(PoseKinds(results, "translation", "t"));
+  if (truth && IsTwoView(TaskFromString(experiment.task))) add(AreaKinds(results, poses));
   if (HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
     if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));

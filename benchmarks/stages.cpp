@@ -1,0 +1,194 @@
+// Where the time of one image pair goes: milliseconds of features, network and consensus on one pair, beside classical
+// rows that are run in turn with it, round after round. Figures are medians over rounds, ratios are taken within a
+// round, so that they hold on a machine whose speed drifts; the least total and the processor's time say what other
+// programs took. Memory is the process's peak during a call of its own.
+//
+//   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.pt] [--points 200,500,2000]
+//                  [--threads 1,2] [--rounds 15]
+#include <malloc.h>
+#include <torch/torch.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/run_directory.h"
+#include "diffsac/data/dataset_factory.h"
+#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/methods/registry.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kPairs = 4;  // Rounds take these in turn.
+
+struct Options {
+  std::string task = "fundamental";
+  std::string checkpoint;
+  std::string device = "cpu";
+  std::vector<int> points = {200, 500, 2000};
+  std::vector<int> threads = {1, 2};
+  int rounds = 15;
+  int copies = 20;
+};
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+// MiB of a line of /proc/self/status ("VmHWM", "VmRSS"); 0 where there is none.
+double MemoryMiB(const std::string& name) {
+  std::ifstream file("/proc/self/status");
+  std::string line;
+  while (std::getline(file, line))
+    if (line.rfind(name + ":", 0) == 0) return std::stod(line.substr(name.size() + 1)) / 1024.0;
+  return 0.0;
+}
+
+// The peak starts again at what is in use now; what was freed goes back to the system first.
+void ResetPeak() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+// One row of the table and what was measured of it.
+struct Row {
+  std::string name;
+  std::shared_ptr<Method> method;
+  std::vector<double> features, network, consensus, total, processor, ratio;
+  double peak_mib = 0.0;
+};
+
+std::vector<Problem> MakePairs(const Options& options, int points) {
+  const std::string yaml = "{type: synthetic_two_view, task: " + options.task +
+                           ", split: benchmark, num_points: " + std::to_string(points) + ", outlier_ratio: 0.5}";
+  const auto dataset = MakeDataset(Config::FromString(yaml, "benchmark"), 1);
+  std::vector<Problem> pairs;
+  for (int i = 0; i < kPairs; ++i) pairs.push_back(dataset->Get(i).problem);
+  return pairs;
+}
+
+// The first row is what the others are compared with. "inlier head" runs features, encoder and consensus alone: its
+// network time is the encoder's.
+std::vector<Row> MakeRows(const Options& options, int threads) {
+  MethodContext context;
+  context.threads = threads;
+  context.device = options.device;
+  const Task task = TaskFromString(options.task);
+  const std::string consensus =
+      "consensus: {score: msac, local_optimization: lo_ransac, refit: iterated, refit_rounds: 5, "
+      "refit_threshold_factor: 1.2, final_score: msac, final_refinement: lm}";
+  const std::string diffsac = "{type: diffsac, checkpoint: '" + options.checkpoint + "', selection: gumbel, " +
+                              "temperature: 0.5, copies: " + std::to_string(options.copies) + ", " + consensus;
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& name, const std::string& yaml) {
+    Row row;
+    row.name = name;
+    row.method = MakeMethod(Config::FromString(yaml, "benchmark"), task, context);
+    rows.push_back(std::move(row));
+  };
+  add("PROSAC 1000", "{type: prosac, hypotheses: 1000}");
+  add("PROSAC 20", "{type: prosac, hypotheses: 20}");
+  add("LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}");
+  add("inlier head, no reverse step", diffsac + ", guide: inlier_head}");
+  add("DiffSAC, 1 step, 256 decoded", diffsac + ", max_decoded_points: 256, sampler: {steps: 1}}");
+  add("DiffSAC, 2 steps, 256 decoded", diffsac + ", max_decoded_points: 256, sampler: {steps: 2}}");
+  add("DiffSAC, 2 steps, all decoded", diffsac + ", max_decoded_points: 0, sampler: {steps: 2}}");
+  return rows;
+}
+
+void RunOnce(const Problem& pair, std::uint64_t seed, Row* row) {
+  const std::clock_t start = std::clock();
+  const EstimateReport report = row->method->Estimate(pair, seed).report;
+  row->processor.push_back(1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  row->features.push_back(report.ms_features);
+  row->network.push_back(report.ms_denoise);
+  row->consensus.push_back(report.ms_consensus);
+  row->total.push_back(report.ms_total);
+}
+
+void Measure(const std::vector<Problem>& pairs, int rounds, std::vector<Row>* rows) {
+  for (Row& row : *rows) row.method->Estimate(pairs[0], 0);  // Caches and allocators, not measured.
+  for (int round = 0; round < rounds; ++round) {
+    const Problem& pair = pairs[round % pairs.size()];
+    for (Row& row : *rows) RunOnce(pair, round, &row);
+    for (Row& row : *rows) row.ratio.push_back(row.total.back() / rows->front().total.back());
+  }
+  for (Row& row : *rows) {
+    ResetPeak();
+    row.method->Estimate(pairs[0], 0);
+    row.peak_mib = MemoryMiB("VmHWM");
+  }
+}
+
+void Print(int points, int threads, double before_mib, const std::vector<Row>& rows) {
+  std::printf("\n### N = %d, %d thread(s); before any row runs the process holds %.0f MiB\n\n", points, threads,
+              before_mib);
+  std::printf(
+      "| row | features | encode | decode | consensus | total | least total | processor | per second | / PROSAC 1000 | "
+      "peak, MiB |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
+  const auto head = std::find_if(rows.begin(), rows.end(), [](const Row& r) { return r.name.rfind("inlier", 0) == 0; });
+  const double encode = Median(head->network);
+  for (const Row& row : rows) {
+    const bool learned = row.name.rfind("DiffSAC", 0) == 0 || row.name == head->name;
+    const double network = Median(row.network), total = Median(row.total);
+    std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.3g | %.3g | %.0f |\n", row.name.c_str(),
+                Median(row.features), learned ? encode : 0.0, learned ? std::max(0.0, network - encode) : 0.0,
+                Median(row.consensus), total, *std::min_element(row.total.begin(), row.total.end()),
+                Median(row.processor), 1000.0 / total, Median(row.ratio), row.peak_mib);
+  }
+  std::fflush(stdout);
+}
+
+void Run(const Options& options) {
+  std::printf(
+      "%s\n%s\n%s, κ = %d, half of the matches wrong, milliseconds, medians of %d rounds; decode: the network's time "
+      "beyond "
+      "the encoder's\n",
+      VersionText("diffsac_stages").c_str(), MachineText().c_str(), options.checkpoint.c_str(), options.copies,
+      options.rounds);
+  for (const int points : options.points) {
+    const std::vector<Problem> pairs = MakePairs(options, points);
+    for (const int threads : options.threads) {
+      torch::set_num_threads(threads);
+      std::vector<Row> rows = MakeRows(options, threads);
+      const double before_mib = MemoryMiB("VmRSS");
+      Measure(pairs, options.rounds, &rows);
+      Print(points, threads, before_mib, rows);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace diffsac
+
+int main(int argc, char** argv) {
+  CLI::App app{"Time by stage of one image pair"};
+  diffsac::Options options;
+  app.add_option("--task", options.task, "fundamental, essential or homography");
+  app.add_option("--checkpoint", options.checkpoint, "A model of the task (default: models/<task>/model.pt)");
+  app.add_option("--device", options.device, "auto, cpu or cuda");
+  app.add_option("--points", options.points, "Numbers of matches")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--threads", options.threads, "Thread counts")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--rounds", options.rounds, "Rounds; figures are medians")->check(CLI::PositiveNumber);
+  app.add_option("--copies", options.copies, "κ")->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
+  if (options.checkpoint.empty()) options.checkpoint = "models/" + options.task + "/model.pt";
+  try {
+    diffsac::Run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "diffsac_stages: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
