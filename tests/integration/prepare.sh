@@ -68,6 +68,34 @@ for format in images strecha colmap nerf poses homographies adelaidermf; do
   expect_error 'empty' prepare pairs --format "$format" --input "$own/empty" --output "$own/scenes"
 done
 
+# A picture of matches, with and without the images.
+run_expecting 0 "${some[@]}" --scene drawn
+run_expecting 0 prepare inspect --picture "$own/p.png" "$own/scenes/drawn" --pair 1-2 --images "$own/some"
+run_expecting 0 prepare inspect --picture "$own/q.png" "$own/scenes/drawn"
+expect_file "$own/p.png" "$own/q.png"
+grep -q '1-2, [0-9]* matches' "$own/out" || { cat "$own/out" >&2; fail "no count beside the picture"; }
+expect_error 'no pair 9-9' prepare inspect --picture "$own/p.png" "$own/scenes/drawn" --pair 9-9
+expect_error 'picture' prepare inspect "$own/scenes/drawn" --pair 1-2
+
+# Descriptors for a scene in the tutorial's layout.
+mkdir -p "$own/tutorial/val"
+cp -r "$own/scenes/drawn" "$own/tutorial/val/drawn"
+cp -r "$own/some" "$own/tutorial/val/drawn/images"
+rm -f "$own"/tutorial/val/drawn/{sizes,descriptors}.h5
+run_expecting 0 prepare tutorial --input "$own/tutorial/val/drawn"
+expect_file "$own"/tutorial/val/drawn/{sizes,descriptors}.h5
+grep -q '3 pairs, 3 images, .* 100.0 % have a keypoint' "$own/out" || { cat "$own/out" >&2; fail "no share of keypoints"; }
+expect_error 'nowhere' prepare tutorial --input "$own/nowhere"
+expect_error 'features' prepare tutorial --input "$own/tutorial/val/drawn" --features orb
+
+# Views of a mesh.
+printf 'OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n' >"$own/mesh.off"
+run_expecting 0 prepare modelnet --input "$own/mesh.off" --output "$own/meshes" --pairs 3 --points 50 --outlier-ratio 0.4
+run_expecting 0 prepare inspect "$own/meshes" --threshold-px 4
+grep -qE '^modelnet40 +3 .* 60\.0 .* ok +sizes K pose E F labels$' "$own/out" || { cat "$own/out" >&2; fail "no summary"; }
+expect_error 'outlier-ratio' prepare modelnet --input "$own/mesh.off" --output "$own/meshes" --outlier-ratio 2
+expect_error 'nowhere' prepare modelnet --input "$own/nowhere" --output "$own/meshes"
+
 # Ctrl-C: no scene that is not complete, and the next call goes on with the keypoints. Job control gives the background
 # job the default SIGINT.
 mkdir "$own/many"
