@@ -61,6 +61,12 @@ TEST_CASE("Scenes of a folder are read through the factory; what is missing is n
   CHECK(dataset->Get(6).index == 6);
   CHECK(dataset->Get(0).truth.pose->translation.norm() == Approx(1.0));
   CHECK(make("max_pairs: 2\n")->size() == 4);
+  // Of three and four pairs the first half and the second, rounded, are all.
+  const auto first = make("part: [0, 0.5]\n"), second = make("part: [0.5, 1]\n");
+  CHECK(first->size() == 4);
+  CHECK(second->size() == 3);
+  CHECK(first->Get(0).id == dataset->Get(0).id);
+  CHECK(second->Get(2).id == dataset->Get(6).id);
   CHECK(dataset->Get(0).problem.descriptors.size() == 0);
   CHECK(dataset->Get(0).problem.size2 == ImageSize{600, 400});
   // Descriptors go with their matches.

@@ -61,6 +61,30 @@ TEST_CASE("rows are selected by name, in the experiment's order") {
   CHECK_THROWS_WITH(SelectMethods({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
 }
 
+TEST_CASE("comparisons and groups of scenes are read, written and checked") {
+  const std::string more =
+      "compare: [[first, second], [oracle, first]]\nscene_groups: {kitti: [k_1, k_2_*], other: \"o?\"}\n";
+  ExperimentOptions experiment = Read(kSmallExperiment + more);
+  REQUIRE(experiment.compare.size() == 2);
+  CHECK(experiment.compare[1].a == "oracle");
+  CHECK(experiment.RowOf("second") == 1);
+  CHECK(experiment.RowOf("third") == 3);
+  CHECK(experiment.GroupOf("k_1") == "kitti");
+  CHECK(experiment.GroupOf("k_2_x") == "kitti");
+  CHECK(experiment.GroupOf("k_3") == "k_3");
+  CHECK(experiment.GroupOf("o1") == "other");
+  CHECK(SmallExperiment().GroupOf("k_1") == "k_1");
+  const std::string once = WriteExperiment(experiment);
+  CHECK(WriteExperiment(Read(once)) == once);
+  CHECK_THAT(once, Contains("k_2_*") && Contains("compare"));
+  SelectMethods({"first", "second"}, &experiment);
+  CHECK(experiment.compare.size() == 1);
+  CHECK_THROWS_WITH(Read(kSmallExperiment + std::string("compare: [[first, secund]]\n")),
+                    Contains("x.yaml:17") && Contains("did you mean 'second'"));
+  CHECK_THROWS_WITH(Read(kSmallExperiment + std::string("compare: [[first]]\n")), Contains("two methods"));
+  CHECK_THROWS_WITH(Read(kSmallExperiment + std::string("scene_groups: [a, b]\n")), Contains("expected a map"));
+}
+
 TEST_CASE("every shipped table can be read") {
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables")) {
     if (entry.path().extension() != ".yaml") continue;

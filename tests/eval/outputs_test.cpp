@@ -56,6 +56,37 @@ TEST_CASE("results.json has intervals and paired differences") {
   CHECK(ResultsJson(results) == ResultsJson(results));
 }
 
+TEST_CASE("several scenes are reported one by one, as their mean and over all pairs") {
+  const ExperimentResults results = MadeUpPoses();
+  const std::string csv = ResultsCsv(results);
+  CHECK_THAT(
+      csv, Contains(",a,all,first,mAA@10deg,1\n") && Contains(",b,all,first,mAA@10deg,0.5\n") &&
+               Contains(",mean,all,first,mAA@10deg,0.75\n") && Contains(",all_pairs,all,first,mAA@10deg,0.625\n") &&
+               Contains(",all_pairs,all,second,failures,1\n") && Contains(",all_pairs,all,second,mAA_R@10deg,0.875\n"));
+  for (const char* metric : {"mAA_t@10deg", "AUC@5deg", "AUC@10deg", "AUC@20deg", "median_R_deg", "median_t_deg"})
+    CHECK_THAT(csv, Contains(std::string(",mean,all,second,") + metric + ","));
+  // One scene is all pairs already.
+  CHECK_THAT(ResultsCsv(MadeUpResults()), !Contains("all_pairs"));
+}
+
+TEST_CASE("comparisons have an interval around the difference of the scenes' means") {
+  const ExperimentResults results = MadeUpPoses();
+  const auto json = nlohmann::json::parse(ResultsJson(results));
+  REQUIRE(json["differences"].size() == 1);
+  const auto& difference = json["differences"][0];
+  CHECK(difference["a"] == "first");
+  CHECK(difference["b"] == "second");
+  CHECK(difference["condition"] == "all");
+  CHECK(difference["metric"] == "mAA@10deg");
+  CHECK(difference["mean"].get<double>() == Approx(0.475));
+  // Scene a always differs by .7, scene b by .2 for each pair but the last, .5: (.7 + .2) / 2 is the least.
+  CHECK(difference["low"].get<double>() == Approx(0.45));
+  CHECK(difference["high"].get<double>() > 0.475);
+  CHECK(difference["high"].get<double>() <= 0.6);
+  CHECK(DifferenceOf(results, 0, 1, 0)->mean == Approx(-0.475));
+  CHECK_FALSE(DifferenceOf(results, 0, 0, 0));
+}
+
 TEST_CASE("rows with different numbers of problems are compared on the common ones") {
   ExperimentResults results = MadeUpResults();
   results.experiment.reference = "first";

@@ -2,7 +2,11 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
 
 #include "diffsac/core/files.h"
 #include "diffsac/eval/gnuplot.h"
@@ -63,6 +67,118 @@ TEST_CASE("degenerate fits are no obstacle") {
   example.problem.points.resize(0, 2);
   results.fits.push_back({1, example, Estimate()});
   CHECK(PlotFits(results, folder.path()) == HasGnuplot());
+}
+
+/// Two fits of one made-up pair: ten matches of which the second half is wrong.
+ExperimentResults MatchResults() {
+  ExperimentResults results = MadeUpPoses();
+  Example example;
+  example.id = "scene/left-right";
+  example.scene = "scene";
+  example.problem.task = Task::kFundamental;
+  example.problem.size1 = {80, 60};
+  example.problem.size2 = {60, 80};
+  example.problem.points.resize(10, 4);
+  for (int i = 0; i < 10; ++i) example.problem.points.row(i) << 5.0 + 7.0 * i, 30.0, 30.0, 5.0 + 7.0 * i;
+  example.truth.inliers = {1, 1, 1, 1, 1, 0, 0, 0, 0, 0};
+  Estimate estimate;
+  estimate.status = Status::kOk;
+  estimate.model = ModelParameters::Ones(9);
+  estimate.inliers = {1, 0, 1, 1, 1, 1, 0, 0, 0, 0};
+  results.fits.push_back({0, example, estimate, 0});
+  results.fits.push_back({0, example, Estimate(), 1});
+  return results;
+}
+
+int Pixels(const cv::Mat& image, const std::function<bool(const cv::Vec3b&)>& is) {
+  int count = 0;
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x) count += is(image.at<cv::Vec3b>(y, x));
+  return count;
+}
+
+TEST_CASE("matches are drawn in the colours of what is true of them") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MatchResults();
+  REQUIRE(PlotMatches(results, folder.path()));
+  const cv::Mat picture = cv::imread(folder.File("matches_all_scene_left-right_first.png"));
+  const cv::Mat failed = cv::imread(folder.File("matches_all_scene_left-right_second.png"));
+  REQUIRE_FALSE(picture.empty());
+  REQUIRE(picture.size() == failed.size());
+  const auto green = [](const cv::Vec3b& p) { return p[1] > p[0] + 60 && p[1] > p[2] + 60; };
+  const auto red = [](const cv::Vec3b& p) { return p[2] > p[0] + 100 && p[2] > p[1] + 100; };
+  const auto blue = [](const cv::Vec3b& p) { return p[0] > p[2] + 60; };
+  CHECK(Pixels(picture, green) > 0);
+  CHECK(Pixels(picture, red) > 0);
+  CHECK(Pixels(picture, blue) > 0);
+  CHECK(Pixels(failed, green) == 0);
+  CHECK(Pixels(failed, red) == 0);
+  CHECK(Pixels(failed, blue) > Pixels(picture, blue));
+}
+
+TEST_CASE("matches are drawn on the images of their scene") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MatchResults();
+  cv::imwrite(folder.File("left.png"), cv::Mat(60, 80, CV_8UC3, cv::Scalar(0, 0, 0)));
+  cv::imwrite(folder.File("right.bmp"), cv::Mat(80, 60, CV_8UC3, cv::Scalar(0, 0, 0)));
+  results.experiment.figures.images = {{"other", "none"}, {"sc*", folder.path()}};
+  REQUIRE(PlotMatches(results, folder.path()));
+  const cv::Mat picture = cv::imread(folder.File("matches_all_scene_left-right_second.png"));
+  const auto dark = [](const cv::Vec3b& p) { return std::max({p[0], p[1], p[2]}) < 120; };
+  CHECK(Pixels(picture, dark) > static_cast<int>(picture.total()) / 2);
+}
+
+TEST_CASE("pairs that say little are drawn as well") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MatchResults();
+  for (KeptFit& fit : results.fits) {
+    fit.example.id = "no_pair";
+    fit.example.truth.inliers.clear();
+    fit.example.problem.size1 = fit.example.problem.size2 = {};
+    fit.example.problem.points(3, 1) = std::nan("");
+    fit.example.problem.points(4, 2) = 1e9;
+    fit.example.problem.points(5, 0) = -1e9;
+  }
+  results.fits[1].example.problem.points.resize(0, 4);
+  CHECK(PlotMatches(results, folder.path()));
+  CHECK(IsPng(folder.File("matches_all_no_pair_first.png")));
+  CHECK(IsPng(folder.File("matches_all_no_pair_second.png")));
+  results.fits.clear();
+  CHECK_FALSE(PlotMatches(results, folder.path()));
+  results = MadeUpResults();
+  results.fits.emplace_back();
+  CHECK_FALSE(PlotMatches(results, folder.path()));
+}
+
+TEST_CASE("two views keep the matches of several rows, spread over the data") {
+  ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+name: views
+task: fundamental
+problems: 9
+data: {type: synthetic_two_view, task: fundamental, num_points: 30}
+methods:
+  - {name: a, type: failing}
+  - {name: b, type: failing}
+  - {name: oracle, type: oracle}
+  - {name: c, type: failing}
+  - {name: d, type: failing}
+figures: {qualitative: 3, images: [{scenes: "x*", folder: images}]}
+)"));
+  struct Failing : Method {
+    diffsac::Estimate Estimate(const Problem&, std::uint64_t) const override { return {}; }
+  };
+  const RunInputs inputs{[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr};
+  const ExperimentResults results = RunExperiment(experiment, inputs);
+  REQUIRE(results.fits.size() == 9);
+  CHECK(results.fits[0].method == 0);
+  CHECK(results.fits[3].method == 1);
+  CHECK(results.fits[6].method == 3);  // The oracle is left out.
+  CHECK(results.fits[1].example.index == 3);
+  CHECK(results.fits[2].example.index == 6);
+  experiment.figures.qualitative_methods = {"d"};
+  CHECK(RunExperiment(experiment, inputs).fits.front().method == 4);
+  const std::string once = WriteExperiment(experiment);
+  CHECK(WriteExperiment(ReadExperiment(Config::FromString(once))) == once);
 }
 
 TEST_CASE("nothing to draw is no picture") {

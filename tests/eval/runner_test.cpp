@@ -61,6 +61,14 @@ TEST_CASE("rows with fewer problems get the same first ones") {
   CHECK(results.fits.size() == 2);
 }
 
+TEST_CASE("grouped scenes are one scene") {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.scene_groups = {{"lines", {"al*"}}, {"absent", {"x"}}};
+  const ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
+  for (const Cell& cell : results.cells)
+    for (const ProblemRecord& record : cell.records) CHECK(record.scene == "lines");
+}
+
 TEST_CASE("another seed gives other results") {
   ExperimentOptions experiment = SmallExperiment();
   experiment.seed = 4;

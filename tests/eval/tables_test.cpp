@@ -60,6 +60,53 @@ TEST_CASE("data without ground truth shows inliers") {
   CHECK(tables[0].rows[0].cells[1] == "20");
 }
 
+TEST_CASE("poses have tables of rotation, translation, areas, scenes and differences") {
+  const std::vector<Table> tables = MakeTables(testing::MadeUpPoses());
+  REQUIRE(tables.size() == 8);
+  CHECK_THAT(tables[0].heading, Contains("mAA@10deg, unweighted mean over 2 scenes"));
+  CHECK(tables[0].rows[0].cells[1] == "0.750");  // (1 + .5) / 2
+  CHECK(tables[0].rows[1].cells[1] == "0.275");  // (.3 + .3 * 5 / 6) / 2
+  CHECK(tables[1].heading == "mAA@10deg, mean over all pairs, higher is better");
+  CHECK(tables[1].rows[0].cells[1] == "0.625");  // (2 * 1 + 6 * .5) / 8
+  CHECK(tables[1].columns.size() == 2);
+  CHECK(MarkdownTable(tables[3]) ==
+        "| method |  all: mAA | all: median |\n"
+        "|--------|----------:|------------:|\n"
+        "| First  |     0.750 |       2.750 |\n"
+        "| Second | **0.917** |   **0.000** |\n");
+  CHECK_THAT(tables[3].heading, Contains("rotation alone: mAA@10deg"));
+  CHECK_THAT(tables[4].heading, Contains("translation alone"));
+  CHECK(tables[4].rows[0].cells[1] == "1.000");
+  CHECK(tables[4].rows[1].cells[2] == "7.500");
+  CHECK(tables[5].columns ==
+        std::vector<std::string>{"method", "all: AUC@5deg", "all: AUC@10deg", "all: AUC@20deg", "all: failures"});
+  CHECK(tables[5].rows[0].cells[4] == "0");
+  CHECK(tables[5].rows[1].cells[4] == "1");
+  CHECK(tables[6].columns == std::vector<std::string>{"method", "a", "b"});
+  CHECK(tables[6].rows[0].cells == std::vector<std::string>{"First", "1.000", "0.500"});
+  CHECK_THAT(tables[7].heading, Contains("differences in mAA@10deg"));
+  REQUIRE(tables[7].rows.size() == 1);
+  CHECK(tables[7].rows[0].cells[0] == "First − Second");
+  CHECK_THAT(tables[7].rows[0].cells[1], Catch::StartsWith("+0.475 [+0."));
+  CHECK(tables[7].rows[0].best[1]);
+  CHECK_THAT(MarkdownReport(testing::MadeUpPoses()), Contains("unweighted means over the scenes"));
+}
+
+TEST_CASE("one scene needs no tables by scene") {
+  ExperimentResults results = testing::MadeUpPoses();
+  for (Cell& cell : results.cells)
+    for (ProblemRecord& record : cell.records) record.scene = "a";
+  const std::vector<Table> tables = MakeTables(results);
+  REQUIRE(tables.size() == 6);
+  CHECK(tables[0].heading == "mAA@10deg, higher is better");
+}
+
+TEST_CASE("a comparison of rows that did not run is unknown") {
+  ExperimentResults results = testing::MadeUpPoses();
+  results.cells.pop_back();
+  CHECK(MakeTables(results).back().rows[0].cells[1] == "–");
+}
+
 TEST_CASE("LaTeX has rules and escapes") {
   ExperimentResults results = MadeUpResults();
   results.experiment.methods[0].label = "50% & more_less";

@@ -9,13 +9,13 @@
 namespace diffsac {
 namespace {
 
-/// Values up to order one, so that squared distances stay finite; by a power of two, so that their order is the same.
-PointMatrix Scaled(const PointMatrix& points) {
+/// Brings values to order one, so that squared distances stay finite; a power of two, so that their order is the same.
+double Scale(const PointMatrix& points) {
   constexpr int kLeastExponent = -1000;
-  if (points.size() == 0) return points;
+  if (points.size() == 0) return 1.0;
   int exponent = 0;
   std::frexp(points.cwiseAbs().maxCoeff(), &exponent);
-  return points * std::ldexp(1.0, -std::max(exponent, kLeastExponent));
+  return std::ldexp(1.0, -std::max(exponent, kLeastExponent));
 }
 
 /// nanoflann's view of the points.
@@ -38,10 +38,26 @@ constexpr int kLeafSize = 16;
 
 struct NeighborIndex::Impl {
   explicit Impl(const PointMatrix& points)
-      : cloud{Scaled(points)},
+      : scale(Scale(points)),
+        cloud{points * scale},
         tree(static_cast<int>(points.cols()), cloud, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {
     tree.buildIndex();
   }
+  /// The `count` nearest to a scaled place, with their squared distances; ties are not in order yet.
+  std::vector<std::pair<double, int>> Find(const double* place, int count) const {
+    std::vector<std::size_t> found(count);
+    std::vector<double> distances(count);
+    nanoflann::KNNResultSet<double> results(found.size());
+    results.init(found.data(), distances.data());
+    tree.findNeighbors(results, place, nanoflann::SearchParams());
+    std::vector<std::pair<double, int>> nearest;
+    nearest.reserve(results.size());
+    for (std::size_t i = 0; i < results.size(); ++i) nearest.emplace_back(distances[i], static_cast<int>(found[i]));
+    std::sort(nearest.begin(), nearest.end());
+    return nearest;
+  }
+
+  double scale;
   Cloud cloud;
   Tree tree;
 };
@@ -56,20 +72,22 @@ std::vector<int> NeighborIndex::Nearest(int index, int count) const {
   count = std::min(count, size() - 1);
   if (count < 1) return {};
   // One more, because the point finds itself.
-  std::vector<std::size_t> found(count + 1);
-  std::vector<double> distances(count + 1);
-  nanoflann::KNNResultSet<double> results(found.size());
-  results.init(found.data(), distances.data());
-  impl_->tree.findNeighbors(results, impl_->cloud.points.row(index).data(), nanoflann::SearchParams());
-  std::vector<std::pair<double, int>> others;
-  for (std::size_t i = 0; i < results.size(); ++i)
-    if (static_cast<int>(found[i]) != index) others.emplace_back(distances[i], static_cast<int>(found[i]));
-  std::sort(others.begin(), others.end());
-  // Where many points coincide the point itself may not be among those found.
-  others.resize(std::min<std::size_t>(others.size(), count));
   std::vector<int> nearest;
-  nearest.reserve(others.size());
-  for (const auto& [distance, other] : others) nearest.push_back(other);
+  for (const auto& [distance, other] : impl_->Find(impl_->cloud.points.row(index).data(), count + 1))
+    if (other != index) nearest.push_back(other);
+  // Where many points coincide the point itself may not be among those found.
+  nearest.resize(std::min<std::size_t>(nearest.size(), count));
+  return nearest;
+}
+
+std::vector<int> NeighborIndex::NearestTo(const double* place, int count) const {
+  count = std::min(count, size());
+  if (count < 1) return {};
+  const Eigen::RowVectorXd scaled =
+      impl_->scale * Eigen::Map<const Eigen::RowVectorXd>(place, impl_->cloud.points.cols());
+  std::vector<int> nearest;
+  nearest.reserve(count);
+  for (const auto& [distance, point] : impl_->Find(scaled.data(), count)) nearest.push_back(point);
   return nearest;
 }
 

@@ -21,6 +21,8 @@ class NeighborIndex {
   /// The `count` nearest other points of point `index` (all, when there are fewer), nearest first, the lower index
   /// first where distances tie.
   std::vector<int> Nearest(int index, int count) const;
+  /// The `count` points nearest to any place, one coordinate a column of the points; order and ties as above.
+  std::vector<int> NearestTo(const double* place, int count) const;
 
  private:
   struct Impl;

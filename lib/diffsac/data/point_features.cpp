@@ -8,6 +8,7 @@
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/neighborhood_features.h"
 #include "diffsac/data/task_dispatch.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/geometry/pose.h"
@@ -157,9 +158,8 @@ void ScoreByMsac(const Eigen::ArrayXXd& axes, double threshold, Pool* pool) {
 std::vector<int> BestDistinct(const Pool& pool, int set_size, int kept) {
   std::vector<int> order(pool.count);
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    return pool.scores[a] != pool.scores[b] ? pool.scores[a] > pool.scores[b] : a < b;
-  });
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return pool.scores[a] != pool.scores[b] ? pool.scores[a] > pool.scores[b] : a < b; });
   const auto same_set = [&](int a, int b) {
     const int* first = pool.sets.data() + a * set_size;
     return std::equal(first, first + set_size, pool.sets.data() + b * set_size);
@@ -219,37 +219,40 @@ bool Contains(const std::vector<std::string>& kinds, const char* kind) {
 
 // Which columns the kinds ask for, in their fixed order.
 struct Columns {
-  bool coordinates, ratio, descriptors, preference;
+  bool coordinates, ratio, neighborhood, descriptors, preference;
 };
 
 Columns ColumnsOf(const PointFeaturesOptions& options) {
   const auto& kinds = options.kinds;
   const bool ratio = Contains(kinds, "coordinates_ratio"), descriptors = Contains(kinds, "coordinates_descriptors");
-  return {Contains(kinds, "coordinates") || ratio || descriptors, ratio, descriptors, Contains(kinds, "preference")};
+  return {Contains(kinds, "coordinates") || ratio || descriptors, ratio, Contains(kinds, "neighborhood"), descriptors,
+          Contains(kinds, "preference")};
 }
 
 }  // namespace
 
 void PointFeaturesOptions::Bind(OptionsBinder& b) {
-  b.Choices("kinds", kinds, {"coordinates", "coordinates_ratio", "coordinates_descriptors", "preference"});
+  b.Choices("kinds", kinds,
+            {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"});
   b.Field("descriptor_size", descriptor_size, Within(1, 4096));
   b.Field("preference_draws", preference_draws, AtLeast(1));
   b.Field("preference_kept", preference_kept, AtLeast(1));
   b.Require(!kinds.empty(), "kinds",
-            "at least one of coordinates, coordinates_ratio, coordinates_descriptors, preference");
+            "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
 }
 
 PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {
   const Columns columns = ColumnsOf(options_);
-  if (!IsTwoView(task) && (columns.ratio || columns.descriptors))
-    throw Error("features: coordinates_ratio and coordinates_descriptors are for two views, not for task " +
-                ToString(task));
+  if (!IsTwoView(task) && (columns.ratio || columns.neighborhood || columns.descriptors))
+    throw Error(
+        "features: coordinates_ratio, neighborhood and coordinates_descriptors are for two views, not for task " +
+        ToString(task));
 }
 
 int PointFeatures::width() const {
   const Columns columns = ColumnsOf(options_);
   return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0) +
-         (columns.descriptors ? 2 * options_.descriptor_size : 0) +
+         (columns.neighborhood ? kNeighborhoodColumns : 0) + (columns.descriptors ? 2 * options_.descriptor_size : 0) +
          (columns.preference ? kColumnsPerHypothesis * options_.preference_kept : 0);
 }
 
@@ -278,6 +281,11 @@ FeatureSet PointFeatures::ComputeFromSets(const Problem& problem, const std::vec
     features.values.col(column).setZero();
     if (known) features.values.col(column) = ((problem.quality.array() - kRatioMean) / kRatioSpread).cast<float>();
     ++column;
+  }
+  if (columns.neighborhood) {
+    features.values.middleCols(column, kNeighborhoodColumns) =
+        NeighborhoodFeatures(TwoViewCoordinates(problem), problem.quality);
+    column += kNeighborhoodColumns;
   }
   if (columns.descriptors) {
     WriteDescriptors(problem, options_.descriptor_size, column, &features.values);

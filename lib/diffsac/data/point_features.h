@@ -23,8 +23,8 @@ struct FeatureSet {
 };
 
 struct PointFeaturesOptions {
-  /// Any of "coordinates", "coordinates_ratio", "coordinates_descriptors", "preference"; their columns stand side by
-  /// side in this order, those of the coordinates once.
+  /// Any of "coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"; their columns
+  /// stand side by side in this order, those of the coordinates once.
   std::vector<std::string> kinds = {"preference"};
   /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
   int descriptor_size = 128;
@@ -43,6 +43,9 @@ struct PointFeaturesOptions {
 ///
 /// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0
 /// where the data has none.
+///
+/// `neighborhood`, two views, 3 columns: how far the good matches around a match move as it does
+/// (data/neighborhood_features.h). They need all matches: training computes them before it draws a subset.
 ///
 /// `coordinates_descriptors`, two views, 4 + 2 · descriptor_size columns: these and the descriptors of image 1, then of
 /// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors.

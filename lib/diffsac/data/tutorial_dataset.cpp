@@ -97,6 +97,7 @@ CorrespondencesOptions AsCorrespondences(const PairStreamOptions& options) {
   result.max_points = options.max_points;
   result.cap = options.cap;
   result.shuffle_points = options.shuffle_points;
+  result.refine_truth_px = options.refine_truth_px;
   return result;
 }
 
@@ -162,6 +163,7 @@ void PairStreamOptions::Bind(OptionsBinder& b) {
   b.Choice("cap", cap, {"best", "random"});
   b.Field("shuffle_points", shuffle_points);
   b.Field("max_pairs", max_pairs, AtLeast(0));
+  b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0));
   b.Field("shuffle", shuffle);
   b.Choice("empty_pairs", empty_pairs, {"error", "keep"});
   b.Field("descriptors", descriptors);

@@ -8,6 +8,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/refined_truth.h"
 
 namespace diffsac {
 namespace {
@@ -43,15 +44,26 @@ ModelParameters TrueModel(const TwoViewTruth& truth, Task task) {
 }
 
 /// True inliers: the file's labels, else the matches within ε of the true model; empty when neither is known.
-std::vector<std::uint8_t> TrueInliers(const TwoViewExample& pair, const CorrespondencesOptions& options) {
+std::vector<std::uint8_t> TrueInliers(const TwoViewProblem& problem, const TwoViewTruth& truth, double threshold) {
   std::vector<std::uint8_t> inliers;
-  if (!pair.truth.labels.empty()) {
-    for (std::int32_t label : pair.truth.labels) inliers.push_back(label > 0);
+  if (!truth.labels.empty()) {
+    for (std::int32_t label : truth.labels) inliers.push_back(label > 0);
     return inliers;
   }
-  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
-  for (double distance : distances) inliers.push_back(distance <= options.inlier_threshold_px);
+  const Eigen::VectorXd distances = TruthDistances(problem, truth);
+  for (double distance : distances) inliers.push_back(distance <= threshold);
   return inliers;
+}
+
+/// The part of a scene's pairs that is asked for, thinned to `max_pairs`.
+std::vector<std::int64_t> PairsOf(std::int64_t size, const CorrespondencesOptions& options) {
+  const auto at = [&](double share) {
+    return static_cast<std::int64_t>(std::llround(share * static_cast<double>(size)));
+  };
+  const std::int64_t first = at(options.part.low);
+  std::vector<std::int64_t> positions = EvenlySpread(at(options.part.high) - first, options.max_pairs);
+  for (std::int64_t& position : positions) position += first;
+  return positions;
 }
 
 class CorrespondenceDataset : public Dataset {
@@ -81,31 +93,34 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
   b.Field("shuffle_points", shuffle_points);
   b.Field("min_points", min_points, AtLeast(0));
   b.Field("max_pairs", max_pairs, AtLeast(0));
+  b.Field("part", part, Within(0.0, 1.0));
+  b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0));
   b.Field("descriptors", descriptors);
 }
 
 Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options) {
   const std::vector<int> rows = KeptRows(pair.problem, options, Rng(0).Fork("matches/" + pair.scene + "/" + pair.id));
-  const std::vector<std::uint8_t> inliers = TrueInliers(pair, options);
+  TwoViewTruth truth = pair.truth;
+  if (options.refine_truth_px > 0.0) RefineEpipolarTruth(pair.problem, options.refine_truth_px, &truth);
+  const std::vector<std::uint8_t> inliers = TrueInliers(pair.problem, truth, options.inlier_threshold_px);
   Example example;
   example.id = pair.scene + "/" + pair.id;
   example.scene = pair.scene;
   example.problem.task = task;
   example.problem.inlier_threshold = options.inlier_threshold_px;
   example.problem.points = pair.problem.points(rows, Eigen::all);
-  if (pair.problem.quality.size() == pair.problem.points.rows())
-    example.problem.quality = pair.problem.quality(rows);
+  if (pair.problem.quality.size() == pair.problem.points.rows()) example.problem.quality = pair.problem.quality(rows);
   if (pair.problem.calibrated) example.problem.cameras = CameraPair{pair.problem.K1, pair.problem.K2};
   example.problem.size1 = pair.problem.size1;
   example.problem.size2 = pair.problem.size2;
   if (pair.problem.descriptors.rows() == pair.problem.points.rows())
     example.problem.descriptors = pair.problem.descriptors(rows, Eigen::all);
-  example.truth.model = TrueModel(pair.truth, task);
-  if (pair.truth.motion) {
-    const double length = pair.truth.motion->translation.norm();
-    example.truth.pose = RelativePose{pair.truth.motion->rotation,
-                                      length > 0.0 ? Eigen::Vector3d(pair.truth.motion->translation / length)
-                                                   : Eigen::Vector3d::Zero()};
+  example.truth.model = TrueModel(truth, task);
+  if (truth.motion) {
+    const double length = truth.motion->translation.norm();
+    example.truth.pose =
+        RelativePose{truth.motion->rotation,
+                     length > 0.0 ? Eigen::Vector3d(truth.motion->translation / length) : Eigen::Vector3d::Zero()};
   }
   if (!inliers.empty())
     for (int row : rows) example.truth.inliers.push_back(inliers[row]);
@@ -129,7 +144,7 @@ std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& optio
   for (const std::string& path : options.paths) {
     for (const std::string& folder : FindCorrespondenceScenes(path)) {
       const CorrespondenceScene scene(folder, {options.inlier_threshold_px, options.descriptors});
-      for (std::int64_t position : EvenlySpread(scene.size(), options.max_pairs)) {
+      for (std::int64_t position : PairsOf(scene.size(), options)) {
         Example example = ToExample(scene.Read(position), task, options);
         if (task == Task::kEssential && !example.problem.cameras)
           throw Error(folder + ": pair '" + example.id + "' has no calibration (K1_K2.h5), which task essential needs");
@@ -139,8 +154,9 @@ std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& optio
       }
     }
   }
-  if (examples.empty()) throw Error("correspondences: no pairs with at least " + std::to_string(options.min_points) +
-                                    " matches in the given paths");
+  if (examples.empty())
+    throw Error("correspondences: no pairs with at least " + std::to_string(options.min_points) +
+                " matches in the given paths");
   return std::make_unique<CorrespondenceDataset>(task, std::move(examples));
 }
 

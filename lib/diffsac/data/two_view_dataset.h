@@ -28,6 +28,12 @@ struct CorrespondencesOptions {
   int min_points = 0;
   /// At most so many pairs of a scene, evenly spread; 0 keeps all.
   int max_pairs = 0;
+  /// The part of each scene's pairs, in the order of their names, that is used: [0, 1] all, [0.8, 1] the last fifth. The
+  /// same scene can train and validate.
+  Range part = {0.0, 1.0};
+  /// For training: inliers and models come from the truth refined on the matches near it (data/refined_truth.h),
+  /// truncated at so many pixels; 0 takes the source's truth.
+  double refine_truth_px = 0.0;
   /// Whether descriptors.h5 is read where it is there.
   bool descriptors = false;
   void Bind(OptionsBinder& b);

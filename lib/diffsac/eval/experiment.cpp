@@ -1,5 +1,7 @@
 #include "diffsac/eval/experiment.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -160,6 +162,53 @@ std::vector<BudgetSeries> ReadBudget(const Config& config) {
   return series;
 }
 
+std::vector<ImageFolder> ReadImageFolders(const Config& config) {
+  std::vector<ImageFolder> folders;
+  for (const Config& item : config.Sequence("figures.images")) {
+    ImageFolder one;
+    ReadOptionsWith(item, [&](OptionsBinder& b) {
+      b.Field("scenes", one.scenes);
+      b.Field("folder", one.folder);
+      b.Require(!one.folder.empty(), "folder", "a folder of images");
+    });
+    folders.push_back(std::move(one));
+  }
+  return folders;
+}
+
+std::vector<std::string> TextsOf(const Config& config, const std::string& key, const YamlTree& tree) {
+  const std::vector<YamlTree> items = tree.kind == Kind::kSequence ? tree.items : std::vector<YamlTree>{tree};
+  std::vector<std::string> texts;
+  for (const YamlTree& item : items) {
+    if (item.kind != Kind::kScalar || item.scalar.empty())
+      throw Error(config.Where(key) + ": expected a list of names");
+    texts.push_back(item.scalar);
+  }
+  return texts;
+}
+
+std::vector<SceneGroup> ReadSceneGroups(const Config& config) {
+  const YamlTree tree = TreeOf(config.Sub("scene_groups"));
+  if (tree.kind != Kind::kMap && tree.kind != Kind::kNull)
+    throw Error(config.Where("scene_groups") + ": expected a map {group: [scene, ...]}");
+  std::vector<SceneGroup> groups;
+  for (const YamlEntry& entry : tree.entries)
+    groups.push_back({entry.key, TextsOf(config, "scene_groups." + entry.key, entry.value)});
+  return groups;
+}
+
+std::vector<Comparison> ReadComparisons(const Config& config, const std::vector<std::string>& methods) {
+  std::vector<Comparison> comparisons;
+  for (const Config& item : config.Sequence("compare")) {
+    const std::string key = "compare." + std::to_string(comparisons.size());
+    const std::vector<std::string> names = TextsOf(config, key, TreeOf(item));
+    if (names.size() != 2) throw Error(config.Where(key) + ": expected two methods [a, b]");
+    CheckKnown(config, key, "method", names, methods);
+    comparisons.push_back({names[0], names[1]});
+  }
+  return comparisons;
+}
+
 void CheckReferences(const Config& config, const ExperimentOptions& experiment) {
   const auto methods = Names(experiment.methods), conditions = Names(experiment.conditions);
   for (std::size_t i = 0; i < experiment.methods.size(); ++i)
@@ -167,6 +216,7 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   CheckKnown(config, "reference", "method", {experiment.reference}, methods);
   const FigureOptions& figures = experiment.figures;
   CheckKnown(config, "figures.qualitative_method", "method", {figures.qualitative_method}, methods);
+  CheckKnown(config, "figures.qualitative_methods", "method", figures.qualitative_methods, methods);
   CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
   CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
   for (const BudgetSeries& series : figures.budget)
@@ -212,6 +262,32 @@ YamlTree PaperTree(const PaperRow& row) {
   return tree;
 }
 
+YamlTree ImageFoldersTree(const std::vector<ImageFolder>& folders) {
+  YamlTree list;
+  list.kind = Kind::kSequence;
+  for (const ImageFolder& folder : folders) {
+    YamlTree one;
+    Put(&one, "scenes", Text(folder.scenes));
+    Put(&one, "folder", Text(folder.folder));
+    list.items.push_back(std::move(one));
+  }
+  return list;
+}
+
+YamlTree SceneGroupsTree(const std::vector<SceneGroup>& groups) {
+  YamlTree tree;
+  tree.kind = Kind::kMap;
+  for (const SceneGroup& group : groups) Put(&tree, group.name, TextList(group.scenes));
+  return tree;
+}
+
+YamlTree ComparisonsTree(const std::vector<Comparison>& comparisons) {
+  YamlTree list;
+  list.kind = Kind::kSequence;
+  for (const Comparison& pair : comparisons) list.items.push_back(TextList({pair.a, pair.b}));
+  return list;
+}
+
 YamlTree BudgetTree(const std::vector<BudgetSeries>& all) {
   YamlTree list, budget;
   list.kind = Kind::kSequence;
@@ -231,13 +307,27 @@ bool MethodRow::RunsOn(const std::string& condition) const {
   return conditions.empty() || std::find(conditions.begin(), conditions.end(), condition) != conditions.end();
 }
 
+std::string ExperimentOptions::GroupOf(const std::string& scene) const {
+  for (const SceneGroup& group : scene_groups)
+    for (const std::string& pattern : group.scenes)
+      if (::fnmatch(pattern.c_str(), scene.c_str(), 0) == 0) return group.name;
+  return scene;
+}
+
+std::size_t ExperimentOptions::RowOf(const std::string& method) const {
+  const auto found = std::find_if(methods.begin(), methods.end(), [&](const auto& row) { return row.name == method; });
+  return static_cast<std::size_t>(found - methods.begin());
+}
+
 void FigureOptions::Bind(OptionsBinder& b) {
   b.Field("curve", curve);
   b.Field("qualitative", qualitative, Within(0, 8));
   b.Field("qualitative_method", qualitative_method);
+  b.Field("qualitative_methods", qualitative_methods);
   b.Field("qualitative_conditions", qualitative_conditions);
   b.Field("confidence_condition", confidence_condition);
   b.Ignore("budget");
+  b.Ignore("images");
 }
 
 void ExperimentOptions::Bind(OptionsBinder& b) {
@@ -257,7 +347,7 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("notes", notes);
   b.Field("optional_data", optional_data);
   b.Group("figures", figures);
-  for (const char* key : {"data", "conditions", "methods", "paper"}) b.Ignore(key);
+  for (const char* key : {"data", "conditions", "methods", "paper", "scene_groups", "compare"}) b.Ignore(key);
 }
 
 ExperimentOptions ReadExperiment(const Config& config) {
@@ -272,8 +362,11 @@ ExperimentOptions ReadExperiment(const Config& config) {
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
   experiment.figures.budget = ReadBudget(config);
+  experiment.figures.images = ReadImageFolders(config);
   CheckReferences(config, experiment);
   experiment.paper = ReadPaper(config, Names(experiment.conditions));
+  experiment.scene_groups = ReadSceneGroups(config);
+  experiment.compare = ReadComparisons(config, Names(experiment.methods));
   return experiment;
 }
 
@@ -290,6 +383,8 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   std::erase_if(experiment->methods, [&](const MethodRow& row) { return !kept(row.name); });
   if (!kept(experiment->reference)) experiment->reference.clear();
   if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
+  std::erase_if(experiment->figures.qualitative_methods, [&](const std::string& name) { return !kept(name); });
+  std::erase_if(experiment->compare, [&](const Comparison& pair) { return !kept(pair.a) || !kept(pair.b); });
   for (BudgetSeries& series : experiment->figures.budget)
     std::erase_if(series.methods, [&](const std::string& name) { return !kept(name); });
 }
@@ -302,9 +397,13 @@ std::string WriteExperiment(const ExperimentOptions& experiment) {
   for (const MethodRow& row : experiment.methods) methods.items.push_back(MethodTree(row));
   for (const PaperRow& row : experiment.paper) Put(&paper, row.label, PaperTree(row));
   if (!experiment.figures.budget.empty()) Put(tree.Find("figures"), "budget", BudgetTree(experiment.figures.budget));
+  if (!experiment.figures.images.empty())
+    Put(tree.Find("figures"), "images", ImageFoldersTree(experiment.figures.images));
   Put(&tree, "conditions", std::move(conditions));
   Put(&tree, "methods", std::move(methods));
   if (!paper.entries.empty()) Put(&tree, "paper", std::move(paper));
+  if (!experiment.scene_groups.empty()) Put(&tree, "scene_groups", SceneGroupsTree(experiment.scene_groups));
+  if (!experiment.compare.empty()) Put(&tree, "compare", ComparisonsTree(experiment.compare));
   return DumpYaml(tree);
 }
 

@@ -49,13 +49,35 @@ struct BudgetSeries {
   std::vector<std::string> methods;
 };
 
+/// Scenes that the means over scenes count as one: KITTI's frame steps, say.
+struct SceneGroup {
+  std::string name;
+  std::vector<std::string> scenes;  ///< Names of scenes; `*` stands for any text, `?` for one character.
+};
+
+/// A difference "a minus b" of two rows that the report shows with its interval.
+struct Comparison {
+  std::string a;
+  std::string b;
+};
+
+/// Where pictures find the images of scenes.
+struct ImageFolder {
+  std::string scenes = "*";  ///< Names of scenes; `*` stands for any text, `?` for one character.
+  std::string folder;        ///< Holds the images by the names that the pairs' ids have, with any extension.
+};
+
 struct FigureOptions {
   bool curve = true;                                ///< mAA against the conditions' values.
-  int qualitative = 1;                              ///< Problems a condition in the picture of fits; 0: none.
+  /// Problems a condition in the picture of fits; two views: evenly spread over the data, one picture for each method.
+  /// 0: none.
+  int qualitative = 1;
   std::string qualitative_method;                   ///< Whose fits; empty: the first that is not `oracle`.
+  std::vector<std::string> qualitative_methods;     ///< Two views: whose matches; empty: the first three but `oracle`.
   std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
   std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
   std::vector<BudgetSeries> budget;                 ///< `figures.budget.series`.
+  std::vector<ImageFolder> images;                  ///< Two views: `figures.images`, the first that fits a scene.
   void Bind(OptionsBinder& b);
 };
 
@@ -86,6 +108,12 @@ struct ExperimentOptions {
   std::vector<Condition> conditions;
   std::vector<MethodRow> methods;
   std::vector<PaperRow> paper;
+  std::vector<SceneGroup> scene_groups;
+  std::vector<Comparison> compare;
+  /// The first group that holds the scene, or the scene itself.
+  std::string GroupOf(const std::string& scene) const;
+  /// The index of a row of this name; the number of rows when there is none.
+  std::size_t RowOf(const std::string& method) const;
 };
 
 /// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods

@@ -14,6 +14,7 @@ namespace {
 constexpr int kMostPoints = 5000;  // More only make a picture of a scan slow.
 constexpr int kMeshLines = 9;
 constexpr int kMostPanels = 8;
+constexpr int kTitleWidth = 560;  // In pixels, of the reverse steps' title.
 constexpr const char* kInlierColour = "#0072B2";
 constexpr const char* kOutlierColour = "#A0A0A0";
 constexpr const char* kEstimateColour = "#D55E00";
@@ -275,7 +276,8 @@ bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, con
   std::string script = CommonSettings(problem.task, true) + kViridis + Box(problem.points).Ranges() +
                        "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
                        std::to_string(rows) + "," + std::to_string(columns) +
-                       " title \"Confidence over the reverse steps (circled: the minimal set; grey: left out before decoding)\" font \",14\"\n";
+                       " title \"Confidence over the reverse steps\\n(circled: the minimal set; grey: left out before "
+                       "decoding)\" font \",13\"\n";
   for (int i = 0; i < panels; ++i) {
     const std::size_t step = steps[i];
     char title[64];
@@ -286,7 +288,8 @@ bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, con
   }
   const std::filesystem::path file(path);
   const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
-  return DrawPicture(folder, file.stem().string(), script + "unset multiplot\n", 390 * columns + 20, 360 * rows + 50);
+  return DrawPicture(folder, file.stem().string(), script + "unset multiplot\n",
+                     std::max(kTitleWidth, 390 * columns + 20), 360 * rows + 70);
 }
 
 }  // namespace diffsac

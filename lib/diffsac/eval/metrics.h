@@ -23,8 +23,8 @@ struct EstimateError {
   bool failed = false;  ///< No model, or one with a non-finite value.
   double rotation_deg = std::numeric_limits<double>::quiet_NaN();     ///< F, E: in [0, 180]
   double translation_deg = std::numeric_limits<double>::quiet_NaN();  ///< F, E: of the direction, either sign, [0, 90]
-  /// H: mean distance |H x − H_true x| in image 2 over a grid on the area of image 1 that the matches span. F and E where
-  /// no pose is known: mean Sampson distance of the true inliers. A failure is infinite.
+  /// H: mean distance |H x − H_true x| in image 2 over the pixels of image 1 that both images show. F and E where no
+  /// pose is known: mean Sampson distance of the true inliers. A failure is infinite.
   double error_px = std::numeric_limits<double>::quiet_NaN();
 };
 

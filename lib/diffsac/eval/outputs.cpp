@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <map>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/run_directory.h"
@@ -36,30 +35,34 @@ Json IntervalJson(const ConfidenceInterval& interval) {
   return {{"mean", NumberJson(interval.mean)}, {"low", NumberJson(interval.low)}, {"high", NumberJson(interval.high)}};
 }
 
-Rng BootstrapRng(const ExperimentResults& results) { return Rng(results.experiment.seed).Fork("bootstrap"); }
-
-// The records of `cell` whose problems are in `other` too: rows may have different numbers of problems.
-Cell Common(const Cell& cell, const Cell& other) {
-  std::map<std::uint64_t, bool> indices;
-  for (const ProblemRecord& record : other.records) indices[record.index] = true;
-  Cell common{cell.condition, cell.method, {}};
-  for (const ProblemRecord& record : cell.records)
-    if (indices.count(record.index) > 0) common.records.push_back(record);
-  return common;
-}
-
 // How much better the reference is on the same problems; null for itself and without ground truth.
 Json DifferenceJson(const ExperimentResults& results, const Cell& cell) {
   const int reference = ReferenceRow(results.experiment);
-  if (reference < 0 || static_cast<std::size_t>(reference) == cell.method) return nullptr;
-  const Cell* other = results.Find(cell.condition, reference);
-  if (other == nullptr) return nullptr;
-  const Tolerance c = results.experiment.tolerance();
-  const SceneValues a = SceneAccuracies(Common(*other, cell), c), b = SceneAccuracies(Common(cell, *other), c);
-  if (a.empty() || b.empty()) return nullptr;
+  if (reference < 0) return nullptr;
+  const auto difference = DifferenceOf(results, cell.condition, reference, cell.method);
+  if (!difference) return nullptr;
   Json json = {{"reference", results.experiment.methods[reference].name}};
-  json.update(IntervalJson(BootstrapDifference(a, b, BootstrapRng(results))));
+  json.update(IntervalJson(*difference));
   return json;
+}
+
+// The experiment's comparisons, each condition's.
+Json ComparisonsJson(const ExperimentResults& results) {
+  const ExperimentOptions& experiment = results.experiment;
+  Json list = Json::array();
+  for (const Comparison& pair : experiment.compare) {
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const auto difference = DifferenceOf(results, c, experiment.RowOf(pair.a), experiment.RowOf(pair.b));
+      if (!difference) continue;
+      Json json = {{"a", pair.a},
+                   {"b", pair.b},
+                   {"condition", experiment.conditions[c].name},
+                   {"metric", MetricName("mAA", experiment.tolerance())}};
+      json.update(IntervalJson(*difference));
+      list.push_back(std::move(json));
+    }
+  }
+  return list;
 }
 
 Json CellJson(const ExperimentResults& results, const Cell& cell) {
@@ -125,11 +128,17 @@ std::string ResultsJson(const ExperimentResults& results) {
   const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
   for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell));
-  const Json json = {{"experiment", experiment.name}, {"title", experiment.title},
-                     {"task", experiment.task},       {"dataset", results.dataset},
-                     {"seed", experiment.seed},       {c.pixels ? "threshold_px" : "threshold_deg", c.value},
-                     {"partial", results.partial},    {"git_revision", GitRevision()},
-                     {"machine", MachineText()},      {"results", cells},
+  const Json json = {{"experiment", experiment.name},
+                     {"title", experiment.title},
+                     {"task", experiment.task},
+                     {"dataset", results.dataset},
+                     {"seed", experiment.seed},
+                     {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+                     {"partial", results.partial},
+                     {"git_revision", GitRevision()},
+                     {"machine", MachineText()},
+                     {"results", cells},
+                     {"differences", ComparisonsJson(results)},
                      {"paper", PaperJson(results)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -14,8 +14,8 @@ std::string ResultsCsv(const ExperimentResults& results);
 /// ms_consensus,ms_total.
 std::string ProblemsCsv(const ExperimentResults& results);
 
-/// results.json: what was run, and for each method and condition the metrics of every scene, the bootstrap interval of
-/// mAA and that of the reference method's mAA minus its own. Unknown values are null.
+/// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA
+/// and that of the reference method's mAA minus its own, and the experiment's comparisons. Unknown values are null.
 std::string ResultsJson(const ExperimentResults& results);
 
 /// Writes all of these, table.md and table.tex into a folder, each file whole or not at all. Throws Error.

@@ -165,6 +165,7 @@ void DrawFigures(const ExperimentResults& results, const std::string& folder) {
   PlotBudget(results, folder);
   PlotTime(results, folder);
   PlotFits(results, folder);
+  PlotMatches(results, folder);
   for (const KeptTrace& kept : results.traces)
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
 }

@@ -19,6 +19,12 @@ bool PlotTime(const ExperimentResults& results, const std::string& folder);
 /// true model: `fits.png`. Planes are shown in perspective with the estimate as a mesh.
 bool PlotFits(const ExperimentResults& results, const std::string& folder);
 
+/// Two views: a picture for each kept fit, `matches_<condition>_<pair>_<method>.png`. Both images side by side (found
+/// through `figures.images`, else empty canvases of their sizes); the estimate's inliers in green, those that are none
+/// under the truth in red, true inliers that it misses in faint blue, other matches as grey points; errors and counts
+/// in the title. False for other tasks and where no fits were kept; throws Error when a picture cannot be written.
+bool PlotMatches(const ExperimentResults& results, const std::string& folder);
+
 /// Points coloured by one copy's confidence, one panel a step (up to eight), the γ most confident points circled:
 /// `path` (ending in .png). Matches of two views are shown where they are in image 1.
 bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path);

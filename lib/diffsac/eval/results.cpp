@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace diffsac {
 namespace {
@@ -118,7 +119,14 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
   const std::size_t kinds = SceneMetrics("", {}, tolerance, poses).size();
   std::vector<MetricValue> means;
   for (std::size_t i = 0; i < kinds; ++i) means.push_back({"mean", all[i].metric, OverScenes(all, all[i].metric)});
+  const bool several = all.size() > kinds;
   all.insert(all.end(), means.begin(), means.end());
+  if (several) {
+    std::vector<const ProblemRecord*> records;
+    for (const ProblemRecord& record : cell.records) records.push_back(&record);
+    const auto values = SceneMetrics(kAllPairs, records, tolerance, poses);
+    all.insert(all.end(), values.begin(), values.end());
+  }
   return all;
 }
 
@@ -142,6 +150,33 @@ SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::s
     if (!accuracies.empty()) values.push_back(std::move(accuracies));
   }
   return values;
+}
+
+Rng BootstrapRng(const ExperimentResults& results) { return Rng(results.experiment.seed).Fork("bootstrap"); }
+
+namespace {
+
+// The records of `cell` whose problems are in `other` too: rows may have different numbers of problems.
+Cell Common(const Cell& cell, const Cell& other) {
+  std::set<std::uint64_t> indices;
+  for (const ProblemRecord& record : other.records) indices.insert(record.index);
+  Cell common{cell.condition, cell.method, {}};
+  for (const ProblemRecord& record : cell.records)
+    if (indices.count(record.index) > 0) common.records.push_back(record);
+  return common;
+}
+
+}  // namespace
+
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b) {
+  const Cell *first = results.Find(condition, a), *second = results.Find(condition, b);
+  if (a == b || first == nullptr || second == nullptr) return std::nullopt;
+  const Tolerance c = results.experiment.tolerance();
+  const SceneValues of_a = SceneAccuracies(Common(*first, *second), c);
+  const SceneValues of_b = SceneAccuracies(Common(*second, *first), c);
+  if (of_a.empty() || of_b.empty()) return std::nullopt;
+  return BootstrapDifference(of_a, of_b, BootstrapRng(results));
 }
 
 int ReferenceRow(const ExperimentOptions& experiment) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace diffsac {
 struct ProblemRecord {
   std::uint64_t index = 0;
   std::string id;
-  std::string scene;
+  std::string scene;  ///< Its group (ExperimentOptions::scene_groups) where it has one.
   Status status = Status::kNoModel;
   EstimateError error;
   int points = 0;
@@ -36,6 +37,7 @@ struct KeptFit {
   std::size_t condition = 0;
   Example example;
   diffsac::Estimate estimate;
+  std::size_t method = 0;
 };
 
 struct KeptTrace {
@@ -49,7 +51,7 @@ struct ExperimentResults {
   std::string dataset;      ///< The data's type.
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
-  std::string fits_label;         ///< The method of `fits`.
+  std::string fits_label;         ///< The method of `fits` (lines, planes).
   std::vector<KeptTrace> traces;  ///< At most one.
   bool partial = false;           ///< An interrupt stopped the run.
 
@@ -68,7 +70,11 @@ struct MetricValue {
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
                                       const Tolerance& tolerance, bool poses = false);
 
-/// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed).
+/// Stands for the scene in the metrics over all pairs.
+inline constexpr const char* kAllPairs = "all_pairs";
+
+/// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
+/// scenes also those of all problems together, where large scenes weigh more: `all_pairs`.
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);
 
 /// The value of one metric in a list; NaN when it is not there.
@@ -76,6 +82,14 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
 
 /// Each problem's AverageAccuracy by scene; empty when no problem has ground truth. `limit` > 0: first problems only.
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
+
+/// mAA of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
+/// (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b);
+
+/// The generator of the intervals.
+Rng BootstrapRng(const ExperimentResults& results);
 
 /// The row that differences are taken from: `reference`, or the first of type diffsac; -1 for none.
 int ReferenceRow(const ExperimentOptions& experiment);

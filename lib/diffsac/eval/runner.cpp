@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/random.h"
@@ -54,11 +55,11 @@ std::vector<Example> LoadExamples(const Dataset& dataset, const ExperimentOption
   return examples;
 }
 
-ProblemRecord MakeRecord(const Example& example, const Estimate& estimate) {
+ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
   record.id = example.id;
-  record.scene = example.scene;
+  record.scene = experiment.GroupOf(example.scene);
   record.status = estimate.status;
   record.error = MeasureError(estimate, example);
   record.points = static_cast<int>(example.problem.points.rows());
@@ -85,7 +86,7 @@ struct CellRun {
 void RunOneByOne(const CellRun& run, std::vector<ProblemRecord>* records) {
   ParallelFor(static_cast<std::int64_t>(records->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
-    (*records)[i] = MakeRecord(run.examples[i], run.EstimateOne(run.examples[i]));
+    (*records)[i] = MakeRecord(run.experiment, run.examples[i], run.EstimateOne(run.examples[i]));
     run.progress.Advance();
   });
 }
@@ -101,7 +102,8 @@ void RunInBatches(const CellRun& run, std::vector<ProblemRecord>* records) {
       seeds.push_back(ProblemSeed(run.experiment.seed, run.examples[i].index));
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
-    for (std::size_t i = first; i < last; ++i) (*records)[i] = MakeRecord(run.examples[i], estimates[i - first]);
+    for (std::size_t i = first; i < last; ++i)
+      (*records)[i] = MakeRecord(run.experiment, run.examples[i], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }
@@ -131,6 +133,23 @@ int FitsRow(const ExperimentOptions& experiment) {
   return -1;
 }
 
+// The rows whose fits are shown: one for lines and planes, several for two views.
+std::vector<std::size_t> FitsRows(const ExperimentOptions& experiment) {
+  constexpr std::size_t kRows = 3;
+  const FigureOptions& figures = experiment.figures;
+  const bool one = !IsTwoView(TaskFromString(experiment.task)) || !figures.qualitative_method.empty();
+  std::vector<std::size_t> rows;
+  if (one && figures.qualitative_methods.empty()) {
+    const int row = FitsRow(experiment);
+    if (row >= 0) rows.push_back(row);
+    return rows;
+  }
+  for (const std::string& name : figures.qualitative_methods) rows.push_back(experiment.RowOf(name));
+  for (std::size_t m = 0; figures.qualitative_methods.empty() && m < experiment.methods.size(); ++m)
+    if (experiment.methods[m].type != "oracle" && rows.size() < kRows) rows.push_back(m);
+  return rows;
+}
+
 // Up to four conditions, evenly spread, or the named ones.
 bool ShowsFits(const ExperimentOptions& experiment, std::size_t condition) {
   const auto& named = experiment.figures.qualitative_conditions;
@@ -149,10 +168,14 @@ bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
   return named.empty() ? condition == experiment.conditions.size() / 2 : experiment.conditions[condition].name == named;
 }
 
-void KeepFits(const CellRun& run, std::size_t condition, ExperimentResults* results) {
+// The first problems; of two views, whose data comes scene by scene, evenly spread ones.
+void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, ExperimentResults* results) {
   const std::size_t count = std::min<std::size_t>(run.experiment.figures.qualitative, run.examples.size());
-  for (std::size_t i = 0; i < count && !Stopped(run.inputs); ++i)
-    results->fits.push_back({condition, run.examples[i], run.EstimateOne(run.examples[i])});
+  const bool spread = IsTwoView(TaskFromString(run.experiment.task));
+  for (std::size_t i = 0; i < count && !Stopped(run.inputs); ++i) {
+    const Example& example = run.examples[spread ? i * run.examples.size() / count : i];
+    results->fits.push_back({condition, example, run.EstimateOne(example), method});
+  }
 }
 
 void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* results) {
@@ -175,18 +198,30 @@ std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<st
   return total;
 }
 
+// A group without a scene is most likely a misspelt name, but data that is not here may have it.
+void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Example>& examples) {
+  for (const SceneGroup& group : experiment.scene_groups) {
+    const bool used = std::any_of(examples.begin(), examples.end(), [&](const Example& example) {
+      return experiment.GroupOf(example.scene) == group.name;
+    });
+    if (!used && !examples.empty()) LogWarning("scene_groups: no scene of the data is in '" + group.name + "'");
+  }
+}
+
 void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
                   const Dataset& dataset, const std::vector<std::unique_ptr<Method>>& methods, Progress& progress,
                   ExperimentResults* results) {
   const std::vector<Example> examples = LoadExamples(dataset, experiment);
+  if (condition == 0) WarnOfEmptyGroups(experiment, examples);
+  const std::vector<std::size_t> fits_rows = FitsRows(experiment);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const MethodRow& row = experiment.methods[m];
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
     const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
     Cell cell{condition, m, RunCell(run, row.max_problems)};
     if (!cell.records.empty()) results->cells.push_back(std::move(cell));
-    if (static_cast<int>(m) == FitsRow(experiment) && ShowsFits(experiment, condition))
-      KeepFits(run, condition, results);
+    if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))
+      KeepFits(run, condition, m, results);
     if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
   }
 }

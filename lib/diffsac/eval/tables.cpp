@@ -22,13 +22,22 @@ std::string General(double value) {
   return std::isnan(value) ? kUnknown : text;
 }
 
-// What one table shows.
-struct Kind {
+// One column of numbers: a metric of one condition and scene ("mean" and kAllPairs included).
+struct Column {
   std::string heading;
+  std::size_t condition = 0;
+  std::string scene = "mean";
   std::string metric;
   int digits = 3;
   bool higher_is_better = true;
   double PaperValue::*paper = nullptr;
+};
+
+// What one table shows.
+struct Kind {
+  std::string heading;
+  std::vector<Column> columns;
+  bool costs = false;  // Hypotheses and milliseconds beside the numbers.
 };
 
 double MedianOverAll(const ExperimentResults& results, std::size_t method, double (*get)(const ProblemRecord&)) {
@@ -51,35 +60,47 @@ std::string CountText(const ExperimentResults& results, std::size_t method) {
   return low == high ? std::to_string(high) : std::to_string(low) + kUnknown + std::to_string(high);
 }
 
-std::vector<double> RowValues(const ExperimentResults& results, std::size_t method, const std::string& metric) {
-  std::vector<double> values(results.experiment.conditions.size(), std::nan(""));
-  for (const Cell& cell : results.cells) {
-    if (cell.method != method) continue;
-    values[cell.condition] = FindMetric(CellMetrics(cell, results.experiment.tolerance()), "mean", metric);
+// The metrics of every cell are needed by many columns.
+using CellNumbers = std::vector<std::vector<MetricValue>>;
+
+CellNumbers AllMetrics(const ExperimentResults& results) {
+  CellNumbers all;
+  for (const Cell& cell : results.cells) all.push_back(CellMetrics(cell, results.experiment.tolerance()));
+  return all;
+}
+
+std::vector<double> RowValues(const ExperimentResults& results, const CellNumbers& metrics, std::size_t method,
+                              const std::vector<Column>& columns) {
+  std::vector<double> values;
+  for (const Column& column : columns) {
+    double value = std::nan("");
+    for (std::size_t i = 0; i < results.cells.size(); ++i)
+      if (results.cells[i].method == method && results.cells[i].condition == column.condition)
+        value = FindMetric(metrics[i], column.scene, column.metric);
+    values.push_back(value);
   }
   return values;
 }
 
-// A row of numbers for the condition columns, before the best are known.
+// A row of numbers before the best are known.
 struct NumberRow {
   std::vector<double> values;
   bool competes = true;
 };
 
 // Values that print the same are equally good.
-void MarkBest(const std::vector<NumberRow>& numbers, const Kind& kind, Table* table) {
-  const std::size_t conditions = numbers.empty() ? 0 : numbers.front().values.size();
-  for (std::size_t c = 0; c < conditions; ++c) {
+void MarkBest(const std::vector<NumberRow>& numbers, const std::vector<Column>& columns, Table* table) {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
     double best = std::nan("");
     for (const NumberRow& row : numbers) {
       const double value = row.values[c];
       if (!row.competes || std::isnan(value)) continue;
-      if (std::isnan(best) || (kind.higher_is_better ? value > best : value < best)) best = value;
+      if (std::isnan(best) || (columns[c].higher_is_better ? value > best : value < best)) best = value;
     }
     for (std::size_t r = 0; r < numbers.size(); ++r) {
-      const std::string text = Fixed(numbers[r].values[c], kind.digits);
+      const std::string text = Fixed(numbers[r].values[c], columns[c].digits);
       table->rows[r].best[c + 1] =
-          numbers[r].competes && !std::isnan(best) && text != kUnknown && text == Fixed(best, kind.digits);
+          numbers[r].competes && !std::isnan(best) && text != kUnknown && text == Fixed(best, columns[c].digits);
     }
   }
 }
@@ -94,35 +115,43 @@ bool CountsDiffer(const ExperimentResults& results) {
                      [&](const Cell& cell) { return cell.records.size() != results.cells.front().records.size(); });
 }
 
-void AddMethodRows(const ExperimentResults& results, const Kind& kind, bool with_counts, Table* table) {
+void AddCosts(const ExperimentResults& results, std::size_t method, bool with_counts, Table::Row* row) {
+  const double models =
+      MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
+  const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.report.ms_total; });
+  const bool oracle = results.experiment.methods[method].type == "oracle";
+  row->cells.push_back(oracle ? kUnknown : Fixed(models, 0));
+  row->cells.push_back(oracle ? kUnknown : General(ms));
+  if (with_counts) row->cells.push_back(CountText(results, method));
+}
+
+void AddMethodRows(const ExperimentResults& results, const CellNumbers& metrics, const Kind& kind, bool with_counts,
+                   Table* table) {
   std::vector<NumberRow> numbers;
   for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {
     if (!HasRecords(results, m)) continue;
     const MethodRow& method = results.experiment.methods[m];
-    numbers.push_back({RowValues(results, m, kind.metric), method.Competes()});
+    numbers.push_back({RowValues(results, metrics, m, kind.columns), method.Competes()});
     Table::Row row;
     row.cells.push_back(method.label);
-    for (const double value : numbers.back().values) row.cells.push_back(Fixed(value, kind.digits));
-    const double models = MedianOverAll(results, m, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
-    const double ms = MedianOverAll(results, m, [](const ProblemRecord& r) { return r.report.ms_total; });
-    row.cells.push_back(method.type == "oracle" ? kUnknown : Fixed(models, 0));
-    row.cells.push_back(method.type == "oracle" ? kUnknown : General(ms));
-    if (with_counts) row.cells.push_back(CountText(results, m));
+    for (std::size_t c = 0; c < kind.columns.size(); ++c)
+      row.cells.push_back(Fixed(numbers.back().values[c], kind.columns[c].digits));
+    if (kind.costs) AddCosts(results, m, with_counts, &row);
     row.best.resize(row.cells.size());
     table->rows.push_back(std::move(row));
   }
-  MarkBest(numbers, kind, table);
+  MarkBest(numbers, kind.columns, table);
 }
 
 void AddPaperRows(const ExperimentResults& results, const Kind& kind, Table* table) {
-  if (kind.paper == nullptr) return;
   for (const PaperRow& paper : results.experiment.paper) {
     Table::Row row;
     bool known = false;
     row.cells.push_back(paper.label + " (paper, other data)");
-    for (const Condition& condition : results.experiment.conditions) {
-      const auto found = paper.values.find(condition.name);
-      const double value = found == paper.values.end() ? std::nan("") : found->second.*kind.paper;
+    for (const Column& column : kind.columns) {
+      const auto found = paper.values.find(results.experiment.conditions[column.condition].name);
+      const bool has_value = column.paper != nullptr && found != paper.values.end();
+      const double value = has_value ? found->second.*column.paper : std::nan("");
       known = known || !std::isnan(value);
       row.cells.push_back(Fixed(value, 2));
     }
@@ -133,16 +162,121 @@ void AddPaperRows(const ExperimentResults& results, const Kind& kind, Table* tab
   }
 }
 
-Table MakeTable(const ExperimentResults& results, const Kind& kind) {
+Table MakeTable(const ExperimentResults& results, const CellNumbers& metrics, const Kind& kind) {
   Table table;
   table.heading = kind.heading;
   table.columns.push_back("method");
-  for (const Condition& condition : results.experiment.conditions) table.columns.push_back(condition.label);
-  table.columns.insert(table.columns.end(), {"hypotheses", "ms"});
-  const bool with_counts = CountsDiffer(results);
+  for (const Column& column : kind.columns) table.columns.push_back(column.heading);
+  const bool with_counts = kind.costs && CountsDiffer(results);
+  if (kind.costs) table.columns.insert(table.columns.end(), {"hypotheses", "ms"});
   if (with_counts) table.columns.push_back("n");
-  AddMethodRows(results, kind, with_counts, &table);
+  AddMethodRows(results, metrics, kind, with_counts, &table);
   AddPaperRows(results, kind, &table);
+  return table;
+}
+
+// A column for each condition.
+void AddConditions(const ExperimentResults& results, const Column& one, const std::string& unit, Kind* kind) {
+  const auto& conditions = results.experiment.conditions;
+  for (std::size_t c = 0; c < conditions.size(); ++c) {
+    kind->columns.push_back(one);
+    kind->columns.back().condition = c;
+    kind->columns.back().heading = conditions[c].label + (unit.empty() ? "" : ": " + unit);
+  }
+}
+
+// The scenes of a condition, in the order in which they first appear.
+std::vector<std::string> Scenes(const ExperimentResults& results, std::size_t condition) {
+  std::vector<std::string> scenes;
+  for (const Cell& cell : results.cells) {
+    if (cell.condition != condition) continue;
+    for (const ProblemRecord& record : cell.records)
+      if (std::find(scenes.begin(), scenes.end(), record.scene) == scenes.end()) scenes.push_back(record.scene);
+  }
+  return scenes;
+}
+
+std::size_t MostScenes(const ExperimentResults& results) {
+  std::size_t most = 0;
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
+    most = std::max(most, Scenes(results, c).size());
+  return most;
+}
+
+bool HasPoses(const ExperimentResults& results) {
+  for (const Cell& cell : results.cells)
+    for (const ProblemRecord& record : cell.records)
+      if (!std::isnan(record.error.rotation_deg)) return true;
+  return false;
+}
+
+Kind AccuracyKind(const ExperimentResults& results, const std::string& scene, const std::string& note) {
+  const std::string name = MetricName("mAA", results.experiment.tolerance());
+  Kind kind{name + note + ", higher is better", {}, scene == "mean"};
+  AddConditions(results, {"", 0, scene, name, 3, true, scene == "mean" ? &PaperValue::accuracy : nullptr}, "", &kind);
+  return kind;
+}
+
+Kind MedianKind(const ExperimentResults& results) {
+  const bool pixels = results.experiment.tolerance().pixels;
+  Kind kind{std::string("median error in ") + (pixels ? "pixels" : "degrees") + ", lower is better", {}, true};
+  AddConditions(results, {"", 0, "mean", pixels ? "median_px" : "median_deg", 3, false, &PaperValue::median_deg}, "",
+                &kind);
+  return kind;
+}
+
+// Rotation or translation alone: `letter` is R or t.
+Kind PoseKind(const ExperimentResults& results, const std::string& what, const std::string& letter) {
+  const std::string name = MetricName("mAA_" + letter, results.experiment.tolerance());
+  Kind kind{what + " alone: " + MetricName("mAA", results.experiment.tolerance()) + " and median error in degrees", {}};
+  AddConditions(results, {"", 0, "mean", name}, "mAA", &kind);
+  AddConditions(results, {"", 0, "mean", "median_" + letter + "_deg", 3, false}, "median", &kind);
+  return kind;
+}
+
+// Two views: the area under the recall, and how often there was no model or no pose.
+Kind AreaKind(const ExperimentResults& results, bool poses) {
+  const Tolerance c = results.experiment.tolerance();
+  Kind kind{poses ? "exact AUC of max(R, t) and failures" : "exact AUC and failures", {}};
+  std::vector<Tolerance> thresholds = {c};
+  if (poses) thresholds = {Tolerance(5.0), Tolerance(10.0), Tolerance(20.0)};
+  for (const Tolerance& threshold : thresholds)
+    AddConditions(results, {"", 0, "mean", MetricName("AUC", threshold)}, MetricName("AUC", threshold), &kind);
+  AddConditions(results, {"", 0, "mean", "failures", 0, false}, "failures", &kind);
+  return kind;
+}
+
+Kind SceneKind(const ExperimentResults& results, std::size_t condition) {
+  const std::string name = MetricName("mAA", results.experiment.tolerance());
+  Kind kind{name + " by scene", {}};
+  if (results.experiment.conditions.size() > 1)
+    kind.heading += ", " + results.experiment.condition_label + " " + results.experiment.conditions[condition].label;
+  for (const std::string& scene : Scenes(results, condition)) kind.columns.push_back({scene, condition, scene, name});
+  return kind;
+}
+
+// "+0.208 [+0.154, +0.265]" for each comparison and condition; in bold where the interval leaves zero out.
+Table DifferenceTable(const ExperimentResults& results) {
+  const ExperimentOptions& experiment = results.experiment;
+  Table table;
+  table.heading = "differences in " + MetricName("mAA", experiment.tolerance()) + " with 95 % bootstrap intervals";
+  table.columns.push_back("A minus B");
+  for (const Condition& condition : experiment.conditions) table.columns.push_back(condition.label);
+  for (const Comparison& pair : experiment.compare) {
+    const std::size_t a = experiment.RowOf(pair.a), b = experiment.RowOf(pair.b);
+    Table::Row row;
+    row.cells.push_back(experiment.methods[a].label + " − " + experiment.methods[b].label);
+    row.best.push_back(false);
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const auto difference = DifferenceOf(results, c, a, b);
+      char text[80];
+      if (difference)
+        std::snprintf(text, sizeof(text), "%+.3f [%+.3f, %+.3f]", difference->mean, difference->low, difference->high);
+      row.cells.push_back(difference ? text : kUnknown);
+      row.best.push_back(difference && (difference->low > 0.0 || difference->high < 0.0));
+    }
+    table.rows.push_back(std::move(row));
+  }
   return table;
 }
 
@@ -202,18 +336,28 @@ std::string Setting(const ExperimentResults& results) {
 }  // namespace
 
 std::vector<Table> MakeTables(const ExperimentResults& results) {
-  const Tolerance c = results.experiment.tolerance();
+  const ExperimentOptions& experiment = results.experiment;
+  const std::size_t scenes = MostScenes(results);
+  const bool truth = HasTruth(results), poses = HasPoses(results) && !experiment.tolerance().pixels;
   std::vector<Kind> kinds;
-  if (HasTruth(results)) {
-    kinds.push_back(
-        {MetricName("mAA", c) + ", higher is better", MetricName("mAA", c), 3, true, &PaperValue::accuracy});
-    kinds.push_back({c.pixels ? "median error in pixels, lower is better" : "median error in degrees, lower is better",
-                     c.pixels ? "median_px" : "median_deg", 3, false, &PaperValue::median_deg});
+  if (truth) {
+    kinds.push_back(AccuracyKind(
+        results, "mean", scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : std::string()));
+    if (scenes > 1) kinds.push_back(AccuracyKind(results, kAllPairs, ", mean over all pairs"));
+    kinds.push_back(MedianKind(results));
   } else {
-    kinds.push_back({"median number of inliers (no ground truth)", "inliers", 0, true, nullptr});
+    kinds.push_back({"median number of inliers (no ground truth)", {}, true});
+    AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
   }
+  if (poses) kinds.push_back(PoseKind(results, "rotation", "R"));
+  if (poses) kinds.push_back(PoseKind(results, "translation", "t"));
+  if (truth && IsTwoView(TaskFromString(experiment.task))) kinds.push_back(AreaKind(results, poses));
+  for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
+    if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
+  const CellNumbers metrics = AllMetrics(results);
   std::vector<Table> tables;
-  for (const Kind& kind : kinds) tables.push_back(MakeTable(results, kind));
+  for (const Kind& kind : kinds) tables.push_back(MakeTable(results, metrics, kind));
+  if (truth && !experiment.compare.empty()) tables.push_back(DifferenceTable(results));
   return tables;
 }
 
@@ -269,7 +413,14 @@ std::string MarkdownReport(const ExperimentResults& results) {
   for (const Table& table : MakeTables(results)) text += "\n## " + table.heading + "\n\n" + MarkdownTable(table);
   text +=
       "\nhypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "
-      "problem; both medians over all problems.\n";
+      "problem; both medians over all problems.";
+  if (MostScenes(results) > 1)
+    text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
+  if (!experiment.compare.empty())
+    text +=
+        " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
+        "bold where the interval leaves zero out.";
+  text += "\n";
   if (!experiment.paper.empty())
     text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
   if (!experiment.notes.empty()) text += "\n" + experiment.notes + "\n";

@@ -20,8 +20,10 @@ struct Table {
 };
 
 /// The tables of an experiment: mAA (with hypotheses and milliseconds a problem, medians over all problems) and the
-/// median error; for data without ground truth the median number of inliers instead. The best value of a column is
-/// marked; references (MethodRow::Competes) and the paper's values are left out of that.
+/// median error; for data without ground truth the median number of inliers instead. With several scenes the first is
+/// the unweighted mean over them, followed by mAA over all pairs, and there is a table by scene for each condition. Two
+/// views: rotation and translation on their own, exact AUC and failures. Last the experiment's comparisons. The best
+/// value of a column is marked; references (MethodRow::Competes) and the paper's values are left out of that.
 std::vector<Table> MakeTables(const ExperimentResults& results);
 
 /// Markdown with aligned columns, ready to read on a terminal.

@@ -11,7 +11,7 @@ namespace diffsac {
 namespace {
 
 constexpr int kFewestInliers = 5;
-constexpr int kGrid = 10;
+constexpr int kBoxGrid = 10;
 
 bool HasModel(const Estimate& estimate) {
   return estimate.status == Status::kOk && estimate.model.size() == 9 && estimate.model.allFinite();
@@ -74,8 +74,29 @@ EstimateError PoseError(const Estimate& estimate, const Example& example) {
   return error;
 }
 
-Eigen::Vector2d Transfer(const Eigen::Matrix3d& h, double x, double y) {
-  return (h * Eigen::Vector3d(x, y, 1.0)).hnormalized();
+/// Homogeneous pixels of image 1, whose true transfer is before the second camera where w has this sign.
+double FrontSign(const Eigen::Matrix3d& truth, const Example& example) {
+  const PointMatrix& points = example.problem.points;
+  const auto& inliers = example.truth.inliers;
+  const bool labelled = inliers.size() == static_cast<std::size_t>(points.rows());
+  int balance = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (labelled && !inliers[i]) continue;
+    const double w = truth.row(2).dot(Eigen::RowVector3d(points(i, 0), points(i, 1), 1.0));
+    balance += w > 0.0 ? 1 : w < 0.0 ? -1 : 0;
+  }
+  return balance < 0 ? -1.0 : 1.0;
+}
+
+std::vector<Eigen::Vector2d> BoxGrid(const PointMatrix& points) {
+  std::vector<Eigen::Vector2d> grid;
+  if (points.rows() == 0) return grid;
+  const Eigen::RowVectorXd low = points.colwise().minCoeff(), high = points.colwise().maxCoeff();
+  for (int i = 0; i < kBoxGrid; ++i)
+    for (int j = 0; j < kBoxGrid; ++j)
+      grid.emplace_back(low[0] + (high[0] - low[0]) * i / (kBoxGrid - 1),
+                        low[1] + (high[1] - low[1]) * j / (kBoxGrid - 1));
+  return grid;
 }
 
 EstimateError HomographyError(const Estimate& estimate, const Example& example) {
@@ -83,21 +104,36 @@ EstimateError HomographyError(const Estimate& estimate, const Example& example) 
   error.failed = !HasModel(estimate);
   if (example.truth.model.size() != 9) return error;
   error.error_px = std::numeric_limits<double>::infinity();
-  if (error.failed || example.problem.points.rows() == 0) return error;
+  if (error.failed) return error;
   const Eigen::Matrix3d found = ModelMatrix(estimate.model), truth = ModelMatrix(example.truth.model);
-  const Eigen::RowVectorXd low = example.problem.points.colwise().minCoeff();
-  const Eigen::RowVectorXd high = example.problem.points.colwise().maxCoeff();
+  std::vector<Eigen::Vector2d> grid = JointlyVisiblePixels(example);
+  if (grid.empty()) grid = BoxGrid(example.problem.points);
+  if (grid.empty()) return error;
   double sum = 0.0;
-  for (int i = 0; i < kGrid; ++i)
-    for (int j = 0; j < kGrid; ++j) {
-      const double x = low[0] + (high[0] - low[0]) * i / (kGrid - 1), y = low[1] + (high[1] - low[1]) * j / (kGrid - 1);
-      sum += (Transfer(found, x, y) - Transfer(truth, x, y)).norm();
-    }
-  error.error_px = std::isfinite(sum) ? sum / (kGrid * kGrid) : std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector2d& pixel : grid)
+    sum += ((found * pixel.homogeneous()).hnormalized() - (truth * pixel.homogeneous()).hnormalized()).norm();
+  if (std::isfinite(sum)) error.error_px = sum / static_cast<double>(grid.size());
   return error;
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector2d> JointlyVisiblePixels(const Example& example) {
+  std::vector<Eigen::Vector2d> pixels;
+  const ImageSize &size1 = example.problem.size1, &size2 = example.problem.size2;
+  if (!size1.known() || !size2.known() || example.truth.model.size() != 9) return pixels;
+  const Eigen::Matrix3d truth = ModelMatrix(example.truth.model);
+  const double front = FrontSign(truth, example);
+  for (int y = kVisibleStep / 2; y < size1.height; y += kVisibleStep)
+    for (int x = kVisibleStep / 2; x < size1.width; x += kVisibleStep) {
+      const Eigen::Vector3d moved = truth * Eigen::Vector3d(x, y, 1.0);
+      if (!(front * moved[2] > 0.0)) continue;
+      const Eigen::Vector2d there = moved.hnormalized();
+      if (there[0] >= 0.0 && there[0] <= size2.width - 1 && there[1] >= 0.0 && there[1] <= size2.height - 1)
+        pixels.emplace_back(x, y);
+    }
+  return pixels;
+}
 
 EstimateError MeasureTwoViewError(const Estimate& estimate, const Example& example) {
   return example.problem.task == Task::kHomography ? HomographyError(estimate, example) : PoseError(estimate, example);

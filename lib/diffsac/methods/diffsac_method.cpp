@@ -63,6 +63,7 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Group("sampler", sampler);
   b.Choice("selection", selection, {"maximum", "probabilistic", "gumbel"});
   b.Field("temperature", temperature, Positive());
+  b.Field("head_weight", head_weight, AtLeast(0.0));
   b.Choice("guide", guide, {"diffusion", "inlier_head"});
   b.Field("extra_sets", extra_sets, Within(0, 1000000));
   b.Choice("extra_source", extra_source, {"uniform", "prosac"});
@@ -88,6 +89,8 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, Diff
     throw Error("inference.learned_refit: the network has no inlier head (network.denoiser.inlier_head is false)");
   if (options_.guide == "inlier_head" && !head)
     throw Error("inference.guide: the network has no inlier head (network.denoiser.inlier_head is false)");
+  if (options_.head_weight > 0.0 && (!head || options_.selection != "gumbel" || options_.guide != "diffusion"))
+    throw Error("inference.head_weight: it needs an inlier head, guide: diffusion and selection: gumbel");
   if (options_.max_decoded_points > 0 && !head)
     throw Error("inference.max_decoded_points: the network has no inlier head (network.denoiser.inlier_head is false)");
 }
@@ -97,9 +100,8 @@ diffsac::Estimate DiffsacMethod::Estimate(const Problem& problem, std::uint64_t 
 }
 
 std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Problem* const> problems,
-                                                              std::span<const std::uint64_t> seeds,
-                                                              double* ms_features, double* ms_denoise,
-                                                              ConfidenceSteps* steps) const {
+                                                              std::span<const std::uint64_t> seeds, double* ms_features,
+                                                              double* ms_denoise, ConfidenceSteps* steps) const {
   const c10::InferenceMode inference;
   const auto start = Clock::now();
   const std::int64_t count = static_cast<std::int64_t>(problems.size()), copies = options_.copies;
@@ -141,7 +143,9 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
     if (self_conditioning) previous = confidence;
     return confidence;
   };
-  const auto noise = [&](int step) { return select(DrawNoise(seeds, batch.lengths, copies, points, "step_noise", step)); };
+  const auto noise = [&](int step) {
+    return select(DrawNoise(seeds, batch.lengths, copies, points, "step_noise", step));
+  };
   std::vector<torch::Tensor> rows;
   const auto observe = [&](int, double t, const torch::Tensor&, const torch::Tensor& prediction) {
     if (!options_.intermediate_sets && steps == nullptr) return;
@@ -158,7 +162,8 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   for (auto& row : rows) {
     row = row.to(torch::kFloat);
     if (kept.defined())
-      row = torch::full({count, copies, points}, lowest).scatter(2, kept_cpu.unsqueeze(1).expand({-1, copies, -1}), row);
+      row =
+          torch::full({count, copies, points}, lowest).scatter(2, kept_cpu.unsqueeze(1).expand({-1, copies, -1}), row);
     row = row.contiguous();
   }
   for (std::int64_t b = 0; b < count; ++b) {
@@ -174,7 +179,28 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   return predictions;
 }
 
-std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const {
+void DiffsacMethod::TakeLogarithms(const Prediction& prediction, int points, std::vector<float>* keys) const {
+  const auto log = [](float p) { return std::log(std::max(p, kLeastProbability)); };
+  for (float& key : *keys) key = log(0.5f * (1.0f + key));
+  if (!(options_.head_weight > 0.0)) return;
+  std::vector<float> head(points);
+  for (int i = 0; i < points; ++i)
+    head[i] = static_cast<float>(options_.head_weight) * log(prediction.inlier_probability[i]);
+  for (std::size_t i = 0; i < keys->size(); ++i) (*keys)[i] += head[i % points];
+}
+
+void DiffsacMethod::SpreadTemperatures(int points, std::vector<float>* keys) const {
+  const auto [first, last] = options_.temperature;
+  for (int k = 0; k < options_.copies; ++k) {
+    const double share = options_.copies > 1 ? static_cast<double>(k) / (options_.copies - 1) : 0.0;
+    const auto inverse = static_cast<float>(1.0 / (first * std::pow(last / first, share)));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(points); ++i)
+      (*keys)[static_cast<std::size_t>(k) * points + i] *= inverse;
+  }
+}
+
+std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int points, int set_size,
+                                           const Rng& rng) const {
   const bool maximum = options_.selection == "maximum", head = options_.guide == "inlier_head";
   std::vector<float> keys;
   if (head) {
@@ -184,13 +210,14 @@ std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int poi
     // Earlier steps only fill the places of repeated sets, and drawn sets seldom repeat.
     const bool more = options_.intermediate_sets && options_.unique_sets && maximum;
     const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
-    keys.assign(prediction.confidences.begin(),
-                more ? prediction.confidences.end() : prediction.confidences.begin() + static_cast<std::ptrdiff_t>(own));
+    keys.assign(
+        prediction.confidences.begin(),
+        more ? prediction.confidences.end() : prediction.confidences.begin() + static_cast<std::ptrdiff_t>(own));
   }
-  if (options_.selection == "gumbel")
-    for (float& key : keys) key = std::log(std::max(0.5f * (1.0f + key), kLeastProbability));
+  if (options_.selection == "gumbel") TakeLogarithms(prediction, points, &keys);
+  if (!maximum) SpreadTemperatures(points, &keys);
   const ConfidenceSource source(keys, maximum ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
-                                options_.temperature);
+                                1.0);
   std::vector<int> sets;
   source.Draw(points, set_size, options_.copies, rng.Fork("selection"), &sets);
   return sets;
@@ -225,18 +252,18 @@ ConsensusResult DiffsacMethod::Consensus(const Problem& problem, const Predictio
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.learned_refit)
     hints.fit_weights = Eigen::Map<const Eigen::VectorXf>(prediction.inlier_probability.data(), points).cast<double>();
-  return SampleConsensus<Model>(space.points(), space.threshold(), sets, options_.consensus, rng.Fork("consensus"), hints);
+  return SampleConsensus<Model>(space.points(), space.threshold(), sets, options_.consensus, rng.Fork("consensus"),
+                                hints);
 }
 
 diffsac::Estimate DiffsacMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
                                               std::uint64_t seed) const {
   const auto start = Clock::now();
   const Rng rng(seed);
-  const auto result = problem.task == Task::kFundamental && options_.fundamental_points == 8
-                          ? Consensus<Fundamental8>(problem, prediction, rng)
-                          : DispatchTask(problem.task, [&]<class Model>() {
-                              return Consensus<Model>(problem, prediction, rng);
-                            });
+  const auto result =
+      problem.task == Task::kFundamental && options_.fundamental_points == 8
+          ? Consensus<Fundamental8>(problem, prediction, rng)
+          : DispatchTask(problem.task, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
 
   diffsac::Estimate estimate;
   estimate.status = result.status;
@@ -267,9 +294,8 @@ std::vector<diffsac::Estimate> DiffsacMethod::EstimateBatch(std::span<const Prob
 
   double ms_features = 0.0, ms_denoise = 0.0;
   const auto predictions = Predict(good, good_seeds, &ms_features, &ms_denoise, nullptr);
-  ParallelFor(static_cast<std::int64_t>(good.size()), threads_, [&](std::int64_t b) {
-    estimates[place[b]] = EstimateFrom(*good[b], predictions[b], good_seeds[b]);
-  });
+  ParallelFor(static_cast<std::int64_t>(good.size()), threads_,
+              [&](std::int64_t b) { estimates[place[b]] = EstimateFrom(*good[b], predictions[b], good_seeds[b]); });
   const double share = 1.0 / static_cast<double>(good.size());
   const double ms_total = MillisecondsSince(start);
   for (const std::size_t i : place) {

@@ -48,6 +48,10 @@ class DiffsacMethod : public Method {
   int SetSize() const;
   /// The κ minimal sets, by the options' guide and selection.
   std::vector<int> GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const;
+  /// Confidences to the logarithms of probabilities, with the inlier head's share of them.
+  void TakeLogarithms(const Prediction& prediction, int points, std::vector<float>* keys) const;
+  /// Divides each copy's keys by its temperature.
+  void SpreadTemperatures(int points, std::vector<float>* keys) const;
   template <MinimalModel Model>
   ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
 

@@ -17,7 +17,11 @@ struct DiffsacOptions {
   /// "gumbel" (drawn in proportion to p^(1/temperature), p = (1 + confidence) / 2: top-γ of the log-probabilities with
   /// Gumbel noise, which keeps the copies apart where they agree).
   std::string selection = "maximum";
-  double temperature = 0.25;             ///< of "probabilistic" and "gumbel"
+  /// Of "probabilistic" and "gumbel"; [first, last]: the copies go from the first to the last in equal ratios, so that
+  /// some keep to the likeliest points and others look further, as PROSAC's growing sets do.
+  Range temperature = 0.25;
+  /// "gumbel" with diffusion: the inlier head's log-probability, times this, is added to the confidence's.
+  double head_weight = 0.0;
   /// "diffusion" | "inlier_head": sets come from the inlier head's probabilities, the same for all copies, without any
   /// reverse step: what independent sampling from learned weights reaches.
   std::string guide = "diffusion";

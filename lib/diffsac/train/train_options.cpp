@@ -56,11 +56,11 @@ TrainConfig ReadTrainConfig(const Config& config) {
   TrainConfig options = ReadOptions<TrainConfig>(config, defaults);
   const auto& kinds = options.network.features.kinds;
   const bool plain = std::all_of(kinds.begin(), kinds.end(), [](const std::string& kind) {
-    return kind == "coordinates" || kind == "coordinates_ratio";
+    return kind == "coordinates" || kind == "coordinates_ratio" || kind == "neighborhood";
   });
   if (options.train.two_view.augment && !plain)
     throw Error(config.Where("train.two_view.augment") +
-                ": only for network.features.kinds coordinates and coordinates_ratio");
+                ": only for network.features.kinds coordinates, coordinates_ratio and neighborhood");
   if (task == "fundamental" && options.labels.fundamental_points != options.inference.fundamental_points)
     throw Error(config.Where("inference.fundamental_points") + ": " +
                 std::to_string(options.inference.fundamental_points) +

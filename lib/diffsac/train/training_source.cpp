@@ -195,10 +195,16 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   must.erase(std::unique(must.begin(), must.end()), must.end());
   const bool reduce = two_view && two_view_.max_points > 0 && static_cast<int>(within.size()) > two_view_.max_points;
   const auto subset = reduce ? RandomSubset(within, must, two_view_.max_points, rng.Fork("subset")) : within;
-  KeepPoints(subset, &example);
-
+  // Features are those of all matches, as at inference; only then is the subset taken.
+  Example full = example;
+  KeepPoints(within, &full);
+  std::vector<int> places;
+  for (const int i : subset)
+    places.push_back(static_cast<int>(std::lower_bound(within.begin(), within.end(), i) - within.begin()));
   TrainingItem item;
-  item.features = features_.Compute(example.problem, rng.Fork("features"));
+  item.features = features_.Compute(full.problem, rng.Fork("features"));
+  item.features.values = decltype(item.features.values)(item.features.values(places, Eigen::all));
+  KeepPoints(subset, &example);
   if (two_view && two_view_.augment && item.features.values.cols() >= 4) Augment(rng.Fork("augment"), &item.features);
   const std::size_t points = static_cast<std::size_t>(example.problem.points.rows());
   item.inliers.assign(points, 0.0f);

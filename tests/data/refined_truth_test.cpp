@@ -1,0 +1,65 @@
+#include "diffsac/data/refined_truth.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "data/two_view_test_util.h"
+#include "diffsac/data/two_view_dataset.h"
+
+namespace diffsac {
+namespace {
+
+// A pair whose given motion is turned by a quarter of a degree, some pixels off.
+TwoViewExample RoughPair() {
+  TwoViewExample pair = SyntheticSet(1, 300, Rng(9)).pairs.front();
+  pair.scene = "scene";
+  pair.truth.motion->rotation =
+      Eigen::AngleAxisd(0.25 * 3.14159 / 180.0, Eigen::Vector3d(1, 2, 3).normalized()) * pair.truth.motion->rotation;
+  pair.truth.essential.reset();
+  pair.truth.fundamental.reset();
+  CompleteTruth(pair.problem, &pair.truth);
+  return pair;
+}
+
+std::int64_t Near(const TwoViewProblem& problem, const TwoViewTruth& truth) {
+  return (TruthDistances(problem, truth).array() < 0.5).count();
+}
+
+}  // namespace
+
+TEST_CASE("a rough truth is refined on the matches near it, with and without calibration") {
+  for (const bool calibrated : {true, false}) {
+    TwoViewExample pair = RoughPair();
+    pair.problem.calibrated = calibrated;
+    const std::int64_t before = Near(pair.problem, pair.truth);
+    TwoViewTruth refined = pair.truth;
+    RefineEpipolarTruth(pair.problem, 4.0, &refined);
+    CHECK(before < 120);
+    CHECK(Near(pair.problem, refined) >= 199);
+    CHECK(refined.motion == pair.truth.motion);
+    CHECK((refined.essential == pair.truth.essential) == !calibrated);
+  }
+}
+
+TEST_CASE("a truth with too few matches near it stays") {
+  TwoViewExample pair = RoughPair();
+  pair.problem.points.conservativeResize(12, 4);
+  TwoViewTruth refined = pair.truth;
+  RefineEpipolarTruth(pair.problem, 4.0, &refined);
+  CHECK(refined.fundamental == pair.truth.fundamental);
+}
+
+TEST_CASE("examples for training have the refined inliers and the given pose") {
+  const TwoViewExample pair = RoughPair();
+  CorrespondencesOptions options;
+  const Example given = ToExample(pair, Task::kEssential, options);
+  options.refine_truth_px = 4.0;
+  const Example refined = ToExample(pair, Task::kEssential, options);
+  const auto inliers = [](const Example& e) { return std::count(e.truth.inliers.begin(), e.truth.inliers.end(), 1); };
+  CHECK(inliers(refined) > inliers(given) + 50);
+  CHECK(refined.truth.pose->rotation == given.truth.pose->rotation);
+  CHECK(refined.problem.points == given.problem.points);
+}
+
+}  // namespace diffsac
