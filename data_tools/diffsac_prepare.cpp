@@ -1,13 +1,18 @@
 // Makes correspondence files from images, and says what stands in them.
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
 #include "data_tools/inspect.h"
+#include "data_tools/match_picture.h"
+#include "data_tools/modelnet_pairs.h"
 #include "data_tools/prepare_pairs.h"
+#include "data_tools/tutorial_descriptors.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
@@ -24,30 +29,101 @@ void RequestStop(int) { stop_requested = true; }
 struct InspectRequest {
   std::vector<std::string> folders;
   double threshold_px = 1.0;
+  std::string picture, pair, images;
 };
 
 void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--format", request->format, "What the images and their truth come as")
       ->required()
-      ->check(CLI::IsMember({"kitti", "strecha", "colmap", "homographies", "adelaidermf", "images"}));
+      ->check(CLI::IsMember({"kitti", "strecha", "colmap", "nerf", "poses", "homographies", "adelaidermf", "images"}));
   app->add_option("--input", request->input, "Folder of the images and their truth")->required();
   app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
   app->add_option("--sequence", request->sequence, "KITTI: the sequence, as 00");
-  app->add_option("--steps", request->steps, "KITTI: frames between the images of a pair, as 1,2,5")->delimiter(',');
-  app->add_option("--calibration", request->calibration, "images: a file with the 3x3 matrix K of all images");
+  diffsac::PairChoice& choice = request->choice;
+  app->add_option("--steps", choice.steps, "Frames between the images of a pair, as 1,2,5: a scene each (KITTI: 1)")
+      ->delimiter(',');
+  app->add_option("--every", choice.every, "Use only every so many images");
+  app->add_option("--pairs-file", choice.pairs_file, "A text file with the names of two images in each line");
+  diffsac::GivenCalibration& calibration = request->calibration;
+  app->add_option("--calibration", calibration.file, "poses, images: a file with the 3x3 matrix K of all images");
+  app->add_option("--focal", calibration.focal, "poses, images: focal length of all images, in pixels");
+  app->add_option("--center", calibration.center, "poses, images: principal point, as 320,240")->delimiter(',');
   diffsac::PrepareOptions& options = request->options;
+  app->add_option_function<std::string>(
+         "--features",
+         [&options](const std::string& name) { options.features.kind = diffsac::FeatureKindFromString(name); },
+         "sift, rootsift (the default) or orb")
+      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
+  app->add_option("--import-descriptors", options.import_descriptors,
+                  "Keypoints and descriptors from this HDF5 file, as hloc writes it");
   app->add_option("--max-keypoints", options.features.max_keypoints, "The strongest of an image; 0: all");
   app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--descriptors", options.descriptors, "Write descriptors.h5 as well");
+  app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
   app->add_option("--threads", options.threads, "Threads (0: all cores)");
 }
 
+void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
+  app->add_option("--input", request->input, "A scene's folder, ROOT/split/scene")->required();
+  app->add_option("--images", request->images, "Folder of its images (default: images in the scene's)");
+  app->add_option_function<std::string>(
+         "--features",
+         [request](const std::string& name) { request->features.kind = diffsac::FeatureKindFromString(name); },
+         "sift or rootsift (the default)")
+      ->check(CLI::IsMember({"sift", "rootsift"}));
+  app->add_option("--contrast-threshold", request->features.contrast_threshold, "Of SIFT");
+  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
+  app->add_flag("--overwrite", request->overwrite, "Make descriptors again that are there already");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)");
+}
+
+void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
+  app->add_option("--input", request->input, "Folder of OFF files, at any depth")->required();
+  app->add_option("--output", request->output, "Folder for the scene's folder")->required();
+  app->add_option("--scene", request->scene, "Name of the scene (modelnet40)");
+  app->add_option("--subset", request->subset, "Only meshes in folders of this name: train or test");
+  app->add_option("--pairs", request->pairs, "Pairs (1000)");
+  app->add_option("--outlier-ratio", request->outlier_ratio, "Share of outliers, R or LOW,HIGH (0.1,0.6)")
+      ->delimiter(',');
+  app->add_option("--points", request->points, "Correspondences a pair (200)");
+  app->add_option("--seed", request->seed, "Of all that is drawn (1)");
+  app->add_flag("--overwrite", request->overwrite, "Make the scene again when it is there already");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)");
+}
+
+void AddInspect(CLI::App* app, InspectRequest* request) {
+  app->add_option("folders", request->folders, "Scenes, or folders of scenes")->required();
+  app->add_option("--threshold-px", request->threshold_px, "Distance to the truth that counts as an inlier")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--picture", request->picture, "Draw the matches of one pair into this PNG file instead");
+  app->add_option("--pair", request->pair, "The pair to draw, img1-img2 (default: the first)");
+  app->add_option("--images", request->images, "Folder of the pair's images (default: white canvases)");
+}
+
+int DrawPicture(const InspectRequest& request) {
+  if (request.folders.size() != 1) throw diffsac::Error("--picture needs one scene");
+  const diffsac::CorrespondenceScene scene(request.folders[0]);
+  const auto& pairs = scene.pairs();
+  const auto found = request.pair.empty() ? pairs.begin() : std::find(pairs.begin(), pairs.end(), request.pair);
+  if (found == pairs.end())
+    throw diffsac::Error(request.folders[0] + ": there is no pair " + request.pair +
+                         (pairs.empty() ? "" : "; the first is " + pairs[0]));
+  const auto counts =
+      diffsac::DrawMatches(scene.Read(found - pairs.begin()), request.threshold_px, request.images, request.picture);
+  std::cout << request.picture << ": " << *found << ", " << counts.matches << " matches";
+  if (counts.inliers >= 0) std::cout << ", " << counts.inliers << " inliers";
+  std::cout << std::endl;
+  return kExitOk;
+}
+
 int Inspect(const InspectRequest& request) {
+  if (!request.picture.empty()) return DrawPicture(request);
+  if (!request.pair.empty() || !request.images.empty()) throw diffsac::Error("--pair and --images are for --picture");
   std::vector<diffsac::SceneSummary> summaries;
   bool good = true;
   for (const std::string& root : request.folders) {
@@ -61,6 +137,18 @@ int Inspect(const InspectRequest& request) {
   return good ? kExitOk : kExitBadInput;
 }
 
+int Tutorial(const diffsac::TutorialRequest& request) {
+  const diffsac::TutorialResult result = diffsac::AddTutorialDescriptors(request, stop_requested);
+  if (!result.finished) return kExitInterrupted;
+  if (result.already_there) return kExitOk;
+  char share[16];
+  std::snprintf(share, sizeof(share), "%.1f", result.places > 0 ? 100.0 * result.found / result.places : 0.0);
+  std::cout << request.input << ": " << result.pairs << " pairs, " << result.images << " images, " << result.places
+            << " matched places; " << share << " % have a keypoint within a pixel, the others are described themselves"
+            << std::endl;
+  return kExitOk;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -69,11 +157,17 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   diffsac::PairsRequest pairs;
   AddPairs(app.add_subcommand("pairs", "Images, calibration and truth to correspondence files"), &pairs);
+  diffsac::TutorialRequest tutorial;
+  CLI::App* tutorial_app =
+      app.add_subcommand("tutorial", "Adds descriptors to a scene of the tutorial, from its images");
+  AddTutorial(tutorial_app, &tutorial);
+  diffsac::ModelnetRequest modelnet;
+  CLI::App* modelnet_app = app.add_subcommand("modelnet", "Virtual views of meshes to correspondence files");
+  AddModelnet(modelnet_app, &modelnet);
   InspectRequest inspect;
-  CLI::App* inspect_app = app.add_subcommand("inspect", "Counts, inliers and checks of correspondence files");
-  inspect_app->add_option("folders", inspect.folders, "Scenes, or folders of scenes")->required();
-  inspect_app->add_option("--threshold-px", inspect.threshold_px, "Distance to the truth that counts as an inlier")
-      ->check(CLI::PositiveNumber);
+  CLI::App* inspect_app =
+      app.add_subcommand("inspect", "Counts, inliers and checks of correspondence files; a picture");
+  AddInspect(inspect_app, &inspect);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -89,7 +183,10 @@ int main(int argc, char** argv) {
     // Images are spread over threads here.
     cv::setNumThreads(1);
     if (inspect_app->parsed()) return Inspect(inspect);
-    return diffsac::RunPairs(pairs, stop_requested) ? kExitOk : kExitInterrupted;
+    if (tutorial_app->parsed()) return Tutorial(tutorial);
+    if (modelnet_app->parsed())
+      return diffsac::WriteModelnetPairs(modelnet, stop_requested).finished ? kExitOk : kExitInterrupted;
+    return diffsac::RunPairs(pairs, stop_requested).finished ? kExitOk : kExitInterrupted;
   } catch (const std::exception& error) {
     std::cerr << "diffsac_prepare: " << error.what() << std::endl;
     return kExitBadInput;

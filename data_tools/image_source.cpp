@@ -1,7 +1,10 @@
 #include "data_tools/image_source.h"
 
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -46,25 +49,89 @@ std::string FolderName(const std::string& folder) {
   return (code ? fs::path(folder) : whole).filename().string();
 }
 
+void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source) {
+  const int frame = static_cast<int>(source->images.size() + source->left_out.size());
+  try {
+    SourceImage image = read();
+    image.frame = frame;
+    source->images.push_back(std::move(image));
+  } catch (const Error& error) {
+    source->left_out.push_back({name, error.what()});
+  }
+}
+
+RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place) {
+  constexpr double kTolerance = 0.01, kRounding = 1e-6;
+  if (values.size() != 12 && values.size() != 16) throw Error(place + ": expected a 3x4 or 4x4 matrix");
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw Error(place + ": the pose is not finite");
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
+  RigidMotion to_world;
+  to_world.rotation = rows.leftCols<3>();
+  to_world.translation = rows.col(3);
+  const Eigen::Matrix3d square = to_world.rotation * to_world.rotation.transpose();
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || to_world.rotation.determinant() < 0.0)
+    throw Error(place + ": the pose holds no rotation");
+  if (values.size() == 16 && (values[12] != 0.0 || values[13] != 0.0 || values[14] != 0.0 || values[15] != 1.0))
+    throw Error(place + ": expected 0 0 0 1 as the last row of the pose");
+  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_world.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    to_world.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return Inverse(to_world);
+}
+
+std::string StepName(const std::string& name, int step) {
+  const std::string number = std::to_string(step);
+  return name + "_step_" + (number.size() < 2 ? "0" : "") + number;
+}
+
+Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
+  const Eigen::Matrix3d K = ReadMatrixFile(path);
+  if (!K.allFinite() || K(0, 0) <= 0.0 || K(1, 1) <= 0.0 || K.row(2) != Eigen::RowVector3d(0, 0, 1))
+    throw Error(path + ": not a calibration matrix (positive focal lengths, last row 0 0 1)");
+  return K;
+}
+
+std::optional<LensCamera> CameraOf(const GivenCalibration& given) {
+  LensCamera camera;
+  if (!given.file.empty()) {
+    if (given.focal != 0.0 || !given.center.empty()) throw Error("--calibration excludes --focal and --center");
+    camera.K = ReadCalibrationMatrix(given.file);
+    return camera;
+  }
+  if (given.focal == 0.0 && given.center.empty()) return {};
+  if (!(given.focal > 0.0) || given.center.size() != 2)
+    throw Error("expected a positive --focal and two numbers as --center, both in pixels");
+  camera.K << given.focal, 0.0, given.center[0], 0.0, given.focal, given.center[1], 0.0, 0.0, 1.0;
+  if (!camera.K.allFinite()) throw Error("--focal and --center must be finite");
+  return camera;
+}
+
 void CheckSource(const ImageSource& source, const std::string& folder) {
   std::set<std::string> names;
   for (const SourceImage& image : source.images)
     if (!names.insert(image.name).second) throw Error(folder + ": two images are named " + image.name);
-  for (const SourceScene& scene : source.scenes)
-    if (scene.pairs.empty()) throw Error(folder + ": no pairs of images for " + scene.name);
+  for (const SourceScene& scene : source.scenes) {
+    if (!scene.pairs.empty()) continue;
+    std::string text = folder + ": no pairs of images for " + scene.name;
+    if (!source.left_out.empty())
+      text += "; " + std::to_string(source.left_out.size()) + " images were left out: " + source.left_out[0].problem;
+    throw Error(text);
+  }
 }
 
-ImageSource ReadImageFolder(const std::string& folder, const std::string& calibration) {
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration) {
   ImageSource source;
-  std::optional<LensCamera> camera;
-  if (!calibration.empty()) {
-    camera.emplace();
-    camera->K = ReadMatrixFile(calibration);
-    if (!camera->K.allFinite() || camera->K(0, 0) <= 0.0 || camera->K(1, 1) <= 0.0 ||
-        camera->K.row(2) != Eigen::RowVector3d(0, 0, 1))
-      throw Error(calibration + ": not a calibration matrix (positive focal lengths, last row 0 0 1)");
-  }
-  for (const std::string& path : ListImages(folder)) source.images.push_back({ImageName(path), path, camera, {}});
+  const std::optional<LensCamera> camera = CameraOf(calibration);
+  for (const std::string& path : ListImages(folder))
+    AddImage(
+        ImageName(path),
+        [&] {
+          return SourceImage{ImageName(path), path, camera, {}};
+        },
+        &source);
   source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
   CheckSource(source, folder);
   return source;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,12 @@ struct SourceImage {
   std::string path;
   std::optional<LensCamera> camera;
   std::optional<RigidMotion> pose;  ///< World-to-camera.
+  int frame = -1;                   ///< Its place among all images of the source, those left out included; -1: unknown.
+};
+
+/// An image whose pose or calibration is missing or makes no sense.
+struct LeftOutImage {
+  std::string name, problem;  ///< The problem names the file.
 };
 
 struct SourcePair {
@@ -32,9 +39,28 @@ struct SourceScene {
 struct ImageSource {
   std::vector<SourceImage> images;
   std::vector<SourceScene> scenes;
+  std::vector<LeftOutImage> left_out;
 };
 
-// The readers below throw Error with one line that names the file (and its line).
+/// Which images and pairs of a source are used.
+struct PairChoice {
+  int every = 1;  ///< Only every so many images, from the first.
+  std::vector<int>
+      steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
+  std::string pairs_file;
+  bool IsAll() const { return every == 1 && steps.empty() && pairs_file.empty(); }
+};
+
+/// Calibration of images that come without one.
+struct GivenCalibration {
+  std::string file;            ///< One 3 × 3 matrix for all images.
+  double focal = 0.0;          ///< Pixels; with `center` instead of a file.
+  std::vector<double> center;  ///< cx, cy, pixels.
+};
+
+// The readers below throw Error with one line that names the file (and its line) when the source as a whole cannot be
+// used. A single image without a sound pose is left out and listed.
 
 /// KITTI odometry (Geiger et al., "Are we ready for autonomous driving?", CVPR 2012) in the official layout:
 /// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a
@@ -54,8 +80,24 @@ ImageSource ReadColmap(const std::string& folder);
 /// `H_1_N` and `1.ppm` (HPatches: Balntas et al., CVPR 2017).
 ImageSource ReadHomographies(const std::string& folder);
 
-/// Any images, all pairs, without truth. `calibration`: a file with one 3 × 3 matrix for all of them, or empty.
-ImageSource ReadImageFolder(const std::string& folder, const std::string& calibration);
+/// NeRF's transforms.json as instant-ngp (Müller et al., SIGGRAPH 2022) writes it: fl_x, fl_y (or camera_angle_x), cx,
+/// cy, w, h, k1, k2, p1, p2 for all frames or in each; `transform_matrix`, camera-to-world, in OpenGL's axes (x right,
+/// y up, z backwards). cx and cy are COLMAP's, whose first pixel has its centre at (0.5, 0.5). `folder` may be the json
+/// file itself. All pairs.
+ImageSource ReadNerf(const std::string& folder);
+
+/// Images with a 4 × 4 camera-to-world matrix each, in one of two layouts: folders `image` (or images, rgb, color),
+/// `pose` (or poses) and, unless a calibration is given, `intrinsic` (or intrinsics) with <name>.txt of 3 × 3; or
+/// <name>.pose.txt beside the images, which may be named <name>.color.png: then others (depth maps) are not taken.
+/// Pixel centres have whole coordinates. All pairs.
+ImageSource ReadPoses(const std::string& folder, const GivenCalibration& calibration);
+
+/// Any images, all pairs, without truth.
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration = {});
+
+/// Replaces the pairs of a source by those chosen. Pairs of images that were left out are dropped. Throws Error: a
+/// source whose pairs have a truth of their own, an unknown name, no pairs.
+void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source);
 
 /// For the readers: the image files of a folder in the order of their names. Throws Error when there are none.
 std::vector<std::string> ListImages(const std::string& folder);
@@ -65,7 +107,18 @@ std::string ImageName(const std::string& path);
 std::vector<SourcePair> AllPairs(int num_images);
 /// The folder's own name, for a scene.
 std::string FolderName(const std::string& folder);
-/// Throws Error unless the images' names are unique and there is a pair.
+/// Adds what `read` returns as the image of the next frame, or, when it throws Error, the image to those left out.
+void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
+/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error, starting with `place`,
+/// unless it is finite and its left part a rotation within 1 %, which the nearest rotation replaces.
+RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
+/// "<name>_step_05".
+std::string StepName(const std::string& name, int step);
+/// K of a file. Throws Error unless it is a calibration matrix.
+Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
+/// The camera of a given calibration, none when nothing is given. Throws Error.
+std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);
+/// Throws Error unless the images' names are unique and there is a pair; with the first image that was left out.
 void CheckSource(const ImageSource& source, const std::string& folder);
 
 }  // namespace diffsac

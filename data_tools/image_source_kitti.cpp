@@ -1,9 +1,7 @@
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 
 #include "data_tools/image_source.h"
-#include "data_tools/number_file.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/text_scan.h"
@@ -31,11 +29,34 @@ LensCamera ReadCalibration(const std::string& path) {
   throw Error(path + ": no line P0:");
 }
 
-RigidMotion PoseOf(const std::vector<double>& v) {
-  RigidMotion to_world;
-  to_world.rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
-  to_world.translation << v[3], v[7], v[11];
-  return Inverse(to_world);
+// One frame of the file of poses.
+struct PoseLine {
+  RigidMotion pose;
+  std::string problem;  // empty: none
+};
+
+// A line that makes no sense costs its frame alone.
+std::vector<PoseLine> ReadPoseLines(const std::string& path) {
+  const std::string text = ReadFile(path);
+  std::vector<PoseLine> lines;
+  std::string_view rest = text, line;
+  for (int number = 1; TakeLine(&rest, &line); ++number) {
+    const auto words = SplitWords(line, " \t");
+    if (words.empty()) continue;
+    const std::string place = path + ":" + std::to_string(number);
+    PoseLine parsed;
+    try {
+      std::vector<double> values(words.size());
+      for (std::size_t i = 0; i < words.size(); ++i)
+        if (!ParseNumber(words[i], &values[i])) throw Error(place + ": '" + std::string(words[i]) + "' is no number");
+      if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
+      parsed.pose = WorldToCamera(values, place);
+    } catch (const Error& error) {
+      parsed.problem = error.what();
+    }
+    lines.push_back(std::move(parsed));
+  }
+  return lines;
 }
 
 int FrameNumber(const std::string& path) {
@@ -47,31 +68,32 @@ int FrameNumber(const std::string& path) {
   return number;
 }
 
-std::string SceneName(const std::string& sequence, int step) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "_step_%02d", step);
-  return "kitti_" + sequence + text;
-}
-
 }  // namespace
 
 ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps) {
   const fs::path folder = fs::path(root) / "sequences" / sequence;
   const std::string pose_path = (fs::path(root) / "poses" / (sequence + ".txt")).string();
   const LensCamera camera = ReadCalibration((folder / "calib.txt").string());
-  const auto poses = ReadNumberFile(pose_path, 12);
+  const std::vector<PoseLine> poses = ReadPoseLines(pose_path);
   ImageSource source;
   std::vector<int> image_of_frame(poses.size(), -1);
   for (const std::string& path : ListImages((folder / "image_0").string())) {
     const int frame = FrameNumber(path);
-    if (frame >= static_cast<int>(poses.size())) throw Error(pose_path + ": no pose for " + path);
-    image_of_frame[frame] = static_cast<int>(source.images.size());
-    source.images.push_back({ImageName(path), path, camera, PoseOf(poses[frame].values)});
+    const auto read = [&] {
+      if (frame >= static_cast<int>(poses.size())) throw Error(pose_path + ": no pose for " + path);
+      if (!poses[frame].problem.empty()) throw Error(poses[frame].problem);
+      return SourceImage{ImageName(path), path, camera, poses[frame].pose};
+    };
+    const std::size_t before = source.images.size();
+    AddImage(ImageName(path), read, &source);
+    if (source.images.size() == before) continue;
+    source.images.back().frame = frame;
+    image_of_frame[frame] = static_cast<int>(before);
   }
   if (steps.empty()) throw Error("steps: expected at least one");
   for (int step : steps) {
     if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
-    SourceScene scene{SceneName(sequence, step), {}};
+    SourceScene scene{StepName("kitti_" + sequence, step), {}};
     for (int i = 0; i + step < static_cast<int>(poses.size()); ++i)
       if (image_of_frame[i] >= 0 && image_of_frame[i + step] >= 0)
         scene.pairs.push_back({image_of_frame[i], image_of_frame[i + step], {}});

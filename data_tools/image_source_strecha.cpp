@@ -24,10 +24,12 @@ void ReadCamera(const std::string& path, SourceImage* image) {
   camera.K = MatrixFromRows(values.data());
   camera.size = {static_cast<int>(values[24]), static_cast<int>(values[25])};
   image->camera = camera;
-  RigidMotion to_world;
-  to_world.rotation = MatrixFromRows(values.data() + 12);
-  to_world.translation << values[21], values[22], values[23];
-  image->pose = Inverse(to_world);
+  std::vector<double> to_world;
+  for (int row = 0; row < 3; ++row) {
+    to_world.insert(to_world.end(), values.begin() + 12 + 3 * row, values.begin() + 15 + 3 * row);
+    to_world.push_back(values[21 + row]);
+  }
+  image->pose = WorldToCamera(to_world, path);
 }
 
 }  // namespace
@@ -35,10 +37,13 @@ void ReadCamera(const std::string& path, SourceImage* image) {
 ImageSource ReadStrecha(const std::string& folder) {
   ImageSource source;
   for (const std::string& path : ListImages((fs::path(folder) / "images").string())) {
-    SourceImage image{ImageName(path), path, {}, {}};
-    const std::string file = fs::path(path).filename().string() + ".camera";
-    ReadCamera((fs::path(folder) / "gt_dense_cameras" / file).string(), &image);
-    source.images.push_back(std::move(image));
+    const auto read = [&] {
+      SourceImage image{ImageName(path), path, {}, {}};
+      const std::string file = fs::path(path).filename().string() + ".camera";
+      ReadCamera((fs::path(folder) / "gt_dense_cameras" / file).string(), &image);
+      return image;
+    };
+    AddImage(ImageName(path), read, &source);
   }
   source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
   CheckSource(source, folder);

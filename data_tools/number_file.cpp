@@ -33,13 +33,17 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t coun
   return lines;
 }
 
-Eigen::Matrix3d ReadMatrixFile(const std::string& path) {
+std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, const std::string& what) {
   std::vector<double> values;
   for (const NumberLine& line : ReadNumberFile(path))
     values.insert(values.end(), line.values.begin(), line.values.end());
-  if (values.size() != 9)
-    throw Error(path + ": expected a 3x3 matrix, found " + std::to_string(values.size()) + " numbers");
-  return MatrixFromRows(values.data());
+  if (values.size() != count)
+    throw Error(path + ": expected " + what + ", found " + std::to_string(values.size()) + " numbers");
+  return values;
+}
+
+Eigen::Matrix3d ReadMatrixFile(const std::string& path) {
+  return MatrixFromRows(ReadNumbersOf(path, 9, "a 3x3 matrix").data());
 }
 
 Eigen::Matrix3d MatrixFromRows(const double* values) {

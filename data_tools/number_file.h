@@ -19,6 +19,9 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path);
 /// The same, and every line must have `count` numbers.
 std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t count);
 
+/// All numbers of a file that must hold `count`; `what` says in messages what they are ("a 4x4 matrix").
+std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, const std::string& what);
+
 /// A file that holds exactly a 3 × 3 matrix, row by row, in any number of lines.
 Eigen::Matrix3d ReadMatrixFile(const std::string& path);
 

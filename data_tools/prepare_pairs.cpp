@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <list>
 #include <map>
-#include <numeric>
+#include <set>
+#include <sstream>
 
 #include "data_tools/adelaide_rmf.h"
+#include "data_tools/feature_store.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -53,21 +56,84 @@ struct MatchedPair {
   bool kept = false;
 };
 
+// The descriptors of matches, pair after pair. Neighbouring pairs share images, so the last few are kept.
+class MatchDescriptors {
+ public:
+  explicit MatchDescriptors(const FeatureStore& store) : store_(store) {}
+
+  DescriptorMatrix Rows(const SourcePair& pair, const std::vector<DescriptorMatch>& matches) {
+    const DescriptorMatrix &first = Get(pair.image1), &second = Get(pair.image2);
+    DescriptorMatrix rows(static_cast<Eigen::Index>(matches.size()), first.cols() + second.cols());
+    for (std::size_t i = 0; i < matches.size(); ++i)
+      rows.row(static_cast<Eigen::Index>(i)) << first.row(matches[i].first), second.row(matches[i].second);
+    return rows;
+  }
+
+ private:
+  static constexpr std::size_t kKept = 4;
+
+  const DescriptorMatrix& Get(int image) {
+    for (auto entry = recent_.begin(); entry != recent_.end(); ++entry) {
+      if (entry->first != image) continue;
+      recent_.splice(recent_.begin(), recent_, entry);
+      return recent_.front().second;
+    }
+    if (recent_.size() >= kKept) recent_.pop_back();
+    recent_.emplace_front(image, store_.Load(image).descriptors);
+    return recent_.front().second;
+  }
+
+  const FeatureStore& store_;
+  std::list<std::pair<int, DescriptorMatrix>> recent_;
+};
+
+// What decides the content of a scene's files: it stands in the scene's folder, so that a later call can tell whether
+// that is what it would make.
+std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
+  const FeatureOptions& features = options.features;
+  std::ostringstream text;
+  if (options.import_descriptors.empty()) {
+    text << "features " << ToString(features.kind) << "\ncontrast_threshold " << features.contrast_threshold
+         << "\nmax_image_size " << features.max_image_size << "\n";
+  } else {
+    text << "features " << fs::path(options.import_descriptors).filename().string() << "\n";
+  }
+  text << "max_keypoints " << features.max_keypoints << "\ndescriptors " << options.descriptors << "\nmin_true_matches "
+       << options.min_true_matches << "\ntrue_match_px " << options.true_match_px << "\npairs " << scene.pairs.size()
+       << "\n";
+  return text.str();
+}
+
+constexpr const char* kRecipeFile = "prepared.txt";
+
 class Preparation {
  public:
   Preparation(const ImageSource& source, const PrepareOptions& options, const std::string& output,
               const std::atomic<bool>& stop)
-      : source_(source), options_(options), output_(output), stop_(stop), features_(source.images.size()) {}
+      : source_(source),
+        options_(options),
+        output_(output),
+        stop_(stop),
+        store_(source, options.features, options.import_descriptors, CacheFolder(source, output)),
+        broken_(source.images.size(), 0) {}
 
-  bool Run();
+  PrepareResult Run();
 
  private:
-  bool ExtractAll(const std::vector<SourceScene>& scenes);
+  static std::string CacheFolder(const ImageSource& source, const std::string& output) {
+    return (fs::path(output) / (".keypoints-" + source.scenes.at(0).name)).string();
+  }
+  std::string FolderOf(const SourceScene& scene) const { return (fs::path(output_) / scene.name).string(); }
+
+  bool IsThere(const SourceScene& scene) const;
+  bool PrepareImages(const std::vector<SourceScene>& scenes);
+  void LeaveOut(const std::string& problem);
+  bool MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const;
   bool WriteScene(const SourceScene& scene);
-  MatchedPair MatchPair(const SourcePair& pair) const;
-  void FillProblem(const SourcePair& pair, MatchedPair* matched) const;
+  MatchedPair MatchPair(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second) const;
+  void FillProblem(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second,
+                   MatchedPair* matched) const;
   void FillTruth(const SourcePair& pair, TwoViewExample* example) const;
-  DescriptorMatrix DescriptorsOf(const SourcePair& pair, const std::vector<DescriptorMatch>& matches) const;
   CorrespondenceSet Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
                             std::vector<std::size_t>* kept) const;
 
@@ -75,34 +141,84 @@ class Preparation {
   const PrepareOptions& options_;
   std::string output_;
   const std::atomic<bool>& stop_;
-  std::vector<ImageFeatures> features_;
+  FeatureStore store_;
+  std::vector<char> broken_;  // images
+  PrepareResult result_;
+  std::vector<std::string> empty_scenes_;
 };
 
-bool Preparation::ExtractAll(const std::vector<SourceScene>& scenes) {
-  std::vector<char> needed(source_.images.size(), 0);
+bool Preparation::IsThere(const SourceScene& scene) const {
+  const fs::path folder = FolderOf(scene);
+  std::error_code code;
+  if (options_.overwrite || !fs::exists(folder / "matches.h5", code)) return false;
+  std::string text = folder.string() + ": already there";
+  const std::string recipe = (folder / kRecipeFile).string();
+  if (fs::exists(recipe, code) && ReadFile(recipe) != RecipeOf(scene, options_)) {
+    LogWarning(text + ", but made in another way (" + recipe + "); --overwrite makes it again");
+  } else {
+    LogInfo(text);
+  }
+  return true;
+}
+
+void Preparation::LeaveOut(const std::string& problem) {
+  LogWarning("left out: " + problem);
+  result_.left_out.push_back(problem);
+}
+
+// Returns false when it was stopped.
+bool Preparation::PrepareImages(const std::vector<SourceScene>& scenes) {
+  std::set<int> needed;
   for (const SourceScene& scene : scenes)
-    for (const SourcePair& pair : scene.pairs) needed[pair.image1] = needed[pair.image2] = 1;
-  std::vector<int> images;
-  for (std::size_t i = 0; i < needed.size(); ++i)
-    if (needed[i] != 0) images.push_back(static_cast<int>(i));
-  Progress progress("keypoints", static_cast<std::int64_t>(images.size()));
-  ParallelFor(static_cast<std::int64_t>(images.size()), options_.threads, [&](std::int64_t k) {
-    if (stop_) return;
-    const SourceImage& image = source_.images[images[k]];
-    ImageFeatures& features = features_[images[k]];
-    features = ExtractRootSift(image.path, options_.features);
-    if (image.camera && image.camera->size != ImageSize{} && image.camera->size != features.size)
-      throw Error(image.path + ": is " + std::to_string(features.size.width) + "x" +
-                  std::to_string(features.size.height) + ", but its calibration is for " +
-                  std::to_string(image.camera->size.width) + "x" + std::to_string(image.camera->size.height));
-    progress.Advance();
-  });
+    for (const SourcePair& pair : scene.pairs) needed.insert({pair.image1, pair.image2});
+  const std::vector<int> images(needed.begin(), needed.end());
+  std::vector<std::string> problems(images.size());
+  {
+    Progress progress("keypoints", static_cast<std::int64_t>(images.size()));
+    ParallelFor(static_cast<std::int64_t>(images.size()), options_.threads, [&](std::int64_t k) {
+      if (stop_) return;
+      if (!store_.Prepare(images[k], &problems[k])) broken_[images[k]] = 1;
+      progress.Advance();
+    });
+  }
+  if (stop_) return false;
+  for (const std::string& problem : problems)
+    if (!problem.empty()) LeaveOut(problem);
+  return true;
+}
+
+// Pairs block by block: of the images, only those that the block and later pairs need are in memory.
+bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const {
+  const std::vector<SourcePair>& pairs = scene.pairs;
+  const auto count = static_cast<std::int64_t>(pairs.size());
+  std::map<int, std::int64_t> last_use;
+  for (std::int64_t i = 0; i < count; ++i) last_use[pairs[i].image1] = last_use[pairs[i].image2] = i;
+  const int threads = options_.threads > 0 ? options_.threads : HardwareThreads();
+  const std::int64_t block = 8 * threads;
+  std::map<int, ImageFeatures> loaded;
+  Progress progress(scene.name, count);
+  for (std::int64_t start = 0; start < count && !stop_; start += block) {
+    const std::int64_t end = std::min(count, start + block);
+    std::vector<int> missing;
+    for (std::int64_t i = start; i < end; ++i)
+      for (int image : {pairs[i].image1, pairs[i].image2})
+        if (loaded.try_emplace(image).second) missing.push_back(image);
+    ParallelFor(static_cast<std::int64_t>(missing.size()), options_.threads,
+                [&](std::int64_t k) { loaded.at(missing[k]) = store_.Load(missing[k]); });
+    ParallelFor(end - start, options_.threads, [&](std::int64_t k) {
+      if (stop_) return;
+      const SourcePair& pair = pairs[start + k];
+      (*matched)[start + k] = MatchPair(pair, loaded.at(pair.image1), loaded.at(pair.image2));
+      progress.Advance();
+    });
+    std::erase_if(loaded, [&](const auto& entry) { return last_use.at(entry.first) < end; });
+  }
   return !stop_;
 }
 
-void Preparation::FillProblem(const SourcePair& pair, MatchedPair* matched) const {
+void Preparation::FillProblem(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second,
+                              MatchedPair* matched) const {
   const SourceImage &image1 = source_.images[pair.image1], &image2 = source_.images[pair.image2];
-  const ImageFeatures &first = features_[pair.image1], &second = features_[pair.image2];
   const auto position = [](const SourceImage& image, const ImageFeatures& features, int row) -> Eigen::RowVector2d {
     const Eigen::Vector2d pixel = features.positions.row(row);
     return (image.camera ? image.camera->Undistort(pixel) : pixel).transpose();
@@ -132,28 +248,21 @@ void Preparation::FillTruth(const SourcePair& pair, TwoViewExample* example) con
   CompleteTruth(example->problem, &example->truth);
 }
 
-MatchedPair Preparation::MatchPair(const SourcePair& pair) const {
+MatchedPair Preparation::MatchPair(const SourcePair& pair, const ImageFeatures& first,
+                                   const ImageFeatures& second) const {
   MatchedPair matched;
-  const ImageFeatures &first = features_[pair.image1], &second = features_[pair.image2];
-  matched.matches = WithoutRepeats(MatchMutually(first.descriptors, second.descriptors), first, second);
+  matched.matches =
+      WithoutRepeats(MatchMutually(first.descriptors, second.descriptors, store_.distance()), first, second);
   TwoViewExample& example = matched.example;
   example.image1 = source_.images[pair.image1].name;
   example.image2 = source_.images[pair.image2].name;
   example.id = example.image1 + "-" + example.image2;
-  FillProblem(pair, &matched);
+  FillProblem(pair, first, second, &matched);
   FillTruth(pair, &example);
   const Eigen::VectorXd distances = TruthDistances(example.problem, example.truth);
   matched.kept = options_.min_true_matches == 0 ||
                  (distances.array() <= options_.true_match_px).count() >= options_.min_true_matches;
   return matched;
-}
-
-DescriptorMatrix Preparation::DescriptorsOf(const SourcePair& pair, const std::vector<DescriptorMatch>& matches) const {
-  const DescriptorMatrix &first = features_[pair.image1].descriptors, &second = features_[pair.image2].descriptors;
-  DescriptorMatrix rows(static_cast<Eigen::Index>(matches.size()), first.cols() + second.cols());
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    rows.row(static_cast<Eigen::Index>(i)) << first.row(matches[i].first), second.row(matches[i].second);
-  return rows;
 }
 
 CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
@@ -169,62 +278,116 @@ CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<Mat
   return set;
 }
 
-bool Preparation::WriteScene(const SourceScene& scene) {
+bool Preparation::WriteScene(const SourceScene& asked) {
+  SourceScene scene = asked;
+  std::erase_if(scene.pairs, [&](const SourcePair& pair) { return broken_[pair.image1] || broken_[pair.image2]; });
   std::vector<MatchedPair> matched(scene.pairs.size());
-  {
-    Progress progress(scene.name, static_cast<std::int64_t>(scene.pairs.size()));
-    ParallelFor(static_cast<std::int64_t>(scene.pairs.size()), options_.threads, [&](std::int64_t i) {
-      if (stop_) return;
-      matched[i] = MatchPair(scene.pairs[i]);
-      progress.Advance();
-    });
-  }
-  if (stop_) return false;
+  if (!MatchScene(scene, &matched)) return false;
   std::vector<std::size_t> kept;
   CorrespondenceSet set = Collect(scene, &matched, &kept);
-  if (kept.empty()) throw Error(scene.name + ": no pair has enough true matches");
+  if (kept.empty()) {
+    empty_scenes_.push_back(scene.name + (scene.pairs.empty() ? ": no pair of images that can be read"
+                                                              : ": no pair has enough true matches"));
+    return true;
+  }
+  MatchDescriptors descriptors(store_);
   if (options_.descriptors)
-    set.descriptors = [&](std::size_t i) { return DescriptorsOf(scene.pairs[kept[i]], matched[kept[i]].matches); };
-  const std::string folder = (fs::path(output_) / scene.name).string();
+    set.descriptors = [&](std::size_t i) { return descriptors.Rows(scene.pairs[kept[i]], matched[kept[i]].matches); };
+  const std::string folder = FolderOf(scene);
+  MakeWritableFolder(folder);
+  // Before the first word of the new recipe is there, the old files must be incomplete.
+  fs::remove(fs::path(folder) / "matches.h5");
+  WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(asked, options_));
   WriteCorrespondences(folder, set);
-  LogInfo(folder + ": " + std::to_string(kept.size()) + " of " + std::to_string(scene.pairs.size()) + " pairs");
+  LogInfo(folder + ": " + std::to_string(kept.size()) + " of " + std::to_string(asked.pairs.size()) + " pairs");
+  result_.written += 1;
   return true;
 }
 
-bool Preparation::Run() {
+PrepareResult Preparation::Run() {
+  for (const LeftOutImage& image : source_.left_out) LeaveOut(image.problem);
   std::vector<SourceScene> scenes = source_.scenes;
   for (SourceScene& scene : scenes) scene.pairs = EvenlySpaced(scene.pairs, options_.max_pairs);
-  if (!ExtractAll(scenes)) return false;
-  for (const SourceScene& scene : scenes)
-    if (!WriteScene(scene)) return false;
-  return true;
+  result_.already_there =
+      static_cast<int>(std::erase_if(scenes, [&](const SourceScene& scene) { return IsThere(scene); }));
+  result_.finished = PrepareImages(scenes);
+  for (std::size_t i = 0; i < scenes.size() && result_.finished; ++i) result_.finished = WriteScene(scenes[i]);
+  if (!result_.left_out.empty())
+    LogWarning(std::to_string(result_.left_out.size()) + " of " +
+               std::to_string(source_.images.size() + source_.left_out.size()) + " images were left out");
+  if (!result_.finished) return result_;
+  store_.RemoveCache();
+  if (!empty_scenes_.empty())
+    throw Error(empty_scenes_[0] + (result_.left_out.empty() ? "" : " (" + result_.left_out[0] + ")"));
+  return result_;
+}
+
+// KITTI's reader knows its frames' numbers, so it takes the steps itself.
+ImageSource ReadKittiPairs(const PairsRequest& request) {
+  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
+  const std::vector<int>& steps = request.choice.steps;
+  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
+  if (request.choice.pairs_file.empty()) return source;
+  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
+  source.scenes[0].name = "kitti_" + request.sequence;
+  ChoosePairs(request.choice, request.input, &source);
+  return source;
+}
+
+ImageSource ReadAllPairs(const PairsRequest& request) {
+  if (request.format == "strecha") return ReadStrecha(request.input);
+  if (request.format == "colmap") return ReadColmap(request.input);
+  if (request.format == "nerf") return ReadNerf(request.input);
+  if (request.format == "poses") return ReadPoses(request.input, request.calibration);
+  if (request.format == "homographies") return ReadHomographies(request.input);
+  return ReadImageFolder(request.input, request.calibration);
 }
 
 ImageSource ReadSource(const PairsRequest& request) {
   if (request.format == "kitti") {
     if (request.sequence.empty()) throw Error("--sequence is needed for KITTI (00, 01, ...)");
-    return ReadKitti(request.input, request.sequence, request.steps);
+    return ReadKittiPairs(request);
   }
-  if (request.format == "strecha") return ReadStrecha(request.input);
-  if (request.format == "colmap") return ReadColmap(request.input);
-  if (request.format == "homographies") return ReadHomographies(request.input);
-  if (request.format == "images") return ReadImageFolder(request.input, request.calibration);
-  throw Error("unknown format '" + request.format + "'");
+  ImageSource source = ReadAllPairs(request);
+  ChoosePairs(request.choice, request.input, &source);
+  return source;
 }
 
 // The two sets of correspondences that come with the images: nothing is matched.
-bool RunAdelaideRmf(const PairsRequest& request, const std::atomic<bool>& stop) {
+PrepareResult RunAdelaideRmf(const PairsRequest& request, const std::atomic<bool>& stop) {
+  PrepareResult result;
   const std::string name = request.scene.empty() ? "adelaidermf" : request.scene;
   for (const auto& [kind, scene] : {std::pair(AdelaideCorrespondences::kLabelled, name),
                                     std::pair(AdelaideCorrespondences::kTentative, name + "_sift")}) {
     if (kind == AdelaideCorrespondences::kTentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
-    const CorrespondenceSet set = ReadAdelaideRmf(request.input, kind);
-    if (stop) return false;
     const std::string folder = (fs::path(request.output) / scene).string();
+    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
+      LogInfo(folder + ": already there");
+      result.already_there += 1;
+      continue;
+    }
+    const CorrespondenceSet set = ReadAdelaideRmf(request.input, kind);
+    result.finished = !stop;
+    if (stop) break;
     WriteCorrespondences(folder, set);
     LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
+    result.written += 1;
   }
-  return true;
+  return result;
+}
+
+// Options that the format would not look at are mistakes.
+void CheckRequest(const PairsRequest& request) {
+  static const std::set<std::string> kFormats = {"kitti", "strecha",      "colmap",      "nerf",
+                                                 "poses", "homographies", "adelaidermf", "images"};
+  if (kFormats.count(request.format) == 0) throw Error("unknown format '" + request.format + "'");
+  const GivenCalibration& given = request.calibration;
+  const bool has_calibration = !given.file.empty() || given.focal != 0.0 || !given.center.empty();
+  if (has_calibration && request.format != "images" && request.format != "poses")
+    throw Error("--calibration, --focal and --center are for images and poses; " + request.format + " has its own");
+  if (!request.sequence.empty() && request.format != "kitti") throw Error("--sequence is for kitti");
+  if (!request.choice.IsAll() && request.format == "adelaidermf")
+    throw Error(request.input + ": the pairs of this format cannot be chosen");
 }
 
 }  // namespace
@@ -236,15 +399,17 @@ void PrepareOptions::Check() const {
   if (!(true_match_px > 0.0)) throw Error("true_match_px must be positive");
 }
 
-bool PreparePairs(const ImageSource& source, const PrepareOptions& options, const std::string& output,
-                  const std::atomic<bool>& stop) {
+PrepareResult PreparePairs(const ImageSource& source, const PrepareOptions& options, const std::string& output,
+                           const std::atomic<bool>& stop) {
   options.Check();
   // Before minutes of work.
   MakeWritableFolder(output);
+  if (source.scenes.empty()) return {};
   return Preparation(source, options, output, stop).Run();
 }
 
-bool RunPairs(const PairsRequest& request, const std::atomic<bool>& stop) {
+PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop) {
+  CheckRequest(request);
   if (request.format == "adelaidermf") return RunAdelaideRmf(request, stop);
   ImageSource source = ReadSource(request);
   if (!request.scene.empty()) {

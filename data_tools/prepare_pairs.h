@@ -11,8 +11,10 @@ namespace diffsac {
 
 struct PrepareOptions {
   FeatureOptions features;
-  bool descriptors = false;  ///< Whether to write descriptors.h5.
-  int max_pairs = 0;         ///< At most so many pairs a scene, evenly spaced; 0: all.
+  std::string import_descriptors;  ///< A file of ImportedFeatures, instead of features of the images; empty: none.
+  bool descriptors = false;        ///< Whether to write descriptors.h5.
+  bool overwrite = false;          ///< Whether scenes that are there are made again.
+  int max_pairs = 0;               ///< At most so many pairs a scene, evenly spaced; 0: all.
   /// Pairs with fewer matches within `true_match_px` of the truth are left out: those that do not overlap. 0 keeps all.
   int min_true_matches = 0;
   double true_match_px = 1.0;  ///< Pixels; of the Sampson distance, or the transfer error of a homography.
@@ -20,26 +22,37 @@ struct PrepareOptions {
   void Check() const;          ///< Throws Error.
 };
 
+/// How a preparation ended.
+struct PrepareResult {
+  bool finished = true;  ///< False: a request to stop ended it.
+  int written = 0;       ///< Scenes.
+  int already_there = 0;
+  std::vector<std::string> left_out;  ///< A line for each image that could not be used; it names the file.
+};
+
 /// Matches the pairs of a source and writes a folder `output`/<scene> for each of its scenes, when that scene is
-/// complete (CorrespondenceScene reads it). Matches are mutual nearest neighbours of RootSIFT with their ratio;
-/// correspondences that repeat another one, which SIFT gives for keypoints with two orientations, are left out; pixels
-/// are those of a camera without distortion. Shows its progress. Returns false, with the scenes that were finished in
-/// place, once `stop` is true. Throws Error for images that cannot be read or differ from their calibration in size.
-bool PreparePairs(const ImageSource& source, const PrepareOptions& options, const std::string& output,
-                  const std::atomic<bool>& stop);
+/// complete (CorrespondenceScene reads it). Matches are mutual nearest neighbours with their ratio; correspondences
+/// that repeat another one, which SIFT gives for keypoints with two orientations, are left out; pixels are those of a
+/// camera without distortion. Scenes that are there already stay. Images that cannot be read, or differ from their
+/// calibration in size, are left out with their pairs, with a warning each. Keypoints are kept in a hidden folder of
+/// `output` until all scenes are complete, so that a call after an interruption goes on; in memory are only those that
+/// the next pairs need. Shows its progress. Throws Error: nothing can be written, a scene is left without pairs (after
+/// the others).
+PrepareResult PreparePairs(const ImageSource& source, const PrepareOptions& options, const std::string& output,
+                           const std::atomic<bool>& stop);
 
 /// The command `diffsac_prepare pairs`.
 struct PairsRequest {
-  std::string format;            ///< kitti, strecha, colmap, homographies, adelaidermf or images
+  std::string format;            ///< kitti, strecha, colmap, nerf, poses, homographies, adelaidermf or images
   std::string input, output;     ///< Folders.
   std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
   std::string sequence;          ///< Of KITTI.
-  std::vector<int> steps = {1};  ///< Of KITTI.
-  std::string calibration;       ///< Of images.
+  PairChoice choice;             ///< KITTI: steps, {1} when empty.
+  GivenCalibration calibration;  ///< Of poses and images.
   PrepareOptions options;
 };
 
-/// Returns false when `stop` ended it. Throws Error.
-bool RunPairs(const PairsRequest& request, const std::atomic<bool>& stop);
+/// Throws Error.
+PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop);
 
 }  // namespace diffsac

@@ -1,20 +1,118 @@
 #!/usr/bin/env bash
 # Reproduces tables: sets up, builds the programs in Release, evaluates the shipped models and prints the tables.
-# Everything is written under runs/TABLE/.
+# Everything is written under runs/TABLE/. `kitti` and `pairs` begin with images: their matches go to runs/pairs/.
 set -euo pipefail
+readonly caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 tables() { for config in configs/tables/*.yaml; do [[ -e "$config" ]] && basename "$config" .yaml; done; true; }
 
 usage() {
   echo "usage: scripts/reproduce.sh TABLE... [options of diffsac_eval, such as --limit 100 or --threads 1]"
+  echo "       scripts/reproduce.sh kitti|pairs --data DIR [options of diffsac_eval]"
   echo "tables: $(tables | tr '\n' ' ')all"
+  echo "kitti, pairs: from the images in DIR to the tables learned_*, on KITTI alone or on all sets that are there:"
+  echo "  DIR/kitti, DIR/strecha/castle-P19, DIR/lund_door, DIR/oxford_graf, DIR/hpatches_v_dogman (data_tools/README.md)"
+}
+
+fail() { echo "reproduce: $*" >&2; exit 1; }
+
+# Sequences that models are tested on: trained on are others (configs/essential.yaml).
+readonly KITTI_TEST_SEQUENCES=(01 08 09 10)
+scenes=() homographies=() image_folders=()
+
+# add_set NAME FOLDER FORMAT KIND SCENES [OPTIONS]: prepares a set when its folder is there, says so when it is not. SCENES
+# are the folders it makes, FOLDER/images or FOLDER holds its images.
+add_set() {
+  local name=$1 folder=$2 format=$3 kind=$4 made=$5 scene images
+  shift 5
+  if [[ ! -d "$folder" ]]; then
+    echo "reproduce: left out: $name, there is no $folder"
+    return
+  fi
+  build/release/bin/diffsac_prepare pairs --format "$format" --output "runs/pairs/$kind" "$@"
+  images=$folder
+  if [[ -d "$folder/images" ]]; then images=$folder/images; fi
+  for scene in $made; do
+    if [[ "$kind" == homography ]]; then homographies+=("runs/pairs/$kind/$scene"); else scenes+=("runs/pairs/$kind/$scene"); fi
+    image_folders+=("{scenes: '$scene', folder: '${images//\'/\'\'}'}")
+  done
+}
+
+prepare_kitti() {
+  local root=$data/kitti sequence
+  if [[ ! -d "$root" && -d "$data/sequences" ]]; then root=$data; fi
+  for sequence in "${KITTI_TEST_SEQUENCES[@]}"; do
+    add_set "KITTI $sequence" "$root/sequences/$sequence/image_0" kitti test \
+      "$(printf "kitti_${sequence}_step_%s " 01 02 05 10)" \
+      --input "$root" --sequence "$sequence" --steps 1,2,5,10 --max-pairs 200
+  done
+}
+
+prepare_others() {
+  add_set castle-P19 "$data/strecha/castle-P19" strecha test castle-P19 \
+    --input "$data/strecha/castle-P19" --min-true-matches 20
+  add_set lund_door "$data/lund_door" colmap test lund_door --input "$data/lund_door"
+  add_set oxford_graf "$data/oxford_graf" homographies homography oxford_graf --input "$data/oxford_graf"
+  # The set may have a folder of its own in that of the download.
+  local dogman=$data/hpatches_v_dogman
+  if [[ -d "$dogman/v_dogman" ]]; then dogman=$dogman/v_dogman; fi
+  add_set hpatches_v_dogman "$dogman" homographies homography hpatches_v_dogman --input "$dogman" --scene hpatches_v_dogman
+}
+
+joined() { local IFS=,; echo "[$*]"; }
+
+# evaluate_on TABLE OUTPUT SCENES... -- OPTIONS...: the table on these scenes alone.
+evaluate_on() {
+  local table=$1 output=$2 paths=()
+  shift 2
+  while [[ "$1" != -- ]]; do paths+=("$1"); shift; done
+  shift
+  if ((${#paths[@]} == 0)); then
+    echo "reproduce: left out: the table $table, none of its data is there"
+    return
+  fi
+  build/release/bin/diffsac_eval --config "configs/tables/$table.yaml" --output "$output" \
+    --set "data.paths=$(joined "${paths[@]}")" --set "figures.images=$(joined "${image_folders[@]}")" \
+    --set figures.qualitative=2 "$@"
+  echo "reproduce: tables, pictures and results are in $output/"
+}
+
+reproduce_from_images() {
+  local output=runs
+  prepare_kitti
+  if [[ "$from_images" == kitti ]]; then output=runs/kitti; else prepare_others; fi
+  if ((${#scenes[@]} + ${#homographies[@]} == 0)); then fail "there are none of the sets in $data"; fi
+  evaluate_on learned_essential "$output/learned_essential" "${scenes[@]}" -- "$@"
+  evaluate_on learned_fundamental "$output/learned_fundamental" "${scenes[@]}" -- "$@"
+  if [[ "$from_images" == kitti ]]; then return; fi
+  evaluate_on learned_homography "$output/learned_homography" "${homographies[@]}" -- "$@"
 }
 
 wanted=()
 while (($#)) && [[ "$1" != -* ]]; do wanted+=("$1"); shift; done
 if [[ "${1:-}" == "-h" || "${1:-}" == "--help" ]]; then usage; exit 0; fi
 if ((${#wanted[@]} == 0)); then usage >&2; exit 1; fi
+from_images="" data=""
+if [[ "${wanted[*]}" == kitti || "${wanted[*]}" == pairs ]]; then
+  from_images=${wanted[*]}
+  wanted=()
+  options=()
+  while (($#)); do
+    case "$1" in
+      --data) if [[ -z "${2:-}" ]]; then fail "--data needs a folder"; fi; data=$2; shift 2 ;;
+      --data=*) data=${1#--data=}; shift ;;
+      --output*) fail "--output works with one table; $from_images writes its tables under runs/" ;;
+      *) options+=("$1"); shift ;;
+    esac
+  done
+  set -- "${options[@]}"
+  if [[ -z "$data" ]]; then fail "$from_images needs --data DIR, the folder of the images"; fi
+  # A relative folder means the caller's.
+  if [[ "$data" != /* ]]; then data=$caller/$data; fi
+  if [[ ! -d "$data" ]]; then fail "--data: there is no folder $data"; fi
+  data=${data%/}
+fi
 if [[ "${wanted[*]}" == "all" ]]; then mapfile -t wanted < <(tables); fi
 for table in "${wanted[@]}"; do
   if [[ "$table" == */* || ! -f "configs/tables/$table.yaml" ]]; then
@@ -40,6 +138,10 @@ if ! { cmake --preset release -DDIFFSAC_BUILD_TESTS=OFF && cmake --build --prese
   exit 1
 fi
 
+if [[ -n "$from_images" ]]; then
+  reproduce_from_images "$@"
+  exit
+fi
 for table in "${wanted[@]}"; do
   output="runs/$table"
   # A later --output of the caller's replaces ours.

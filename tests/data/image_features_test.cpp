@@ -72,7 +72,7 @@ TEST_CASE("keypoints are found where they are, strongest first, with unit descri
   TemporaryFolder folder;
   const cv::Mat texture = Texture(320, 240, 1);
   WriteImage(folder / "a.png", texture);
-  const ImageFeatures all = ExtractRootSift(folder / "a.png", {});
+  const ImageFeatures all = ExtractFeatures(folder / "a.png", {});
   CHECK(all.size == ImageSize{320, 240});
   CHECK(ReadImageSize(folder / "a.png") == all.size);
   REQUIRE(all.positions.rows() > 100);
@@ -83,11 +83,11 @@ TEST_CASE("keypoints are found where they are, strongest first, with unit descri
   CHECK((all.positions.col(0).minCoeff() >= 0.0 && all.positions.col(0).maxCoeff() <= 319.0));
   CHECK((all.positions.col(1).minCoeff() >= 0.0 && all.positions.col(1).maxCoeff() <= 239.0));
   // The same again, and fewer are the first of all.
-  const ImageFeatures again = ExtractRootSift(folder / "a.png", {});
+  const ImageFeatures again = ExtractFeatures(folder / "a.png", {});
   CHECK((again.positions == all.positions && again.descriptors == all.descriptors));
   FeatureOptions fewer;
   fewer.max_keypoints = 50;
-  const ImageFeatures some = ExtractRootSift(folder / "a.png", fewer);
+  const ImageFeatures some = ExtractFeatures(folder / "a.png", fewer);
   REQUIRE(some.positions.rows() == 50);
   CHECK(some.positions == all.positions.topRows(50));
 }
@@ -104,8 +104,8 @@ TEST_CASE("matches between an image and its warped copy follow the warp, at full
   for (int max_size : {0, 400}) {
     FeatureOptions options;
     options.max_image_size = max_size;
-    const ImageFeatures first = ExtractRootSift(folder / "a.png", options);
-    const ImageFeatures second = ExtractRootSift(folder / "b.png", options);
+    const ImageFeatures first = ExtractFeatures(folder / "a.png", options);
+    const ImageFeatures second = ExtractFeatures(folder / "b.png", options);
     CHECK(first.size == ImageSize{480, 360});
     const auto matches = MatchMutually(first.descriptors, second.descriptors);
     TwoViewProblem problem;
@@ -131,20 +131,124 @@ TEST_CASE("matches between an image and its warped copy follow the warp, at full
   }
 }
 
+TEST_CASE("bits are matched by their Hamming distance") {
+  Rng rng(5);
+  for (const auto& [n1, n2] : {std::pair(300, 120), std::pair(1, 3)}) {
+    DescriptorMatrix first(n1, 256), second(n2, 256);
+    for (DescriptorMatrix* rows : {&first, &second})
+      for (Eigen::Index i = 0; i < rows->size(); ++i) rows->data()[i] = rng.Uniform() < 0.5 ? 1.0f : 0.0f;
+    const auto distance = [&](Eigen::Index i, Eigen::Index j) { return (first.row(i) - second.row(j)).squaredNorm(); };
+    const auto matches = MatchMutually(first, second, DescriptorDistance::kHamming);
+    REQUIRE(!matches.empty());
+    for (const DescriptorMatch& match : matches) {
+      float best = 1e9f, next = 1e9f;
+      for (Eigen::Index j = 0; j < n2; ++j) {
+        const float d = distance(match.first, j);
+        if (d < best)
+          next = best, best = d;
+        else
+          next = std::min(next, d);
+      }
+      CHECK(distance(match.first, match.second) == best);
+      CHECK(match.ratio == Approx(best / next));
+      for (Eigen::Index i = 0; i < n1; ++i) CHECK(distance(i, match.second) >= best);
+    }
+  }
+}
+
+TEST_CASE("ORB finds the same places in a warped image, on all of its scales") {
+  TemporaryFolder folder;
+  const cv::Mat texture = Texture(640, 480, 2);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> H;
+  // Half the size: keypoints lie on different scales of the two images.
+  H << 0.5, 0, -0.25, 0, 0.5, -0.25, 0, 0, 1;
+  cv::Mat half;
+  cv::resize(texture, half, cv::Size(), 0.5, 0.5, cv::INTER_AREA);
+  WriteImage(folder / "a.png", texture);
+  WriteImage(folder / "b.png", half);
+  FeatureOptions options;
+  options.kind = FeatureKind::kOrb;
+  const ImageFeatures first = ExtractFeatures(folder / "a.png", options);
+  const ImageFeatures second = ExtractFeatures(folder / "b.png", options);
+  CHECK(first.descriptors.cols() == 256);
+  options.max_keypoints = 40;
+  CHECK(ExtractFeatures(folder / "a.png", options).positions.rows() <= 40);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int near = 0;
+  for (const DescriptorMatch& match :
+       MatchMutually(first.descriptors, second.descriptors, DescriptorDistance::kHamming)) {
+    const Eigen::Vector2d there = (H * first.positions.row(match.first).transpose().homogeneous()).hnormalized();
+    const Eigen::Vector2d error = second.positions.row(match.second).transpose() - there;
+    if (error.norm() > 2.0) continue;
+    near += 1;
+    sum += error;
+  }
+  REQUIRE(near > 100);
+  // No drift to one side between scales.
+  CHECK((sum / near).cwiseAbs().maxCoeff() < 0.15);
+}
+
+TEST_CASE("places are described by the keypoint that is there, or themselves") {
+  TemporaryFolder folder;
+  WriteImage(folder / "a.png", Texture(320, 240, 1));
+  FeatureOptions options;
+  const RawFeatures all = ExtractRawFeatures(folder / "a.png", options);
+  PointMatrix places(12, 2);
+  for (int i = 0; i < 10; ++i) places.row(i) = all.positions.row(5 * i) + Eigen::RowVector2d(0.05, -0.05);
+  places.row(10) << -20.0, -20.0;
+  places.row(11) << 1000.0, 20.0;
+  const PlacedDescriptors placed = DescribePlaces(folder / "a.png", places, options);
+  CHECK(placed.size == ImageSize{320, 240});
+  CHECK(placed.num_found == 10);
+  REQUIRE(placed.bytes.rows() == 12);
+  int same = 0;
+  for (int i = 0; i < 10; ++i) same += placed.bytes.row(i) == all.bytes.row(5 * i) ? 1 : 0;
+  // Keypoints with two orientations share their place.
+  CHECK(same >= 7);
+  // Outside the image there is nothing to describe.
+  CHECK(placed.bytes.row(10).cast<int>().sum() == 0);
+
+  // Away from any keypoint, the place itself: its descriptor is that of the same place in a moved copy.
+  cv::Mat moved = cv::Mat::zeros(240, 320, CV_8U);
+  const cv::Mat image = cv::imread(folder / "a.png", cv::IMREAD_GRAYSCALE);
+  image(cv::Rect(0, 0, 310, 240)).copyTo(moved(cv::Rect(10, 0, 310, 240)));
+  WriteImage(folder / "moved.png", moved);
+  PointMatrix here(40, 2);
+  Rng rng(4);
+  for (int i = 0; i < 40; ++i) here.row(i) << std::floor(rng.Uniform(60, 250)), std::floor(rng.Uniform(60, 180));
+  PointMatrix there = here;
+  there.col(0).array() += 10.0;
+  const PlacedDescriptors a = DescribePlaces(folder / "a.png", here, options);
+  const PlacedDescriptors b = DescribePlaces(folder / "moved.png", there, options);
+  CHECK(a.num_found < 40);
+  const DescriptorMatrix rows_a = DescriptorsFromBytes(a.bytes, FeatureKind::kRootSift);
+  const DescriptorMatrix rows_b = DescriptorsFromBytes(b.bytes, FeatureKind::kRootSift);
+  int alike = 0;
+  for (int i = 0; i < 40; ++i) alike += (rows_a.row(i) - rows_b.row(i)).norm() < 0.2f ? 1 : 0;
+  CHECK(alike > 34);
+
+  options.kind = FeatureKind::kOrb;
+  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not by ORB"));
+  options.kind = FeatureKind::kSift;
+  places(0, 0) = std::nan("");
+  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not finite"));
+  CHECK(Has(ErrorOf([&] { FeatureKindFromString("surf"); }), "'surf'"));
+}
+
 TEST_CASE("images without texture have no keypoints, and files that are no images are named") {
   TemporaryFolder folder;
   WriteImage(folder / "flat.png", cv::Mat(64, 64, CV_8U, cv::Scalar(100)));
-  const ImageFeatures flat = ExtractRootSift(folder / "flat.png", {});
+  const ImageFeatures flat = ExtractFeatures(folder / "flat.png", {});
   CHECK(flat.positions.rows() == 0);
   CHECK(MatchMutually(flat.descriptors, flat.descriptors).empty());
   WriteImage(folder / "tiny.png", cv::Mat(1, 1, CV_8U, cv::Scalar(100)));
-  CHECK(ExtractRootSift(folder / "tiny.png", {}).positions.rows() == 0);
+  CHECK(ExtractFeatures(folder / "tiny.png", {}).positions.rows() == 0);
   WriteRaw(folder / "text.png", "no image");
-  CHECK(Has(ErrorOf([&] { ExtractRootSift(folder / "text.png", {}); }), "text.png"));
-  CHECK(Has(ErrorOf([&] { ExtractRootSift(folder / "missing.png", {}); }), "missing.png"));
+  CHECK(Has(ErrorOf([&] { ExtractFeatures(folder / "text.png", {}); }), "text.png"));
+  CHECK(Has(ErrorOf([&] { ExtractFeatures(folder / "missing.png", {}); }), "missing.png"));
   FeatureOptions bad;
   bad.max_keypoints = -1;
-  CHECK(Has(ErrorOf([&] { ExtractRootSift(folder / "flat.png", bad); }), "max_keypoints"));
+  CHECK(Has(ErrorOf([&] { ExtractFeatures(folder / "flat.png", bad); }), "max_keypoints"));
 }
 
 }  // namespace diffsac

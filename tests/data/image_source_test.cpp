@@ -90,8 +90,21 @@ TEST_CASE("KITTI: camera-to-world poses, pairs by step, frames that are missing"
   CHECK(Has(error({}), "at least one"));
   CHECK(Has(ErrorOf([&] { ReadKitti(root, "99", {1}); }), "99"));
   WriteSmall(root + "/sequences/03/image_0/000009.png");
-  CHECK(Has(error(), "no pose for"));
+  // A frame without a pose, or with one that makes no sense, is left out.
+  const ImageSource more = ReadKitti(root, "03", {1});
+  CHECK(more.images.size() == 3);
+  REQUIRE(more.left_out.size() == 1);
+  CHECK(Has(more.left_out[0].problem, "no pose for"));
   std::filesystem::remove(root + "/sequences/03/image_0/000009.png");
+  const std::string good = "0 -1 0 0 1 0 0 2 0 0 1 3\n", broken = "nan -1 0 0 1 0 0 2 0 0 1 3\n";
+  WriteRaw(root + "/poses/03.txt", broken + good + good + good);
+  const ImageSource fewer = ReadKitti(root, "03", {2});
+  CHECK(fewer.images.size() == 2);
+  REQUIRE(fewer.left_out.size() == 1);
+  CHECK(fewer.left_out[0].name == "000000");
+  CHECK(Has(fewer.left_out[0].problem, "03.txt:1: the pose is not finite"));
+  WriteRaw(root + "/poses/03.txt", good + "0 -2 0 0 1 0 0 2 0 0 1 3\n" + good + good);
+  CHECK(Has(error({2}), "03.txt:2: the pose holds no rotation"));
   WriteRaw(root + "/poses/03.txt", "1 2 3\n");
   CHECK(Has(error(), "03.txt:1: expected 12 numbers"));
   WriteRaw(root + "/sequences/03/calib.txt", "P0: 700 0\n");
@@ -121,9 +134,13 @@ TEST_CASE("Strecha: camera-to-world rotation and centre") {
   CHECK(source.images[1].camera->size == ImageSize{10, 8});
 
   const std::string path = root + "/gt_dense_cameras/0001.jpg.camera";
+  // The first problem of the images that are left out; two of three stay.
   const auto error = [&](const std::string& text) {
     WriteRaw(path, text);
-    return ErrorOf([&] { ReadStrecha(root); });
+    const ImageSource source = ReadStrecha(root);
+    CHECK(source.images.size() == 2);
+    CHECK(source.scenes[0].pairs.size() == 1);
+    return source.left_out.at(0).problem;
   };
   CHECK(Has(error("1 2 3\n"), "0001.jpg.camera: expected 26 numbers"));
   CHECK(Has(error("1 2 three\n"), "0001.jpg.camera:1"));
@@ -131,7 +148,9 @@ TEST_CASE("Strecha: camera-to-world rotation and centre") {
   distorted.replace(distorted.find("0 0 0\n"), 5, "0 0 1");
   CHECK(Has(error(distorted), "undistorted"));
   std::filesystem::remove(path);
-  CHECK(Has(ErrorOf([&] { ReadStrecha(root); }), "0001.jpg.camera"));
+  CHECK(Has(ReadStrecha(root).left_out.at(0).problem, "0001.jpg.camera"));
+  std::filesystem::remove(root + "/gt_dense_cameras/0000.jpg.camera");
+  CHECK(Has(ErrorOf([&] { ReadStrecha(root); }), "2 images were left out"));
   CHECK(Has(ErrorOf([&] { ReadStrecha(folder / "nowhere"); }), "no such folder"));
 }
 
@@ -181,6 +200,168 @@ TEST_CASE("COLMAP: world-to-camera quaternions, its pixels, lines without points
   CHECK(Has(ErrorOf([&] { ReadColmap(folder.path()); }), "no COLMAP text model"));
 }
 
+TEST_CASE("NeRF: OpenGL's axes, calibration for all or a frame, frames that are left out") {
+  TemporaryFolder folder;
+  const std::string root = folder / "fox";
+  MakeFolder(root + "/images");
+  for (const char* name : {"0001.jpg", "0002.png", "0003.jpg"}) WriteSmall(root + "/images/" + name);
+  // At (1, 2, 3), looking along +y of the world: OpenGL's backwards axis is -y, its up is z.
+  const std::string matrix = "[[1, 0, 0, 1], [0, 0, -1, 2], [0, 1, 0, 3], [0, 0, 0, 1]]";
+  const auto frame = [](const std::string& file, const std::string& transform, const std::string& more = "") {
+    return "{\"file_path\": \"" + file + "\", \"transform_matrix\": " + transform + more + "}";
+  };
+  const auto write = [&](const std::string& frames, const std::string& calibration) {
+    WriteRaw(root + "/transforms.json", "{" + calibration + ", \"frames\": [" + frames + "]}");
+  };
+  const std::string calibration =
+      "\"fl_x\": 500, \"fl_y\": 510, \"cx\": 5, \"cy\": 4, \"w\": 10.0, \"h\": 8, \"k1\": 0.1";
+  write(frame("./images/0002", matrix) + "," + frame("images/0001.jpg", matrix, ", \"fl_x\": 600"), calibration);
+  const ImageSource source = ReadNerf(root);
+  REQUIRE(source.images.size() == 2);
+  CHECK(source.scenes[0].name == "fox");
+  CHECK(source.images[0].name == "0001");
+  CHECK(source.images[0].camera->K == Calibration(600, 510, 4.5, 3.5));
+  CHECK(source.images[1].camera->K == Calibration(500, 510, 4.5, 3.5));
+  CHECK(Has(source.images[1].path, "0002.png"));
+  CHECK(source.images[1].camera->k1 == 0.1);
+  CHECK(source.images[1].camera->size == ImageSize{10, 8});
+  // A point 4 before the camera, 1 to the right and 2 above is at (1, -2, 4) in axes x right, y down, z forwards.
+  const RigidMotion pose = *source.images[0].pose;
+  CHECK((pose.rotation * Eigen::Vector3d(2, 6, 5) + pose.translation - Eigen::Vector3d(1, -2, 4)).norm() < 1e-12);
+  CHECK(ReadNerf(root + "/transforms.json").scenes[0].name == "fox");
+
+  // The focal length from the angle, the centre from the size.
+  write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
+        "\"camera_angle_x\": 1.5707963267948966, \"w\": 10, \"h\": 8");
+  CHECK((ReadNerf(root).images[0].camera->K - Calibration(5, 5, 4.5, 3.5)).norm() < 1e-12);
+
+  const auto left_out = [&](const std::string& third) {
+    write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix) + "," + third, calibration);
+    const ImageSource read = ReadNerf(root);
+    CHECK(read.images.size() == 2);
+    return read.left_out.at(0).problem;
+  };
+  CHECK(Has(left_out(frame("images/0009.jpg", matrix)), "0009.jpg: no such file"));
+  CHECK(Has(left_out(frame("images/0002.png", "[[1, 2], [3, 4]]")), "transform_matrix"));
+  CHECK(Has(left_out(frame("images/0002.png", "\"identity\"")), "transform_matrix"));
+  CHECK(Has(left_out(frame("images/0002.png", "[[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]")), "no rotation"));
+  CHECK(Has(left_out("{\"sharpness\": 3}"), "file_path"));
+  CHECK(Has(left_out("7"), "file_path"));
+  CHECK(Has(left_out(frame("images/0002.png", matrix, ", \"fl_x\": \"long\"")), "expected a number as fl_x"));
+  CHECK(Has(left_out(frame("images/0002.png", matrix, ", \"k3\": 0.5")), "k3"));
+
+  const auto error = [&](const std::string& text) {
+    WriteRaw(root + "/transforms.json", text);
+    return ErrorOf([&] { ReadNerf(root); });
+  };
+  CHECK(Has(error("{\"frames\": ["), "transforms.json: not JSON"));
+  CHECK(Has(error("[1, 2]"), "list of frames"));
+  CHECK(Has(error("{\"frames\": []}"), "no pairs"));
+  write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix), "\"w\": 10");
+  CHECK(Has(ErrorOf([&] { ReadNerf(root); }), "2 images were left out"));
+  CHECK(Has(ErrorOf([&] { ReadNerf(folder / "nowhere"); }), "nowhere"));
+}
+
+TEST_CASE("poses: in folders, or beside images and depth maps") {
+  TemporaryFolder folder;
+  const std::string brick = folder / "brick", kitchen = folder / "kitchen";
+  for (const char* name : {"/image", "/pose", "/intrinsic"}) MakeFolder(brick + name);
+  MakeFolder(kitchen);
+  const std::string pose = "0 -1 0 4\n1 0 0 5\n0 0 1 6\n0 0 0 1\n";
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "00" + std::to_string(i);
+    WriteSmall(brick + "/image/" + name + ".jpg");
+    WriteRaw(brick + "/pose/" + name + ".txt", pose);
+    WriteRaw(brick + "/intrinsic/" + name + ".txt", std::to_string(500 + i) + " 0 5\n0 500 4\n0 0 1\n");
+    WriteSmall(kitchen + "/frame-" + name + ".color.png");
+    WriteSmall(kitchen + "/frame-" + name + ".depth.png");
+    WriteRaw(kitchen + "/frame-" + name + ".pose.txt", pose);
+  }
+  const ImageSource bricks = ReadPoses(brick, {});
+  REQUIRE(bricks.images.size() == 3);
+  CHECK(bricks.scenes[0].pairs.size() == 3);
+  CHECK(bricks.images[2].camera->K == Calibration(502, 500, 5, 4));
+  const RigidMotion motion = *bricks.images[2].pose;
+  CHECK((motion.rotation * Eigen::Vector3d(4, 5, 6) + motion.translation).norm() < 1e-12);
+  CHECK(motion.rotation(0, 1) == 1.0);
+
+  const GivenCalibration given{"", 525, {320, 240}};
+  const ImageSource frames = ReadPoses(kitchen, given);
+  REQUIRE(frames.images.size() == 3);
+  CHECK(frames.images[1].name == "frame_001.color");
+  CHECK(frames.images[1].camera->K == Calibration(525, 525, 320, 240));
+  CHECK(ReadPoses(brick, given).images[0].camera->K == Calibration(525, 525, 320, 240));
+
+  WriteRaw(kitchen + "/frame-001.pose.txt", "-inf -inf -inf -inf\n0 0 0 0\n0 0 0 0\n0 0 0 1\n");
+  WriteRaw(brick + "/pose/000.txt", "1 2 3\n");
+  std::filesystem::remove(brick + "/intrinsic/001.txt");
+  const auto problems = [](const ImageSource& source) {
+    std::string text;
+    for (const LeftOutImage& image : source.left_out) text += image.problem + "\n";
+    return text;
+  };
+  CHECK(Has(problems(ReadPoses(kitchen, given)), "frame-001.pose.txt: the pose is not finite"));
+  CHECK(Has(ErrorOf([&] { ReadPoses(brick, {}); }), "000.txt: expected a 4x4 matrix, found 3 numbers"));
+  CHECK(ReadPoses(brick, given).left_out.size() == 1);
+  WriteRaw(brick + "/pose/000.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 5 1\n");
+  CHECK(Has(problems(ReadPoses(brick, given)), "0 0 0 1"));
+
+  CHECK(Has(ErrorOf([&] { ReadPoses(kitchen, {}); }), "--focal"));
+  CHECK(Has(ErrorOf([&] { ReadPoses(kitchen, {"", 525, {}}); }), "--center"));
+  CHECK(Has(ErrorOf([&] { ReadPoses(kitchen, {"", -5, {1, 2}}); }), "positive --focal"));
+  CHECK(Has(ErrorOf([&] { ReadPoses(kitchen, {"K.txt", 5, {1, 2}}); }), "excludes"));
+  CHECK(Has(ErrorOf([&] { ReadPoses(folder / "nowhere", given); }), "no such folder"));
+  MakeFolder(folder / "empty");
+  CHECK(Has(ErrorOf([&] { ReadPoses(folder / "empty", given); }), "no images"));
+}
+
+TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
+  TemporaryFolder folder;
+  for (int i = 0; i < 7; ++i) {
+    const std::string name = folder / ("im-" + std::to_string(i));
+    WriteSmall(name + ".png");
+    WriteRaw(name + ".pose.txt", i == 3 ? "broken\n" : "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  }
+  const ImageSource all = ReadPoses(folder.path(), {"", 5, {1, 2}});
+  REQUIRE(all.images.size() == 6);
+  const auto choose = [&](const PairChoice& choice) {
+    ImageSource source = all;
+    ChoosePairs(choice, "here", &source);
+    return source;
+  };
+  const auto names = [](const ImageSource& source, int scene) {
+    std::string text;
+    for (const SourcePair& pair : source.scenes.at(scene).pairs)
+      text += source.images[pair.image1].name.substr(3) + source.images[pair.image2].name.substr(3) + " ";
+    return text;
+  };
+  CHECK(names(choose({}), 0).size() == 15 * 3);
+  // Image 3 was left out, which does not make 2 and 4 neighbours.
+  const ImageSource steps = choose({1, {1, 2}, ""});
+  CHECK(names(steps, 0) == "01 12 45 56 ");
+  CHECK(names(steps, 1) == "02 24 46 ");
+  CHECK(Has(steps.scenes[1].name, "_step_02"));
+  CHECK(names(choose({2, {}, ""}), 0) == "02 04 06 24 26 46 ");
+  CHECK(names(choose({2, {1}, ""}), 0) == "02 24 46 ");
+  WriteRaw(folder / "pairs.txt", "# chosen\nim-0.png im-5.png\nsome/folder/im-2.png, im_1\nim-3.png im-4.png\n");
+  CHECK(names(choose({1, {}, folder / "pairs.txt"}), 0) == "05 21 ");
+  const auto error = [&](const PairChoice& choice) { return ErrorOf([&] { choose(choice); }); };
+  const auto list_error = [&](const std::string& text) {
+    WriteRaw(folder / "pairs.txt", text);
+    return error({1, {}, folder / "pairs.txt"});
+  };
+  CHECK(Has(list_error("im-0 im-9\n"), "pairs.txt:1: there is no image im-9"));
+  CHECK(Has(list_error("im-0\n"), "pairs.txt:1: expected the names of two images"));
+  CHECK(Has(list_error("im-0 im-0\n"), "itself"));
+  CHECK(Has(list_error("im-0 im-1\nim-0 im-1\n"), "pairs.txt:2: this pair stands there twice"));
+  CHECK(Has(list_error("\n"), "no pairs"));
+  CHECK(Has(error({1, {}, folder / "missing.txt"}), "missing.txt"));
+  CHECK(Has(error({0, {}, ""}), "--every"));
+  CHECK(Has(error({1, {0}, ""}), "positive"));
+  CHECK(Has(error({1, {9}, ""}), "no pairs"));
+  CHECK(Has(error({1, {1}, folder / "pairs.txt"}), "exclude"));
+}
+
 TEST_CASE("homographies under both names, and folders of images") {
   TemporaryFolder folder;
   const std::string graf = folder / "graf", hpatches = folder / "v_dog";
@@ -209,17 +390,17 @@ TEST_CASE("homographies under both names, and folders of images") {
   CHECK(Has(ErrorOf([&] { ReadHomographies(hpatches); }), "H_1_3"));
 
   WriteRaw(folder / "K.txt", "500 0 5\n0 500 4\n0 0 1\n");
-  CHECK(ReadImageFolder(hpatches, "").scenes[0].pairs.size() == 3);
-  CHECK(!ReadImageFolder(hpatches, "").images[0].camera);
-  CHECK(ReadImageFolder(hpatches, folder / "K.txt").images[0].camera->K == Calibration(500, 500, 5, 4));
+  CHECK(ReadImageFolder(hpatches).scenes[0].pairs.size() == 3);
+  CHECK(!ReadImageFolder(hpatches).images[0].camera);
+  CHECK(ReadImageFolder(hpatches, {folder / "K.txt", 0.0, {}}).images[0].camera->K == Calibration(500, 500, 5, 4));
   WriteRaw(folder / "K.txt", "500 0 5\n0 0 4\n0 0 1\n");
-  CHECK(Has(ErrorOf([&] { ReadImageFolder(hpatches, folder / "K.txt"); }), "calibration"));
+  CHECK(Has(ErrorOf([&] { ReadImageFolder(hpatches, {folder / "K.txt", 0.0, {}}); }), "calibration"));
   CHECK(Has(ErrorOf([&] { ReadHomographies(folder.path()); }), "no images"));
   WriteSmall(hpatches + "/1.png");
-  CHECK(Has(ErrorOf([&] { ReadImageFolder(hpatches, ""); }), "two images are named 1"));
+  CHECK(Has(ErrorOf([&] { ReadImageFolder(hpatches); }), "two images are named 1"));
   TemporaryFolder single;
   WriteSmall(single / "a.png");
-  CHECK(Has(ErrorOf([&] { ReadImageFolder(single.path(), ""); }), "no pairs"));
+  CHECK(Has(ErrorOf([&] { ReadImageFolder(single.path()); }), "no pairs"));
   CHECK(Has(ErrorOf([&] { ReadHomographies(single.path()); }), "no homographies"));
 }
 

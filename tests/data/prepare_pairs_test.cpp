@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "data_test_util.h"
+#include "data_tools/feature_cache.h"
 #include "data_tools/inspect.h"
 #include "diffsac/core/files.h"
 #include "diffsac/data/correspondence_files.h"
@@ -98,7 +99,7 @@ PairsRequest Request(const std::string& format, const std::string& input, const 
   request.format = format;
   request.input = input;
   request.output = output;
-  request.sequence = "07";
+  if (format == "kitti") request.sequence = "07";
   request.options.threads = 2;
   return request;
 }
@@ -127,7 +128,7 @@ TEST_CASE("views in every layout give matches on their true geometry") {
   for (const std::string format : {"kitti", "strecha", "colmap"}) {
     CAPTURE(format);
     const std::string output = folder / ("out_" + format);
-    REQUIRE(RunPairs(Request(format, folder / format, output), kNeverStop));
+    REQUIRE(RunPairs(Request(format, folder / format, output), kNeverStop).finished);
     const std::string scene_path = output + "/" + (format == "kitti" ? "kitti_07_step_01" : format);
     const CorrespondenceScene scene(scene_path);
     REQUIRE(scene.size() == (format == "kitti" ? 2 : 3));
@@ -164,10 +165,10 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
   PairsRequest request = Request("strecha", folder / "s", folder / "one");
   request.options.threads = 1;
   request.options.descriptors = true;
-  REQUIRE(RunPairs(request, kNeverStop));
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   request.options.threads = 4;
   request.output = folder / "four";
-  REQUIRE(RunPairs(request, kNeverStop));
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   CorrespondenceOptions options;
   options.descriptors = true;
   const CorrespondenceScene one(folder / "one/s", options), four(folder / "four/s", options);
@@ -186,10 +187,11 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
   }
   // Without descriptors in the same folder: theirs are gone.
   request.options.descriptors = false;
-  REQUIRE(RunPairs(request, kNeverStop));
+  request.options.overwrite = true;
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   CHECK(!fs::exists(folder / "four/s/descriptors.h5"));
   const std::string before = AllBytes(folder / "four/s");
-  REQUIRE(RunPairs(request, kNeverStop));
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   const CorrespondenceScene again(folder / "four/s");
   CHECK(again.Read(1).problem.points == one.Read(1).problem.points);
   CHECK(AllBytes(folder / "four/s").size() == before.size());
@@ -212,7 +214,7 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
   PairsRequest request = Request("homographies", input, folder / "out");
   request.scene = "renamed";
   request.options.features.max_keypoints = 200;
-  REQUIRE(RunPairs(request, kNeverStop));
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   {
     const CorrespondenceScene scene(folder / "out/renamed");
     REQUIRE(scene.pairs() == std::vector<std::string>{"1-2", "1-3"});
@@ -223,14 +225,15 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
   }
   // Images that have nothing in common are left out on demand.
   request.options.min_true_matches = 20;
-  REQUIRE(RunPairs(request, kNeverStop));
+  request.options.overwrite = true;
+  REQUIRE(RunPairs(request, kNeverStop).finished);
   CHECK(CorrespondenceScene(folder / "out/renamed").pairs() == std::vector<std::string>{"1-2"});
   request.options.min_true_matches = 100000;
   CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "no pair has enough"));
 
   PairsRequest plain = Request("images", input, folder / "out");
   plain.options.max_pairs = 2;
-  REQUIRE(RunPairs(plain, kNeverStop));
+  REQUIRE(RunPairs(plain, kNeverStop).finished);
   const CorrespondenceScene scene(folder / "out/plane");
   REQUIRE(scene.pairs() == std::vector<std::string>{"1-2", "1-3"});
   CHECK(!scene.Read(0).truth.fundamental);
@@ -243,7 +246,7 @@ TEST_CASE("a request to stop leaves whole scenes only") {
   TemporaryFolder folder;
   WriteStrecha(Views(), folder / "s");
   const std::atomic<bool> stop{true};
-  CHECK(!RunPairs(Request("strecha", folder / "s", folder / "out"), stop));
+  CHECK(!RunPairs(Request("strecha", folder / "s", folder / "out"), stop).finished);
   CHECK(!fs::exists(folder / "out/s"));
 }
 
@@ -257,19 +260,142 @@ TEST_CASE("mistakes of a request are named before the work") {
   };
   CHECK(Has(error([](auto& r) { r.sequence = ""; }), "--sequence"));
   CHECK(Has(error([](auto& r) { r.format = "kity"; }), "unknown format 'kity'"));
-  CHECK(Has(error([](auto& r) { r.scene = "x", r.steps = {1, 2}; }), "2 scenes"));
+  CHECK(Has(error([](auto& r) { r.scene = "x", r.choice.steps = {1, 2}; }), "2 scenes"));
   CHECK(Has(error([](auto& r) { r.options.max_pairs = -1; }), "max_pairs"));
   CHECK(Has(error([](auto& r) { r.options.true_match_px = 0; }), "true_match_px"));
   CHECK(Has(error([](auto& r) { r.input += "/nowhere"; }), "nowhere"));
   WriteRaw(folder / "file", "x");
   CHECK(Has(error([&](auto& r) { r.output = folder / "file/out"; }), "file"));
+  CHECK(Has(error([](auto& r) { r.choice.every = 2; }), "--every"));
+  CHECK(Has(error([](auto& r) { r.calibration.focal = 2; }), "has its own"));
+  CHECK(Has(error([](auto& r) { r.format = "images"; }), "--sequence"));
+  CHECK(Has(error([](auto& r) { r.options.import_descriptors = "nowhere.h5"; }), "nowhere.h5: no such file"));
+}
+
+TEST_CASE("broken images are left out, counted and named, the rest is done") {
+  TemporaryFolder folder;
+  WriteKitti(Views(), folder / "kitti");
   WriteRaw(folder / "kitti/sequences/07/image_0/000001.png", "broken");
-  CHECK(Has(error([](auto&) {}), "000001.png"));
+  PairsRequest request = Request("kitti", folder / "kitti", folder / "out");
+  request.choice.steps = {2, 1};
+  // Both pairs at step 1 need the broken image: the other scene is written before that is said.
+  const std::string text = ErrorOf([&] { RunPairs(request, kNeverStop); });
+  CHECK(Has(text, "kitti_07_step_01: no pair of images that can be read"));
+  CHECK(Has(text, "000001.png"));
   CHECK(!fs::exists(folder / "out/kitti_07_step_01"));
+  CHECK(CorrespondenceScene(folder / "out/kitti_07_step_02").size() == 1);
 
   WriteStrecha(Views(), folder / "s");
   WriteImage(folder / "s/images/0001.png", cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
-  CHECK(Has(error([&](auto& r) { r.format = "strecha", r.input = folder / "s"; }), "100x100, but its calibration"));
+  WriteImage(folder / "s/images/0009.png", cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
+  const PrepareResult result = RunPairs(Request("strecha", folder / "s", folder / "out"), kNeverStop);
+  CHECK(result.finished);
+  CHECK(result.written == 1);
+  REQUIRE(result.left_out.size() == 2);
+  CHECK(Has(result.left_out[0], "0009.png.camera"));
+  CHECK(Has(result.left_out[1], "0001.png: is 100x100, but its calibration is for 320x240"));
+  CHECK(CorrespondenceScene(folder / "out/s").pairs() == std::vector<std::string>{"0000-0002"});
+}
+
+TEST_CASE("scenes that are there stay, and an interrupted preparation goes on with its keypoints") {
+  TemporaryFolder folder;
+  WriteKitti(Views(), folder / "kitti");
+  const std::string output = folder / "out", images = folder / "kitti/sequences/07/image_0/";
+  PairsRequest request = Request("kitti", folder / "kitti", output);
+  request.choice.steps = {1, 2};
+  REQUIRE(RunPairs(request, kNeverStop).written == 2);
+  CHECK(!fs::exists(output + "/.keypoints-kitti_07_step_01"));
+  const std::string before = AllBytes(output + "/kitti_07_step_01");
+  const PointMatrix points = CorrespondenceScene(output + "/kitti_07_step_01").Read(1).problem.points;
+  // One of two is gone.
+  fs::remove(output + "/kitti_07_step_02/matches.h5");
+  PrepareResult result = RunPairs(request, kNeverStop);
+  CHECK((result.written == 1 && result.already_there == 1));
+  CHECK(AllBytes(output + "/kitti_07_step_01") == before);
+  result = RunPairs(request, kNeverStop);
+  CHECK((result.written == 0 && result.already_there == 2));
+  // Other options do not make it again by themselves, but on demand.
+  request.options.features.max_keypoints = 50;
+  CHECK(RunPairs(request, kNeverStop).written == 0);
+  request.options.overwrite = true;
+  CHECK(RunPairs(request, kNeverStop).written == 2);
+  CHECK(CorrespondenceScene(output + "/kitti_07_step_01").Read(0).problem.points.rows() <= 50);
+
+  // What an interruption leaves, and what is made of it. The last image is broken meanwhile: were its keypoints not
+  // taken from their file, it would be left out.
+  request.options = {};
+  request.output = folder / "again";
+  const ImageSource source = ReadKitti(request.input, "07", {1, 2});
+  const FeatureCache cache(request.output + "/.keypoints-kitti_07_step_01", request.options.features);
+  for (const SourceImage& image : source.images)
+    cache.Write(image.name, image.path, ExtractRawFeatures(image.path, request.options.features));
+  const std::string path = images + "000002.png", good = ReadFile(path);
+  const auto time = fs::last_write_time(path);
+  WriteRaw(path, std::string(good.size(), 'x'));
+  fs::last_write_time(path, time);
+  result = RunPairs(request, kNeverStop);
+  CHECK(result.left_out.empty());
+  CHECK(result.written == 2);
+  CHECK(CorrespondenceScene(request.output + "/kitti_07_step_01").Read(1).problem.points == points);
+  CHECK(!fs::exists(request.output + "/.keypoints-kitti_07_step_01"));
+  // Without them, and with those of an older image, it is left out.
+  request.options.overwrite = true;
+  CHECK(ErrorOf([&] { RunPairs(request, kNeverStop); }).find("000002.png") != std::string::npos);
+}
+
+TEST_CASE("keypoints in files are read back as they were, others are not taken") {
+  TemporaryFolder folder;
+  WriteImage(folder / "a.png", Texture(160, 120, 3));
+  WriteImage(folder / "flat.png", cv::Mat(64, 64, CV_8U, cv::Scalar(100)));
+  FeatureOptions options;
+  const FeatureCache cache(folder / "cache", options);
+  RawFeatures read;
+  CHECK(!cache.Read("a", folder / "a.png", &read));
+  for (const std::string name : {"a", "flat"}) {
+    const std::string path = folder / (name + ".png");
+    const RawFeatures raw = ExtractRawFeatures(path, options);
+    cache.Write(name, path, raw);
+    REQUIRE(cache.Read(name, path, &read));
+    CHECK((read.size == raw.size && read.positions == raw.positions && read.bytes == raw.bytes));
+    CHECK((name == "flat") == (read.bytes.rows() == 0));
+  }
+  options.kind = FeatureKind::kSift;
+  CHECK(FeatureCache(folder / "cache", options).Read("a", folder / "a.png", &read));
+  options.max_keypoints = 10;
+  CHECK(!FeatureCache(folder / "cache", options).Read("a", folder / "a.png", &read));
+  CHECK(!cache.Read("a", folder / "flat.png", &read));
+  const std::string file = folder / "cache/a.bin", content = ReadFile(file);
+  for (std::size_t size : {std::size_t{0}, std::size_t{40}, content.size() / 2, content.size() - 1}) {
+    WriteRaw(file, content.substr(0, size));
+    CHECK(!cache.Read("a", folder / "a.png", &read));
+  }
+}
+
+TEST_CASE("all kinds of features match the views, and their descriptors are stored") {
+  TemporaryFolder folder;
+  WriteStrecha(Views(), folder / "s");
+  for (FeatureKind kind : {FeatureKind::kSift, FeatureKind::kRootSift, FeatureKind::kOrb}) {
+    CAPTURE(ToString(kind));
+    PairsRequest request = Request("strecha", folder / "s", folder / ToString(kind));
+    request.options.features.kind = kind;
+    request.options.descriptors = true;
+    REQUIRE(RunPairs(request, kNeverStop).finished);
+    CorrespondenceOptions options;
+    options.descriptors = true;
+    const CorrespondenceScene scene(folder / ToString(kind) + "/s", options);
+    const TwoViewExample pair = scene.Read(0);
+    REQUIRE(pair.problem.points.rows() > 60);
+    CHECK(ShareNearTruth(pair, 2.0) > 0.6);
+    CHECK(pair.problem.quality.maxCoeff() <= 1.0);
+    const DescriptorMatrix& rows = pair.problem.descriptors;
+    if (kind == FeatureKind::kOrb) {
+      CHECK(rows.cols() == 512);
+      CHECK(((rows.array() == 0.0f) || (rows.array() == 1.0f)).all());
+    } else {
+      CHECK(rows.cols() == 256);
+      CHECK((rows.leftCols(128).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
+    }
+  }
 }
 
 TEST_CASE("inspect finds what is wrong with a scene") {

@@ -28,7 +28,7 @@ TwoViewExample MatchPair(const ImageSource& source, int scene, std::size_t index
   options.max_keypoints = 4000;
   const SourcePair& pair = source.scenes.at(scene).pairs.at(index);
   const SourceImage &image1 = source.images[pair.image1], &image2 = source.images[pair.image2];
-  const ImageFeatures first = ExtractRootSift(image1.path, options), second = ExtractRootSift(image2.path, options);
+  const ImageFeatures first = ExtractFeatures(image1.path, options), second = ExtractFeatures(image2.path, options);
   TwoViewExample example;
   TwoViewProblem& problem = example.problem;
   problem.points.resize(first.positions.rows(), 4);
@@ -113,6 +113,33 @@ TEST_CASE("real data: COLMAP's model of the Lund door explains its matches") {
   CHECK(source.scenes[0].pairs.size() == 66);
   CHECK(source.images[0].camera->k1 == Approx(-0.0336422));
   CheckPose(MatchPair(source, 0, 3, 800), 2.0, 0.8);
+}
+
+TEST_CASE("real data: NeRF's transforms of the fox and the poses of mobilebrick and 7-Scenes explain their matches") {
+  const std::string fox = SharedFolder("fox"), brick = SharedFolder("mobilebrick"),
+                    kitchen = SharedFolder("sevenscenes_redkitchen");
+  if (!fox.empty()) {
+    const ImageSource source = ReadNerf(fox);
+    CHECK(source.images.size() == 50);
+    CHECK(source.scenes[0].pairs.size() == 50 * 49 / 2);
+    CHECK(source.images[0].camera->K(0, 2) == Approx(554.058));
+    CheckPose(MatchPair(source, 0, 0, 960), 2.0, 0.8);
+  }
+  if (!brick.empty()) {
+    const ImageSource source = ReadPoses(brick, {});
+    CHECK(source.images.size() == 5);
+    CheckPose(MatchPair(source, 0, 0, 960), 3.0, 0.6);
+  }
+  if (!kitchen.empty()) {
+    GivenCalibration given;
+    given.focal = 525;
+    given.center = {320, 240};
+    const ImageSource source = ReadPoses(kitchen, given);
+    // Depth maps lie beside the images.
+    CHECK(source.images.size() == 100);
+    CHECK(source.left_out.empty());
+    CheckPose(MatchPair(source, 0, 1, 0), 3.0, 0.6);
+  }
 }
 
 TEST_CASE("real data: homographies explain the matches of graf and dogman") {

@@ -66,8 +66,8 @@ struct CorrespondenceSet {
   std::vector<TwoViewExample> pairs;
   /// World-to-camera, for R.h5 and T.h5, by image. `truth.motion` of the pairs is not stored: reading derives it.
   std::map<std::string, RigidMotion> cameras;
-  /// The N × 2d descriptors of a pair, asked for one after the other so that all need not be in memory at once; it
-  /// must not use HDF5. Not set: `problem.descriptors` of the pairs.
+  /// The N × 2d descriptors of a pair, asked for one after the other so that all need not be in memory at once.
+  /// Not set: `problem.descriptors` of the pairs.
   std::function<DescriptorMatrix(std::size_t)> descriptors;
 };
 
@@ -76,5 +76,17 @@ struct CorrespondenceSet {
 /// appears whole: a folder that was interrupted reads as incomplete, never as something else. Throws Error when it
 /// cannot be written, for an empty set, and for ids that are equal or no names of data sets.
 void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set);
+
+/// A pair with the sizes of its images.
+struct PairSizes {
+  std::string id;
+  ImageSize size1, size2;
+};
+
+/// Adds sizes.h5 and then descriptors.h5 to a folder that has the other files; each appears whole, in place of an older
+/// one. `pairs` must be all of the folder's; `descriptors` gives the N × 2d rows of pair i and is asked for one after
+/// the other. Throws Error when they cannot be written.
+void AddDescriptors(const std::string& folder, const std::vector<PairSizes>& pairs,
+                    const std::function<DescriptorMatrix(std::size_t)>& descriptors);
 
 }  // namespace diffsac

@@ -20,10 +20,25 @@ using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",          "Egt.h5",
                                   "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5"};
 
-// One flat file that is being written, with a data set for each call.
+// One flat file that is being written, with a data set for each call. It holds the library's lock only while it calls
+// the library, so that what asks for the values may read other files.
 class FlatFile {
  public:
-  explicit FlatFile(const std::string& path) : file_(path, H5F_ACC_TRUNC) {}
+  explicit FlatFile(const std::string& path) {
+    const std::lock_guard lock(Hdf5Mutex());
+    H5::Exception::dontPrint();
+    file_ = H5::H5File(path, H5F_ACC_TRUNC);
+  }
+  ~FlatFile() {
+    const std::lock_guard lock(Hdf5Mutex());
+    try {
+      file_.close();
+    } catch (const H5::Exception&) {
+      // An error is on its way already: Close was not reached.
+    }
+  }
+  FlatFile(const FlatFile&) = delete;
+  FlatFile& operator=(const FlatFile&) = delete;
 
   void Put(const std::string& key, const double* values, const Shape& shape) {
     Put(key, values, shape, H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE);
@@ -41,6 +56,7 @@ class FlatFile {
 
   // Closing by the destructor would hide a full disk.
   void Close() {
+    const std::lock_guard lock(Hdf5Mutex());
     file_.flush(H5F_SCOPE_GLOBAL);
     file_.close();
   }
@@ -49,6 +65,7 @@ class FlatFile {
   template <class Value>
   void Put(const std::string& key, const Value* values, const Shape& shape, const H5::PredType& stored,
            const H5::PredType& native) {
+    const std::lock_guard lock(Hdf5Mutex());
     const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
     const H5::DataSet data = file_.createDataSet(key, stored, space);
     hsize_t count = 1;
@@ -58,6 +75,29 @@ class FlatFile {
 
   H5::H5File file_;
 };
+
+// One file, whole or not at all.
+template <class Fill>
+void WriteFlatFile(const std::string& path, Fill fill) {
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    try {
+      FlatFile file(temporary);
+      fill(file);
+      file.Close();
+    } catch (const H5::Exception& e) {
+      throw Error("cannot write '" + path + "': " + Describe(e));
+    }
+  });
+}
+
+void PutSizes(FlatFile& file, const std::string& id, const ImageSize& size1, const ImageSize& size2) {
+  const std::int32_t sizes[] = {size1.height, size1.width, size2.height, size2.width};
+  file.Put(id, sizes, {4});
+}
+
+void PutRows(FlatFile& file, const std::string& id, const DescriptorMatrix& rows) {
+  file.Put(id, rows.data(), {static_cast<hsize_t>(rows.rows()), static_cast<hsize_t>(rows.cols())});
+}
 
 // Writes the files of one set into one folder.
 class SceneWriter {
@@ -72,18 +112,7 @@ class SceneWriter {
   template <class Fill>
   void WriteFile(const char* name, Fill fill) const {
     if (only_check_) return;
-    const std::string path = Path(name);
-    WriteFileAtomically(path, [&](const std::string& temporary) {
-      const std::lock_guard lock(Hdf5Mutex());
-      H5::Exception::dontPrint();
-      try {
-        FlatFile file(temporary);
-        fill(file);
-        file.Close();
-      } catch (const H5::Exception& e) {
-        throw Error("cannot write '" + path + "': " + Describe(e));
-      }
-    });
+    WriteFlatFile(Path(name), fill);
   }
 
   // The file, when all pairs have what it holds.
@@ -188,10 +217,7 @@ void SceneWriter::WriteInputs() const {
       "sizes.h5",
       [](const TwoViewExample& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
       [](FlatFile& file, const TwoViewExample& pair) {
-        const TwoViewProblem& problem = pair.problem;
-        const std::int32_t sizes[] = {problem.size1.height, problem.size1.width, problem.size2.height,
-                                      problem.size2.width};
-        file.Put(pair.id, sizes, {4});
+        PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2);
       });
 }
 
@@ -206,23 +232,20 @@ void SceneWriter::WriteCameras() const {
 }
 
 void SceneWriter::WriteDescriptors() const {
-  const auto put = [](FlatFile& file, const std::string& id, const DescriptorMatrix& rows) {
-    file.Put(id, rows.data(), {static_cast<hsize_t>(rows.rows()), static_cast<hsize_t>(rows.cols())});
-  };
   if (set_.descriptors) {
     WriteFile("descriptors.h5", [&](FlatFile& file) {
       for (std::size_t i = 0; i < set_.pairs.size(); ++i) {
         const DescriptorMatrix rows = set_.descriptors(i);
         if (rows.rows() != set_.pairs[i].problem.points.rows())
           throw Error(Path("descriptors.h5") + ": " + set_.pairs[i].id + ": expected one row a match");
-        put(file, set_.pairs[i].id, rows);
+        PutRows(file, set_.pairs[i].id, rows);
       }
     });
     return;
   }
   WritePerMatch(
       "descriptors.h5", [](const TwoViewExample& pair) { return pair.problem.descriptors.rows(); },
-      [&](FlatFile& file, const TwoViewExample& pair) { put(file, pair.id, pair.problem.descriptors); });
+      [&](FlatFile& file, const TwoViewExample& pair) { PutRows(file, pair.id, pair.problem.descriptors); });
 }
 
 void SceneWriter::WriteLabels() const {
@@ -257,5 +280,17 @@ void SceneWriter::Write() {
 }  // namespace
 
 void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set) { SceneWriter(folder, set).Write(); }
+
+void AddDescriptors(const std::string& folder, const std::vector<PairSizes>& pairs,
+                    const std::function<DescriptorMatrix(std::size_t)>& descriptors) {
+  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
+  // The sizes go first: descriptors.h5 says that all is there.
+  WriteFlatFile(path("sizes.h5"), [&](FlatFile& file) {
+    for (const PairSizes& pair : pairs) PutSizes(file, pair.id, pair.size1, pair.size2);
+  });
+  WriteFlatFile(path("descriptors.h5"), [&](FlatFile& file) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) PutRows(file, pairs[i].id, descriptors(i));
+  });
+}
 
 }  // namespace diffsac

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "data_tools/image_source.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/text_scan.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLeftOut = -1;
+
+// A pair list may name an image by its file, with folders before it, or without the extension.
+class ImageNames {
+ public:
+  explicit ImageNames(const ImageSource& source) {
+    for (const LeftOutImage& image : source.left_out) index_[image.name] = kLeftOut;
+    for (std::size_t i = 0; i < source.images.size(); ++i) {
+      index_[source.images[i].name] = static_cast<int>(i);
+      index_[fs::path(source.images[i].path).filename().string()] = static_cast<int>(i);
+    }
+  }
+
+  // kLeftOut for an image that is known but cannot be used; false for an unknown one.
+  bool Find(const std::string& text, int* index) const {
+    for (const std::string& name : {text, fs::path(text).filename().string(), ImageName(text), WithUnderscores(text)}) {
+      const auto found = index_.find(name);
+      if (found == index_.end()) continue;
+      *index = found->second;
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  static std::string WithUnderscores(std::string text) {
+    std::replace(text.begin(), text.end(), '-', '_');
+    return text;
+  }
+
+  std::map<std::string, int> index_;
+};
+
+std::vector<SourcePair> ReadPairList(const std::string& path, const ImageSource& source) {
+  const std::string text = ReadFile(path);
+  const ImageNames names(source);
+  std::vector<SourcePair> pairs;
+  std::set<std::pair<int, int>> seen;
+  std::string_view rest = text, line;
+  for (int number = 1; TakeLine(&rest, &line); ++number) {
+    const auto words = SplitWords(line, " \t,");
+    if (words.empty() || words[0].starts_with('#')) continue;
+    const std::string place = path + ":" + std::to_string(number);
+    if (words.size() != 2) throw Error(place + ": expected the names of two images");
+    int index[2];
+    for (int i = 0; i < 2; ++i)
+      if (!names.Find(std::string(words[i]), &index[i]))
+        throw Error(place + ": there is no image " + std::string(words[i]));
+    if (index[0] == kLeftOut || index[1] == kLeftOut) continue;
+    if (index[0] == index[1]) throw Error(place + ": an image cannot be paired with itself");
+    if (!seen.insert({index[0], index[1]}).second) throw Error(place + ": this pair stands there twice");
+    pairs.push_back({index[0], index[1], {}});
+  }
+  return pairs;
+}
+
+// Pairs by the distance of their frames, so that an image that was left out does not move the others.
+std::vector<SourcePair> PairsAtStep(const ImageSource& source, int distance) {
+  std::map<int, int> image_of_frame;
+  for (std::size_t i = 0; i < source.images.size(); ++i) image_of_frame[source.images[i].frame] = static_cast<int>(i);
+  std::vector<SourcePair> pairs;
+  for (const auto& [frame, image] : image_of_frame)
+    if (const auto other = image_of_frame.find(frame + distance); other != image_of_frame.end())
+      pairs.push_back({image, other->second, {}});
+  return pairs;
+}
+
+}  // namespace
+
+void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source) {
+  if (choice.IsAll()) return;
+  if (choice.every < 1) throw Error("--every must be positive");
+  if (!choice.steps.empty() && !choice.pairs_file.empty()) throw Error("--steps and --pairs-file exclude each other");
+  if (source->scenes.size() != 1 || (!source->scenes[0].pairs.empty() && source->scenes[0].pairs[0].homography))
+    throw Error(folder + ": the pairs of this format cannot be chosen");
+  const std::string name = source->scenes[0].name;
+  std::erase_if(source->images, [&](const SourceImage& image) { return image.frame % choice.every != 0; });
+  source->scenes.clear();
+  if (!choice.pairs_file.empty()) {
+    source->scenes.push_back({name, ReadPairList(choice.pairs_file, *source)});
+  } else if (choice.steps.empty()) {
+    source->scenes.push_back({name, AllPairs(static_cast<int>(source->images.size()))});
+  }
+  for (int step : choice.steps) {
+    if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
+    source->scenes.push_back({StepName(name, step), PairsAtStep(*source, step * choice.every)});
+  }
+  CheckSource(*source, folder);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,83 @@
+#include "data_tools/detection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+// OpenCV's default between two copies of the image.
+constexpr double kOrbScaleStep = 1.2f;
+// ORB has no word for all.
+constexpr int kAllOfOrb = 200000;
+
+// Returns original pixels per reduced pixel.
+double Reduce(int max_size, cv::Mat* image) {
+  const int longer = std::max(image->cols, image->rows);
+  if (max_size == 0 || longer <= max_size) return 1.0;
+  const double scale = static_cast<double>(longer) / max_size;
+  cv::Mat reduced;
+  cv::resize(*image, reduced,
+             cv::Size(std::max(1, static_cast<int>(std::lround(image->cols / scale))),
+                      std::max(1, static_cast<int>(std::lround(image->rows / scale)))),
+             0, 0, cv::INTER_AREA);
+  *image = reduced;
+  return scale;
+}
+
+}  // namespace
+
+// Calibrations refer to the pixels as stored, so the orientation flag is ignored.
+cv::Mat ReadGrayImage(const std::string& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) throw Error(path + ": no such file");
+  cv::Mat image;
+  try {
+    image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception& e) {
+    throw Error(path + ": cannot be read as an image: " + e.err);
+  }
+  if (image.empty()) throw Error(path + ": not an image, or truncated");
+  return image;
+}
+
+cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options) {
+  if (options.kind != FeatureKind::kOrb) return cv::SIFT::create(options.max_keypoints, 3, options.contrast_threshold);
+  return cv::ORB::create(options.max_keypoints > 0 ? options.max_keypoints : kAllOfOrb);
+}
+
+Eigen::RowVector2d Detection::Position(std::size_t i) const {
+  const cv::KeyPoint& keypoint = keypoints[i];
+  // ORB multiplies the coordinates of its smaller copies by their scale, which forgets that the centres of their pixels
+  // lie elsewhere.
+  const double moved = kind == FeatureKind::kOrb ? 0.5 * (std::pow(kOrbScaleStep, keypoint.octave) - 1.0) : 0.0;
+  return {(keypoint.pt.x + moved + 0.5) * scale - 0.5, (keypoint.pt.y + moved + 0.5) * scale - 0.5};
+}
+
+Detection Detect(const std::string& path, const FeatureOptions& options) {
+  Detection found;
+  found.image = ReadGrayImage(path);
+  found.kind = options.kind;
+  found.size = {found.image.cols, found.image.rows};
+  found.scale = Reduce(options.max_image_size, &found.image);
+  try {
+    MakeDetector(options)->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
+  } catch (const cv::Exception& e) {
+    throw Error(path + ": no keypoints could be found: " + e.err);
+  }
+  return found;
+}
+
+void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes) {
+  for (Eigen::Index j = 0; j < bytes->cols(); ++j)
+    (*bytes)(to, j) = raw.type() == CV_8U ? raw.at<std::uint8_t>(from, static_cast<int>(j))
+                                          : static_cast<std::uint8_t>(raw.at<float>(from, static_cast<int>(j)));
+}
+
+}  // namespace diffsac

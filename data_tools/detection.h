@@ -1,0 +1,33 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/features2d.hpp>
+#include <string>
+#include <vector>
+
+#include "data_tools/image_features.h"
+
+namespace diffsac {
+
+/// An image, reduced where that was asked for, with its keypoints as OpenCV gives them.
+struct Detection {
+  FeatureKind kind = FeatureKind::kRootSift;
+  cv::Mat image;
+  ImageSize size;      ///< Of the file.
+  double scale = 1.0;  ///< Pixels of the file in one of `image`.
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat raw;  ///< Their descriptors.
+
+  /// Where keypoint i is in the file's pixels.
+  Eigen::RowVector2d Position(std::size_t i) const;
+};
+
+/// The grey values of a file as they are stored: calibrations refer to those, so the orientation flag is ignored.
+/// Throws Error naming the file.
+cv::Mat ReadGrayImage(const std::string& path);
+cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options);
+Detection Detect(const std::string& path, const FeatureOptions& options);
+/// One row of descriptors to bytes. OpenCV rounds SIFT's values to whole numbers up to 255, whatever it stores them in.
+void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes);
+
+}  // namespace diffsac

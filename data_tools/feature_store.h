@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "data_tools/feature_cache.h"
+#include "data_tools/image_source.h"
+#include "data_tools/imported_features.h"
+
+namespace diffsac {
+
+/// The features of a source's images: found once and kept in files, or imported. Different images may be asked for from
+/// different threads.
+class FeatureStore {
+ public:
+  /// `import_file` empty: features are found and kept in `cache_folder`.
+  FeatureStore(const ImageSource& source, const FeatureOptions& options, const std::string& import_file,
+               const std::string& cache_folder);
+
+  /// Makes sure that Load gives the features of an image. False, with a line in `problem`, when the image cannot be
+  /// read or has not the size of its calibration. Throws Error for anything else.
+  bool Prepare(int image, std::string* problem);
+  /// After Prepare.
+  ImageFeatures Load(int image) const;
+  DescriptorDistance distance() const;
+  void RemoveCache() const { cache_.Remove(); }
+
+ private:
+  void CheckSize(const SourceImage& image, const ImageSize& size) const;
+
+  const ImageSource& source_;
+  FeatureOptions options_;
+  FeatureCache cache_;
+  std::unique_ptr<ImportedFeatures> imported_;
+  std::vector<ImageSize> sizes_;  // of images that were imported
+};
+
+}  // namespace diffsac

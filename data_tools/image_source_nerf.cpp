@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "data_tools/image_source.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+Json ReadJson(const std::string& path) {
+  try {
+    return Json::parse(ReadFile(path));
+  } catch (const Json::exception& error) {
+    throw Error(path + ": not JSON: " + error.what());
+  }
+}
+
+// The calibration of a frame, whose own values go before those of all frames.
+class CameraReader {
+ public:
+  CameraReader(const Json& all, const Json& frame, const std::string& place)
+      : all_(all), frame_(frame), place_(place) {}
+
+  LensCamera Read() const {
+    CheckModel();
+    LensCamera camera;
+    camera.size = {static_cast<int>(Number("w", 0.0)), static_cast<int>(Number("h", 0.0))};
+    const double fx = Has("fl_x") ? Number("fl_x") : FocalFromAngle(camera.size);
+    const double fy = Number("fl_y", fx);
+    if (!(fx > 0.0) || !(fy > 0.0)) throw Error(place_ + ": expected positive focal lengths (fl_x, fl_y)");
+    if (!Has("cx") && camera.size.width == 0) throw Error(place_ + ": neither cx nor w is given");
+    if (!Has("cy") && camera.size.height == 0) throw Error(place_ + ": neither cy nor h is given");
+    // From COLMAP's pixels, whose first centre is (0.5, 0.5).
+    const double cx = Number("cx", camera.size.width / 2.0) - 0.5, cy = Number("cy", camera.size.height / 2.0) - 0.5;
+    camera.K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
+    camera.k1 = Number("k1", 0.0);
+    camera.k2 = Number("k2", 0.0);
+    camera.p1 = Number("p1", 0.0);
+    camera.p2 = Number("p2", 0.0);
+    return camera;
+  }
+
+ private:
+  const Json* Find(const char* key) const {
+    for (const Json* values : {&frame_, &all_})
+      if (const auto found = values->find(key); found != values->end()) return &*found;
+    return nullptr;
+  }
+
+  bool Has(const char* key) const { return Find(key) != nullptr; }
+
+  double Number(const char* key) const {
+    const Json* value = Find(key);
+    if (!value->is_number()) throw Error(place_ + ": expected a number as " + key);
+    return value->get<double>();
+  }
+  double Number(const char* key, double other) const { return Has(key) ? Number(key) : other; }
+
+  double FocalFromAngle(const ImageSize& size) const {
+    if (!Has("camera_angle_x") || size.width == 0) throw Error(place_ + ": expected fl_x, or camera_angle_x and w");
+    return 0.5 * size.width / std::tan(0.5 * Number("camera_angle_x"));
+  }
+
+  void CheckModel() const {
+    for (const char* key : {"k3", "k4"})
+      if (Number(key, 0.0) != 0.0) throw Error(place_ + ": lens distortion with " + key + " is not supported");
+    const Json* fisheye = Find("is_fisheye");
+    const Json* model = Find("camera_model");
+    if ((fisheye && fisheye->is_boolean() && fisheye->get<bool>()) ||
+        (model && model->is_string() && model->get<std::string>().find("FISHEYE") != std::string::npos))
+      throw Error(place_ + ": fisheye cameras are not supported");
+  }
+
+  const Json& all_;
+  const Json& frame_;
+  std::string place_;
+};
+
+RigidMotion ReadTransform(const Json& frame, const std::string& place) {
+  const auto found = frame.find("transform_matrix");
+  std::vector<double> values;
+  if (found != frame.end() && found->is_array())
+    for (const Json& row : *found)
+      if (row.is_array() && row.size() == 4)
+        for (const Json& value : row)
+          if (value.is_number()) values.push_back(value.get<double>());
+  if (values.size() != 12 && values.size() != 16) throw Error(place + ": expected transform_matrix, a 4x4 matrix");
+  // From OpenGL's axes (y up, z backwards) to y down, z forwards.
+  for (std::size_t row = 0; row < 3; ++row) {
+    values[4 * row + 1] = -values[4 * row + 1];
+    values[4 * row + 2] = -values[4 * row + 2];
+  }
+  return WorldToCamera(values, place);
+}
+
+// Some files name images without their extension.
+std::string ImagePath(const fs::path& folder, const std::string& file) {
+  const fs::path path = (folder / file).lexically_normal();
+  std::error_code code;
+  if (fs::exists(path, code)) return path.string();
+  for (const char* extension : {".png", ".jpg", ".jpeg"})
+    if (fs::exists(path.string() + extension, code)) return path.string() + extension;
+  throw Error(path.string() + ": no such file");
+}
+
+std::string FilePathOf(const Json& frame) {
+  if (!frame.is_object()) return "";
+  const auto found = frame.find("file_path");
+  // "./images/0001" is "images/0001".
+  return found != frame.end() && found->is_string() ? fs::path(found->get<std::string>()).lexically_normal().string()
+                                                    : "";
+}
+
+// Frames in the order of their files, which is that of the recording where the list is not.
+std::vector<Json> SortedFrames(const Json& all, const std::string& path) {
+  const auto found = all.is_object() ? all.find("frames") : all.end();
+  if (found == all.end() || !found->is_array()) throw Error(path + ": expected an object with a list of frames");
+  std::vector<Json> frames(found->begin(), found->end());
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const Json& a, const Json& b) { return FilePathOf(a) < FilePathOf(b); });
+  return frames;
+}
+
+}  // namespace
+
+ImageSource ReadNerf(const std::string& folder) {
+  std::error_code code;
+  const fs::path json = fs::is_regular_file(folder, code) ? fs::path(folder) : fs::path(folder) / "transforms.json";
+  const Json all = ReadJson(json.string());
+  ImageSource source;
+  for (const Json& frame : SortedFrames(all, json.string())) {
+    const std::string file = FilePathOf(frame);
+    const std::string place = json.string() + ": " + (file.empty() ? "a frame" : file);
+    const auto read = [&] {
+      if (file.empty()) throw Error(place + ": expected file_path");
+      const std::string path = ImagePath(json.parent_path(), file);
+      return SourceImage{ImageName(path), path, CameraReader(all, frame, place).Read(), ReadTransform(frame, place)};
+    };
+    AddImage(ImageName(file), read, &source);
+  }
+  const std::string name = FolderName(json.has_parent_path() ? json.parent_path().string() : ".");
+  source.scenes.push_back({name, AllPairs(static_cast<int>(source.images.size()))});
+  CheckSource(source, json.string());
+  return source;
+}
+
+}  // namespace diffsac

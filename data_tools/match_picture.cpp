@@ -1,0 +1,172 @@
+#include "data_tools/match_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "data_tools/detection.h"
+#include "data_tools/image_source.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kGap = 8, kLegendHeight = 36, kMaxLines = 60;
+constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
+// Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
+const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kUnknown(230, 150, 40), kWhite(255, 255, 255);
+
+enum class Kind { kInlier, kOutlier, kUnknown };
+
+const cv::Scalar& ColorOf(Kind kind) {
+  return kind == Kind::kInlier ? kInlier : kind == Kind::kOutlier ? kOutlier : kUnknown;
+}
+
+std::string FindImage(const std::string& folder, const std::string& name) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
+  for (const fs::path& place : {fs::path(folder), fs::path(folder) / "images"}) {
+    if (!fs::is_directory(place, code)) continue;
+    for (const auto& entry : fs::directory_iterator(place)) {
+      const std::string path = entry.path().string();
+      if (entry.path().filename().string() == name || ImageName(path) == name) return path;
+    }
+  }
+  throw Error(folder + ": there is no image " + name);
+}
+
+// The image in grey, a little lighter, so that colours stand out; or white.
+cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
+  if (images.empty()) {
+    if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
+    return {size.height, size.width, CV_8UC3, kWhite};
+  }
+  cv::Mat gray = ReadGrayImage(FindImage(images, name)), light, color;
+  gray.convertTo(light, CV_8U, 0.7, 60.0);
+  cv::cvtColor(light, color, cv::COLOR_GRAY2BGR);
+  return color;
+}
+
+std::vector<Kind> KindsOf(const TwoViewExample& pair, double threshold_px) {
+  const Eigen::Index count = pair.problem.points.rows();
+  std::vector<Kind> kinds(static_cast<std::size_t>(count), Kind::kUnknown);
+  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (distances.size() == count) {
+      kinds[i] = distances[i] <= threshold_px ? Kind::kInlier : Kind::kOutlier;
+    } else if (!pair.truth.labels.empty()) {
+      kinds[i] = pair.truth.labels[i] > 0 ? Kind::kInlier : Kind::kOutlier;
+    }
+  }
+  return kinds;
+}
+
+// The two images on one canvas, and where points of either are on it.
+class Canvas {
+ public:
+  Canvas(const cv::Mat& first, const cv::Mat& second) {
+    const int width = first.cols + second.cols, height = std::max(first.rows, second.rows);
+    scale_ = std::min({1.0, (kMaxWidth - kGap) / width, (kMaxHeight - kLegendHeight) / height});
+    const cv::Mat small1 = Reduced(first), small2 = Reduced(second);
+    offset_ = small1.cols + kGap;
+    image_ = cv::Mat(std::max(small1.rows, small2.rows) + kLegendHeight, offset_ + small2.cols, CV_8UC3, kWhite);
+    small1.copyTo(image_(cv::Rect(0, 0, small1.cols, small1.rows)));
+    small2.copyTo(image_(cv::Rect(offset_, 0, small2.cols, small2.rows)));
+    image_(cv::Rect(small1.cols, 0, kGap, image_.rows - kLegendHeight)).setTo(cv::Scalar(90, 90, 90));
+  }
+
+  void Point(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
+    for (int image : {0, 1}) cv::circle(image_, Place(points, i, image), 2, color, cv::FILLED, cv::LINE_AA);
+  }
+  void Line(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
+    cv::line(image_, Place(points, i, 0), Place(points, i, 1), color, 1, cv::LINE_AA);
+  }
+  // One after the other from the left.
+  void Legend(const std::string& text, const cv::Scalar& color) {
+    constexpr double kFontScale = 0.5;
+    const int y = image_.rows - kLegendHeight / 2;
+    cv::circle(image_, {legend_x_ + 6, y}, 5, color, cv::FILLED, cv::LINE_AA);
+    cv::putText(image_, text, {legend_x_ + 18, y + 5}, cv::FONT_HERSHEY_SIMPLEX, kFontScale, {0, 0, 0}, 1, cv::LINE_AA);
+    int baseline = 0;
+    legend_x_ += 42 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFontScale, 1, &baseline).width;
+  }
+  const cv::Mat& image() const { return image_; }
+
+ private:
+  cv::Mat Reduced(const cv::Mat& image) const {
+    if (scale_ == 1.0) return image;
+    cv::Mat reduced;
+    const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale_))); };
+    cv::resize(image, reduced, {side(image.cols), side(image.rows)}, 0, 0, cv::INTER_AREA);
+    return reduced;
+  }
+  cv::Point Place(const PointMatrix& points, Eigen::Index i, int image) const {
+    // Far outside, a coordinate need not fit into what OpenCV draws with.
+    const auto at = [&](double value) {
+      return static_cast<int>(std::lround(std::clamp((value + 0.5) * scale_ - 0.5, -1e4, 1e4)));
+    };
+    return {at(points(i, 2 * image)) + (image == 0 ? 0 : offset_), at(points(i, 2 * image + 1))};
+  }
+
+  double scale_ = 1.0;
+  int offset_ = 0, legend_x_ = 8;
+  cv::Mat image_;
+};
+
+void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, Canvas* canvas) {
+  std::vector<Eigen::Index> chosen;
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    if (kinds[i] == kind && points.row(static_cast<Eigen::Index>(i)).allFinite())
+      chosen.push_back(static_cast<Eigen::Index>(i));
+  const std::size_t lines = std::min<std::size_t>(chosen.size(), kMaxLines);
+  for (std::size_t i = 0; i < lines; ++i) canvas->Line(points, chosen[i * chosen.size() / lines], ColorOf(kind));
+  for (Eigen::Index i : chosen) canvas->Point(points, i, ColorOf(kind));
+}
+
+std::string ThresholdText(double threshold_px) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%g px", threshold_px);
+  return text;
+}
+
+void DrawLegend(const TwoViewExample& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
+  if (counts.inliers < 0) {
+    canvas->Legend(std::to_string(counts.matches) + " matches, truth not known", kUnknown);
+  } else {
+    const bool measured = pair.truth.fundamental || pair.truth.homography;
+    const std::string text =
+        measured ? " within " + ThresholdText(threshold_px) + " of the truth" : std::string(" labelled inliers");
+    canvas->Legend(std::to_string(counts.inliers) + text, kInlier);
+    canvas->Legend(std::to_string(counts.matches - counts.inliers) + " others", kOutlier);
+  }
+  canvas->Legend(pair.id, kWhite);
+}
+
+}  // namespace
+
+PictureCounts DrawMatches(const TwoViewExample& pair, double threshold_px, const std::string& images,
+                          const std::string& path) {
+  const std::vector<Kind> kinds = KindsOf(pair, threshold_px);
+  PictureCounts counts{static_cast<int>(kinds.size()),
+                       static_cast<int>(std::count(kinds.begin(), kinds.end(), Kind::kInlier))};
+  if (std::count(kinds.begin(), kinds.end(), Kind::kUnknown) > 0) counts.inliers = -1;
+  const cv::Mat first = Background(images, pair.image1, pair.problem.size1);
+  const cv::Mat second = Background(images, pair.image2, pair.problem.size2);
+  Canvas canvas(first, second);
+  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier}) Draw(pair.problem.points, kinds, kind, &canvas);
+  DrawLegend(pair, counts, threshold_px, &canvas);
+  std::vector<unsigned char> encoded;
+  cv::imencode(".png", canvas.image(), encoded);
+  WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
+  return counts;
+}
+
+}  // namespace diffsac

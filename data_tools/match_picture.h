@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/data/two_view.h"
+
+namespace diffsac {
+
+/// How many matches a picture shows.
+struct PictureCounts {
+  int matches = 0;
+  int inliers = 0;  ///< Within the threshold of the truth; -1 where it is not known.
+};
+
+/// Draws a pair's images side by side, at most 2400 pixels wide together, with a point for each match and lines for at
+/// most 60 inliers and as many outliers, evenly spaced: inliers in green, outliers in orange, all in blue where the
+/// truth is not known; a legend below. Inliers are matches within `threshold_px` of the true model, or labelled ones
+/// where there is none.
+/// `images`: the folder of the images (or of a folder `images`), named as in the pair's id. Empty: white canvases of
+/// the sizes that the pair knows. Matches are drawn where they are stored, without lens distortion. Throws Error:
+/// images or sizes that are missing, a file that cannot be written.
+PictureCounts DrawMatches(const TwoViewExample& pair, double threshold_px, const std::string& images,
+                          const std::string& path);
+
+}  // namespace diffsac
