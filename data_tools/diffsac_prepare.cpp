@@ -13,6 +13,7 @@
 #include "data_tools/modelnet_pairs.h"
 #include "data_tools/prepare_pairs.h"
 #include "data_tools/tutorial_descriptors.h"
+#include "data_tools/warp_images.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
@@ -96,6 +97,17 @@ void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
   app->add_option("--threads", request->threads, "Threads (0: all cores)");
 }
 
+void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
+  app->add_option("--input", request->input, "Folder of images")->required();
+  app->add_option("--output", request->output, "Folder for the images' folders")->required();
+  app->add_option("--images", request->images, "At most so many, evenly spread; 0: all (16)")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--views", request->views, "Other views of each image (6)")->check(CLI::Range(1, 1000));
+  app->add_option("--max-image-size", request->max_image_size, "Reduce larger images to this side (1024); 0: never")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--seed", request->seed, "Of all that is drawn (0)");
+}
+
 void AddInspect(CLI::App* app, InspectRequest* request) {
   app->add_option("folders", request->folders, "Scenes, or folders of scenes")->required();
   app->add_option("--threshold-px", request->threshold_px, "Distance to the truth that counts as an inlier")
@@ -164,6 +176,10 @@ int main(int argc, char** argv) {
   diffsac::ModelnetRequest modelnet;
   CLI::App* modelnet_app = app.add_subcommand("modelnet", "Virtual views of meshes to correspondence files");
   AddModelnet(modelnet_app, &modelnet);
+  diffsac::WarpRequest warp;
+  CLI::App* warp_app =
+      app.add_subcommand("warp", "Images as planes seen from other places, for pairs --format homographies");
+  AddWarp(warp_app, &warp);
   InspectRequest inspect;
   CLI::App* inspect_app =
       app.add_subcommand("inspect", "Counts, inliers and checks of correspondence files; a picture");
@@ -184,6 +200,7 @@ int main(int argc, char** argv) {
     cv::setNumThreads(1);
     if (inspect_app->parsed()) return Inspect(inspect);
     if (tutorial_app->parsed()) return Tutorial(tutorial);
+    if (warp_app->parsed()) return diffsac::WarpImages(warp, stop_requested) ? kExitOk : kExitInterrupted;
     if (modelnet_app->parsed())
       return diffsac::WriteModelnetPairs(modelnet, stop_requested).finished ? kExitOk : kExitInterrupted;
     return diffsac::RunPairs(pairs, stop_requested).finished ? kExitOk : kExitInterrupted;

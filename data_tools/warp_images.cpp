@@ -79,7 +79,8 @@ Eigen::Matrix3d RandomView(int width, int height, Rng rng) {
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(Radians(kRollDeg) * rng.Normal(), Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(side), std::sin(side), 0.0)))
                                 .toRotationMatrix();
-  const Eigen::Vector3d centre(rng.Uniform(-kShift, kShift) * width / f, rng.Uniform(-kShift, kShift) * height / f, 0.0);
+  const Eigen::Vector3d centre(rng.Uniform(-kShift, kShift) * width / f, rng.Uniform(-kShift, kShift) * height / f,
+                               0.0);
   Eigen::Matrix3d plane;
   plane << R.leftCols<2>(), Eigen::Vector3d(0, 0, distance) - R * centre;
   return K * plane * K.inverse();

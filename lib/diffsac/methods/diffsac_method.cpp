@@ -63,8 +63,8 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Group("sampler", sampler);
   b.Choice("selection", selection, {"maximum", "probabilistic", "gumbel"});
   b.Field("temperature", temperature, Positive());
-  b.Field("head_weight", head_weight, AtLeast(0.0));
   b.Choice("guide", guide, {"diffusion", "inlier_head"});
+  b.Field("head_sets", head_sets, Within(0, 10000));
   b.Field("extra_sets", extra_sets, Within(0, 1000000));
   b.Choice("extra_source", extra_source, {"uniform", "prosac"});
   b.Field("fundamental_points", fundamental_points, Within(7, 8));
@@ -89,8 +89,8 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, Diff
     throw Error("inference.learned_refit: the network has no inlier head (network.denoiser.inlier_head is false)");
   if (options_.guide == "inlier_head" && !head)
     throw Error("inference.guide: the network has no inlier head (network.denoiser.inlier_head is false)");
-  if (options_.head_weight > 0.0 && (!head || options_.selection != "gumbel" || options_.guide != "diffusion"))
-    throw Error("inference.head_weight: it needs an inlier head, guide: diffusion and selection: gumbel");
+  if (options_.head_sets > 0 && !head)
+    throw Error("inference.head_sets: the network has no inlier head (network.denoiser.inlier_head is false)");
   if (options_.max_decoded_points > 0 && !head)
     throw Error("inference.max_decoded_points: the network has no inlier head (network.denoiser.inlier_head is false)");
 }
@@ -179,48 +179,54 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
   return predictions;
 }
 
-void DiffsacMethod::TakeLogarithms(const Prediction& prediction, int points, std::vector<float>* keys) const {
-  const auto log = [](float p) { return std::log(std::max(p, kLeastProbability)); };
-  for (float& key : *keys) key = log(0.5f * (1.0f + key));
-  if (!(options_.head_weight > 0.0)) return;
-  std::vector<float> head(points);
-  for (int i = 0; i < points; ++i)
-    head[i] = static_cast<float>(options_.head_weight) * log(prediction.inlier_probability[i]);
-  for (std::size_t i = 0; i < keys->size(); ++i) (*keys)[i] += head[i % points];
-}
-
-void DiffsacMethod::SpreadTemperatures(int points, std::vector<float>* keys) const {
+std::vector<int> DiffsacMethod::SetsFrom(std::vector<float> keys, int count, int points, int set_size, Rng rng) const {
+  const bool maximum = options_.selection == "maximum";
+  if (options_.selection == "gumbel")
+    for (float& key : keys) key = std::log(std::max(0.5f * (1.0f + key), kLeastProbability));
   const auto [first, last] = options_.temperature;
-  for (int k = 0; k < options_.copies; ++k) {
-    const double share = options_.copies > 1 ? static_cast<double>(k) / (options_.copies - 1) : 0.0;
+  for (int k = 0; k < count && !maximum; ++k) {
+    const double share = count > 1 ? static_cast<double>(k) / (count - 1) : 0.0;
     const auto inverse = static_cast<float>(1.0 / (first * std::pow(last / first, share)));
     for (std::size_t i = 0; i < static_cast<std::size_t>(points); ++i)
-      (*keys)[static_cast<std::size_t>(k) * points + i] *= inverse;
+      keys[static_cast<std::size_t>(k) * points + i] *= inverse;
   }
+  std::vector<int> sets;
+  const auto selection = maximum ? Selection::kMaximum : Selection::kProbabilistic;
+  ConfidenceSource(keys, selection, options_.unique_sets, 1.0).Draw(points, set_size, count, rng, &sets);
+  return sets;
+}
+
+std::vector<int> DiffsacMethod::HeadSets(const Prediction& prediction, int count, int set_size, Rng rng) const {
+  std::vector<float> keys;
+  for (int k = 0; k < count; ++k)
+    for (const float p : prediction.inlier_probability) keys.push_back(2.0f * p - 1.0f);
+  return SetsFrom(std::move(keys), count, static_cast<int>(prediction.inlier_probability.size()), set_size, rng);
 }
 
 std::vector<int> DiffsacMethod::GuidedSets(const Prediction& prediction, int points, int set_size,
                                            const Rng& rng) const {
-  const bool maximum = options_.selection == "maximum", head = options_.guide == "inlier_head";
-  std::vector<float> keys;
-  if (head) {
-    for (int k = 0; k < options_.copies; ++k)
-      for (const float p : prediction.inlier_probability) keys.push_back(2.0f * p - 1.0f);
-  } else {
-    // Earlier steps only fill the places of repeated sets, and drawn sets seldom repeat.
-    const bool more = options_.intermediate_sets && options_.unique_sets && maximum;
-    const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
-    keys.assign(
-        prediction.confidences.begin(),
-        more ? prediction.confidences.end() : prediction.confidences.begin() + static_cast<std::ptrdiff_t>(own));
-  }
-  if (options_.selection == "gumbel") TakeLogarithms(prediction, points, &keys);
-  if (!maximum) SpreadTemperatures(points, &keys);
-  const ConfidenceSource source(keys, maximum ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
-                                1.0);
-  std::vector<int> sets;
-  source.Draw(points, set_size, options_.copies, rng.Fork("selection"), &sets);
+  if (options_.guide == "inlier_head") return HeadSets(prediction, options_.copies, set_size, rng.Fork("selection"));
+  // Earlier steps only fill the places of repeated sets, and drawn sets seldom repeat.
+  const bool more = options_.intermediate_sets && options_.unique_sets && options_.selection == "maximum";
+  const std::size_t own = static_cast<std::size_t>(options_.copies) * points;
+  const auto begin = prediction.confidences.begin();
+  std::vector<float> keys(begin, more ? prediction.confidences.end() : begin + static_cast<std::ptrdiff_t>(own));
+  auto sets = SetsFrom(std::move(keys), options_.copies, points, set_size, rng.Fork("selection"));
+  const auto head_sets = HeadSets(prediction, options_.head_sets, set_size, rng.Fork("head_sets"));
+  sets.insert(sets.end(), head_sets.begin(), head_sets.end());
   return sets;
+}
+
+void DiffsacMethod::AddExtraSets(const Problem& problem, const SolverSpace& space, int set_size, const Rng& rng,
+                                 std::vector<int>* sets) const {
+  if (options_.extra_sets == 0) return;
+  const int points = static_cast<int>(space.points().rows());
+  const bool has_quality = problem.quality.size() == points;
+  SourceOptions extra;
+  extra.source = has_quality ? options_.extra_source : "uniform";
+  const std::span<const double> quality(problem.quality.data(), has_quality ? points : 0);
+  MakeHypothesisSource(extra, space.points(), set_size, quality)
+      ->Draw(points, set_size, options_.extra_sets, rng.Fork("extra_sets"), sets);
 }
 
 int DiffsacMethod::SetSize() const {
@@ -240,14 +246,7 @@ ConsensusResult DiffsacMethod::Consensus(const Problem& problem, const Predictio
   const SolverSpace space(problem);
   const int points = static_cast<int>(space.points().rows());
   std::vector<int> sets = GuidedSets(prediction, points, Model::kMinimalSize, rng);
-  if (options_.extra_sets > 0) {
-    SourceOptions extra;
-    const bool has_quality = problem.quality.size() == points;
-    extra.source = has_quality ? options_.extra_source : "uniform";
-    const std::span<const double> quality(problem.quality.data(), has_quality ? points : 0);
-    MakeHypothesisSource(extra, space.points(), Model::kMinimalSize, quality)
-        ->Draw(points, Model::kMinimalSize, options_.extra_sets, rng.Fork("extra_sets"), &sets);
-  }
+  AddExtraSets(problem, space, Model::kMinimalSize, rng, &sets);
   ConsensusHints hints;
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.learned_refit)

@@ -7,6 +7,7 @@
 #include "diffsac/methods/diffsac_network.h"
 #include "diffsac/methods/diffsac_options.h"
 #include "diffsac/methods/method.h"
+#include "diffsac/methods/solver_space.h"
 
 namespace diffsac {
 
@@ -37,8 +38,8 @@ class DiffsacMethod : public Method {
   /// What the network said of one problem; consensus is a function of this alone, bit for bit.
   struct Prediction {
     FeatureSet features;
-    std::vector<float> confidences;          ///< rows × N; the final ĉ_0 of the κ copies first, then earlier steps'
-    std::vector<float> inlier_probability;   ///< N, empty without the inlier head
+    std::vector<float> confidences;         ///< rows × N; the final ĉ_0 of the κ copies first, then earlier steps'
+    std::vector<float> inlier_probability;  ///< N, empty without the inlier head
   };
   diffsac::Estimate EstimateFrom(const Problem& problem, const Prediction& prediction, std::uint64_t seed) const;
 
@@ -48,10 +49,11 @@ class DiffsacMethod : public Method {
   int SetSize() const;
   /// The κ minimal sets, by the options' guide and selection.
   std::vector<int> GuidedSets(const Prediction& prediction, int points, int set_size, const Rng& rng) const;
-  /// Confidences to the logarithms of probabilities, with the inlier head's share of them.
-  void TakeLogarithms(const Prediction& prediction, int points, std::vector<float>* keys) const;
-  /// Divides each copy's keys by its temperature.
-  void SpreadTemperatures(int points, std::vector<float>* keys) const;
+  /// `count` sets from as many rows of keys in [-1, 1], by the options' selection and temperatures.
+  std::vector<int> SetsFrom(std::vector<float> keys, int count, int points, int set_size, Rng rng) const;
+  std::vector<int> HeadSets(const Prediction& prediction, int count, int set_size, Rng rng) const;
+  void AddExtraSets(const Problem& problem, const SolverSpace& space, int set_size, const Rng& rng,
+                    std::vector<int>* sets) const;
   template <MinimalModel Model>
   ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
 

@@ -20,11 +20,11 @@ struct DiffsacOptions {
   /// Of "probabilistic" and "gumbel"; [first, last]: the copies go from the first to the last in equal ratios, so that
   /// some keep to the likeliest points and others look further, as PROSAC's growing sets do.
   Range temperature = 0.25;
-  /// "gumbel" with diffusion: the inlier head's log-probability, times this, is added to the confidence's.
-  double head_weight = 0.0;
   /// "diffusion" | "inlier_head": sets come from the inlier head's probabilities, the same for all copies, without any
   /// reverse step: what independent sampling from learned weights reaches.
   std::string guide = "diffusion";
+  /// So many sets more from the inlier head, after those of the copies: of a budget of 20, 10 and 10 are more diverse.
+  int head_sets = 0;
   /// So many sets more from another source ("uniform" | "prosac"), after the guided ones.
   int extra_sets = 0;
   std::string extra_source = "uniform";
