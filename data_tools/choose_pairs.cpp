@@ -103,4 +103,17 @@ void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSourc
   CheckSource(*source, folder);
 }
 
+void RequireMotion(double min_motion, const std::string& folder, ImageSource* source) {
+  if (min_motion == 0.0) return;
+  if (!(min_motion > 0.0)) throw Error("--min-motion must not be negative");
+  for (const SourceImage& image : source->images)
+    if (!image.pose) throw Error(folder + ": --min-motion needs poses, and there are none");
+  for (SourceScene& scene : source->scenes)
+    std::erase_if(scene.pairs, [&](const SourcePair& pair) {
+      const RigidMotion &pose1 = *source->images[pair.image1].pose, &pose2 = *source->images[pair.image2].pose;
+      return (Inverse(pose1).translation - Inverse(pose2).translation).norm() < min_motion;
+    });
+  CheckSource(*source, folder);
+}
+
 }  // namespace diffsac

@@ -11,7 +11,7 @@
 #include "data_tools/inspect.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/modelnet_pairs.h"
-#include "data_tools/prepare_pairs.h"
+#include "data_tools/run_pairs.h"
 #include "data_tools/tutorial_descriptors.h"
 #include "data_tools/warp_images.h"
 #include "diffsac/core/logging.h"
@@ -46,6 +46,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
       ->delimiter(',');
   app->add_option("--every", choice.every, "Use only every so many images");
   app->add_option("--pairs-file", choice.pairs_file, "A text file with the names of two images in each line");
+  app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
   app->add_option("--calibration", calibration.file, "poses, images: a file with the 3x3 matrix K of all images");
   app->add_option("--focal", calibration.focal, "poses, images: focal length of all images, in pixels");

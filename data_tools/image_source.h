@@ -99,7 +99,12 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
 /// source whose pairs have a truth of their own, an unknown name, no pairs.
 void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source);
 
-/// For the readers: the image files of a folder in the order of their names. Throws Error when there are none.
+//// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none.
+///Throws
+/// Error: a source without poses, no pairs left in a scene.
+void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
+
+// For the readers: the image files of a folder in the order of their names. Throws Error when there are none.
 std::vector<std::string> ListImages(const std::string& folder);
 /// A file's name without its extension and with '_' for '-'.
 std::string ImageName(const std::string& path);

@@ -1,15 +1,14 @@
 #include "data_tools/prepare_pairs.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <list>
 #include <map>
 #include <set>
 #include <sstream>
 
-#include "data_tools/adelaide_rmf.h"
 #include "data_tools/feature_store.h"
+#include "data_tools/match_pair.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -29,32 +28,6 @@ std::vector<SourcePair> EvenlySpaced(const std::vector<SourcePair>& pairs, int m
     chosen.push_back(pairs[static_cast<std::size_t>(i * static_cast<std::int64_t>(pairs.size()) / max_pairs)]);
   return chosen;
 }
-
-// Equal correspondences say one thing: the one with the best ratio stays. Keeps the order.
-std::vector<DescriptorMatch> WithoutRepeats(const std::vector<DescriptorMatch>& matches, const ImageFeatures& first,
-                                            const ImageFeatures& second) {
-  using Position = std::array<double, 4>;
-  std::map<Position, std::size_t> best;
-  const auto position = [&](const DescriptorMatch& m) {
-    return Position{first.positions(m.first, 0), first.positions(m.first, 1), second.positions(m.second, 0),
-                    second.positions(m.second, 1)};
-  };
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const auto [entry, is_new] = best.try_emplace(position(matches[i]), i);
-    if (!is_new && matches[i].ratio < matches[entry->second].ratio) entry->second = i;
-  }
-  std::vector<DescriptorMatch> kept;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (best.at(position(matches[i])) == i) kept.push_back(matches[i]);
-  return kept;
-}
-
-// One pair, matched.
-struct MatchedPair {
-  TwoViewExample example;
-  std::vector<DescriptorMatch> matches;
-  bool kept = false;
-};
 
 // The descriptors of matches, pair after pair. Neighbouring pairs share images, so the last few are kept.
 class MatchDescriptors {
@@ -130,10 +103,7 @@ class Preparation {
   void LeaveOut(const std::string& problem);
   bool MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const;
   bool WriteScene(const SourceScene& scene);
-  MatchedPair MatchPair(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second) const;
-  void FillProblem(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second,
-                   MatchedPair* matched) const;
-  void FillTruth(const SourcePair& pair, TwoViewExample* example) const;
+  bool IsKept(const MatchedPair& matched) const;
   CorrespondenceSet Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
                             std::vector<std::size_t>* kept) const;
 
@@ -208,7 +178,8 @@ bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>*
     ParallelFor(end - start, options_.threads, [&](std::int64_t k) {
       if (stop_) return;
       const SourcePair& pair = pairs[start + k];
-      (*matched)[start + k] = MatchPair(pair, loaded.at(pair.image1), loaded.at(pair.image2));
+      (*matched)[start + k] =
+          MatchPair(source_, pair, loaded.at(pair.image1), loaded.at(pair.image2), store_.distance());
       progress.Advance();
     });
     std::erase_if(loaded, [&](const auto& entry) { return last_use.at(entry.first) < end; });
@@ -216,60 +187,17 @@ bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>*
   return !stop_;
 }
 
-void Preparation::FillProblem(const SourcePair& pair, const ImageFeatures& first, const ImageFeatures& second,
-                              MatchedPair* matched) const {
-  const SourceImage &image1 = source_.images[pair.image1], &image2 = source_.images[pair.image2];
-  const auto position = [](const SourceImage& image, const ImageFeatures& features, int row) -> Eigen::RowVector2d {
-    const Eigen::Vector2d pixel = features.positions.row(row);
-    return (image.camera ? image.camera->Undistort(pixel) : pixel).transpose();
-  };
-  TwoViewProblem& problem = matched->example.problem;
-  const auto count = static_cast<Eigen::Index>(matched->matches.size());
-  problem.points.resize(count, 4);
-  problem.quality.resize(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const DescriptorMatch& match = matched->matches[i];
-    problem.points.row(i) << position(image1, first, match.first), position(image2, second, match.second);
-    problem.quality[i] = match.ratio;
-  }
-  problem.size1 = first.size;
-  problem.size2 = second.size;
-  problem.calibrated = image1.camera && image2.camera;
-  if (problem.calibrated) {
-    problem.K1 = image1.camera->K;
-    problem.K2 = image2.camera->K;
-  }
-}
-
-void Preparation::FillTruth(const SourcePair& pair, TwoViewExample* example) const {
-  const auto &pose1 = source_.images[pair.image1].pose, &pose2 = source_.images[pair.image2].pose;
-  if (pose1 && pose2) example->truth.motion = RelativeMotion(*pose1, *pose2);
-  example->truth.homography = pair.homography;
-  CompleteTruth(example->problem, &example->truth);
-}
-
-MatchedPair Preparation::MatchPair(const SourcePair& pair, const ImageFeatures& first,
-                                   const ImageFeatures& second) const {
-  MatchedPair matched;
-  matched.matches =
-      WithoutRepeats(MatchMutually(first.descriptors, second.descriptors, store_.distance()), first, second);
-  TwoViewExample& example = matched.example;
-  example.image1 = source_.images[pair.image1].name;
-  example.image2 = source_.images[pair.image2].name;
-  example.id = example.image1 + "-" + example.image2;
-  FillProblem(pair, first, second, &matched);
-  FillTruth(pair, &example);
-  const Eigen::VectorXd distances = TruthDistances(example.problem, example.truth);
-  matched.kept = options_.min_true_matches == 0 ||
-                 (distances.array() <= options_.true_match_px).count() >= options_.min_true_matches;
-  return matched;
+bool Preparation::IsKept(const MatchedPair& matched) const {
+  if (options_.min_true_matches == 0) return true;
+  const Eigen::VectorXd distances = TruthDistances(matched.example.problem, matched.example.truth);
+  return (distances.array() <= options_.true_match_px).count() >= options_.min_true_matches;
 }
 
 CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
                                        std::vector<std::size_t>* kept) const {
   CorrespondenceSet set;
   for (std::size_t i = 0; i < matched->size(); ++i) {
-    if (!(*matched)[i].kept) continue;
+    if (!IsKept((*matched)[i])) continue;
     kept->push_back(i);
     set.pairs.push_back(std::move((*matched)[i].example));
     for (int image : {scene.pairs[i].image1, scene.pairs[i].image2})
@@ -322,74 +250,6 @@ PrepareResult Preparation::Run() {
   return result_;
 }
 
-// KITTI's reader knows its frames' numbers, so it takes the steps itself.
-ImageSource ReadKittiPairs(const PairsRequest& request) {
-  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
-  const std::vector<int>& steps = request.choice.steps;
-  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
-  if (request.choice.pairs_file.empty()) return source;
-  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
-  source.scenes[0].name = "kitti_" + request.sequence;
-  ChoosePairs(request.choice, request.input, &source);
-  return source;
-}
-
-ImageSource ReadAllPairs(const PairsRequest& request) {
-  if (request.format == "strecha") return ReadStrecha(request.input);
-  if (request.format == "colmap") return ReadColmap(request.input);
-  if (request.format == "nerf") return ReadNerf(request.input);
-  if (request.format == "poses") return ReadPoses(request.input, request.calibration);
-  if (request.format == "homographies") return ReadHomographies(request.input);
-  return ReadImageFolder(request.input, request.calibration);
-}
-
-ImageSource ReadSource(const PairsRequest& request) {
-  if (request.format == "kitti") {
-    if (request.sequence.empty()) throw Error("--sequence is needed for KITTI (00, 01, ...)");
-    return ReadKittiPairs(request);
-  }
-  ImageSource source = ReadAllPairs(request);
-  ChoosePairs(request.choice, request.input, &source);
-  return source;
-}
-
-// The two sets of correspondences that come with the images: nothing is matched.
-PrepareResult RunAdelaideRmf(const PairsRequest& request, const std::atomic<bool>& stop) {
-  PrepareResult result;
-  const std::string name = request.scene.empty() ? "adelaidermf" : request.scene;
-  for (const auto& [kind, scene] : {std::pair(AdelaideCorrespondences::kLabelled, name),
-                                    std::pair(AdelaideCorrespondences::kTentative, name + "_sift")}) {
-    if (kind == AdelaideCorrespondences::kTentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
-    const std::string folder = (fs::path(request.output) / scene).string();
-    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
-      LogInfo(folder + ": already there");
-      result.already_there += 1;
-      continue;
-    }
-    const CorrespondenceSet set = ReadAdelaideRmf(request.input, kind);
-    result.finished = !stop;
-    if (stop) break;
-    WriteCorrespondences(folder, set);
-    LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
-    result.written += 1;
-  }
-  return result;
-}
-
-// Options that the format would not look at are mistakes.
-void CheckRequest(const PairsRequest& request) {
-  static const std::set<std::string> kFormats = {"kitti", "strecha",      "colmap",      "nerf",
-                                                 "poses", "homographies", "adelaidermf", "images"};
-  if (kFormats.count(request.format) == 0) throw Error("unknown format '" + request.format + "'");
-  const GivenCalibration& given = request.calibration;
-  const bool has_calibration = !given.file.empty() || given.focal != 0.0 || !given.center.empty();
-  if (has_calibration && request.format != "images" && request.format != "poses")
-    throw Error("--calibration, --focal and --center are for images and poses; " + request.format + " has its own");
-  if (!request.sequence.empty() && request.format != "kitti") throw Error("--sequence is for kitti");
-  if (!request.choice.IsAll() && request.format == "adelaidermf")
-    throw Error(request.input + ": the pairs of this format cannot be chosen");
-}
-
 }  // namespace
 
 void PrepareOptions::Check() const {
@@ -406,18 +266,6 @@ PrepareResult PreparePairs(const ImageSource& source, const PrepareOptions& opti
   MakeWritableFolder(output);
   if (source.scenes.empty()) return {};
   return Preparation(source, options, output, stop).Run();
-}
-
-PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop) {
-  CheckRequest(request);
-  if (request.format == "adelaidermf") return RunAdelaideRmf(request, stop);
-  ImageSource source = ReadSource(request);
-  if (!request.scene.empty()) {
-    if (source.scenes.size() != 1)
-      throw Error("--scene: the source has " + std::to_string(source.scenes.size()) + " scenes");
-    source.scenes[0].name = request.scene;
-  }
-  return PreparePairs(source, request.options, request.output, stop);
 }
 
 }  // namespace diffsac

@@ -41,18 +41,4 @@ struct PrepareResult {
 PrepareResult PreparePairs(const ImageSource& source, const PrepareOptions& options, const std::string& output,
                            const std::atomic<bool>& stop);
 
-/// The command `diffsac_prepare pairs`.
-struct PairsRequest {
-  std::string format;            ///< kitti, strecha, colmap, nerf, poses, homographies, adelaidermf or images
-  std::string input, output;     ///< Folders.
-  std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
-  std::string sequence;          ///< Of KITTI.
-  PairChoice choice;             ///< KITTI: steps, {1} when empty.
-  GivenCalibration calibration;  ///< Of poses and images.
-  PrepareOptions options;
-};
-
-/// Throws Error.
-PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop);
-
 }  // namespace diffsac

@@ -362,6 +362,29 @@ TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
   CHECK(Has(error({1, {1}, folder / "pairs.txt"}), "exclude"));
 }
 
+TEST_CASE("pairs of cameras that stand still are left out on demand") {
+  TemporaryFolder folder;
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = folder / ("im_" + std::to_string(i));
+    WriteSmall(name + ".png");
+    // Turned, and at x = 0, 0, 1, 3.
+    const char* x[] = {"0", "0", "1", "3"};
+    WriteRaw(name + ".pose.txt", "0 -1 0 " + std::string(x[i]) + "\n1 0 0 0\n0 0 1 0\n0 0 0 1\n");
+  }
+  const auto left = [&](double min_motion) {
+    ImageSource source = ReadPoses(folder.path(), {"", 5, {1, 2}});
+    RequireMotion(min_motion, "here", &source);
+    return source.scenes[0].pairs.size();
+  };
+  CHECK(left(0.0) == 6);
+  CHECK(left(0.5) == 5);
+  CHECK(left(2.0) == 3);
+  CHECK(Has(ErrorOf([&] { left(9.0); }), "no pairs"));
+  CHECK(Has(ErrorOf([&] { left(-1.0); }), "--min-motion"));
+  ImageSource plain = ReadImageFolder(folder.path());
+  CHECK(Has(ErrorOf([&] { RequireMotion(1.0, "here", &plain); }), "needs poses"));
+}
+
 TEST_CASE("homographies under both names, and folders of images") {
   TemporaryFolder folder;
   const std::string graf = folder / "graf", hpatches = folder / "v_dog";

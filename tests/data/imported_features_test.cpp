@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "data_test_util.h"
-#include "data_tools/prepare_pairs.h"
+#include "data_tools/run_pairs.h"
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "image_test_util.h"

@@ -1,4 +1,4 @@
-#include "data_tools/prepare_pairs.h"
+#include "data_tools/run_pairs.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "data_tools/image_features.h"
+#include "data_tools/image_source.h"
+
+namespace diffsac {
+
+/// One pair, matched.
+struct MatchedPair {
+  TwoViewExample example;
+  std::vector<DescriptorMatch> matches;  ///< The rows of the features behind each correspondence.
+};
+
+/// Mutual nearest neighbours as correspondences of a camera without distortion, with what the source knows to be true.
+/// Of equal correspondences, which SIFT gives for keypoints with two orientations, the one with the best ratio stays.
+MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const ImageFeatures& first,
+                      const ImageFeatures& second, DescriptorDistance distance);
+
+}  // namespace diffsac

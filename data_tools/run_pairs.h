@@ -1,0 +1,25 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "data_tools/prepare_pairs.h"
+
+namespace diffsac {
+
+/// The command `diffsac_prepare pairs`.
+struct PairsRequest {
+  std::string format;            ///< kitti, strecha, colmap, nerf, poses, homographies, adelaidermf or images
+  std::string input, output;     ///< Folders.
+  std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
+  std::string sequence;          ///< Of KITTI.
+  PairChoice choice;             ///< KITTI: steps, {1} when empty.
+  double min_motion = 0.0;       ///< RequireMotion.
+  GivenCalibration calibration;  ///< Of poses and images.
+  PrepareOptions options;
+};
+
+/// Throws Error.
+PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop);
+
+}  // namespace diffsac
