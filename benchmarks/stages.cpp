@@ -88,7 +88,8 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
       "consensus: {score: msac, local_optimization: lo_ransac, refit: iterated, refit_rounds: 5, "
       "refit_threshold_factor: 1.2, final_score: msac, final_refinement: lm}";
   const std::string diffsac = "{type: diffsac, checkpoint: '" + options.checkpoint + "', selection: gumbel, " +
-                              "temperature: 0.5, copies: " + std::to_string(options.copies) + ", " + consensus;
+                              "temperature: [0.2, 1], " + consensus;
+  const std::string copies = ", head_sets: 0, copies: " + std::to_string(options.copies);
   std::vector<Row> rows;
   const auto add = [&](const std::string& name, const std::string& yaml) {
     Row row;
@@ -99,10 +100,12 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
   add("PROSAC 1000", "{type: prosac, hypotheses: 1000}");
   add("PROSAC 20", "{type: prosac, hypotheses: 20}");
   add("LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}");
-  add("inlier head, no reverse step", diffsac + ", guide: inlier_head}");
-  add("DiffSAC, 1 step, 256 decoded", diffsac + ", max_decoded_points: 256, sampler: {steps: 1}}");
-  add("DiffSAC, 2 steps, 256 decoded", diffsac + ", max_decoded_points: 256, sampler: {steps: 2}}");
-  add("DiffSAC, 2 steps, all decoded", diffsac + ", max_decoded_points: 0, sampler: {steps: 2}}");
+  add("inlier head, no reverse step", diffsac + copies + ", guide: inlier_head}");
+  add("as shipped: 10 copies, 1 step, 128 decoded, head 10",
+      diffsac + ", copies: 10, head_sets: 10, max_decoded_points: 128, sampler: {steps: 1}}");
+  add("DiffSAC, 1 step, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 1}}");
+  add("DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}");
+  add("DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}");
   return rows;
 }
 

@@ -10,12 +10,13 @@
 namespace diffsac {
 namespace {
 
-// A pair whose given motion is turned by a quarter of a degree, some pixels off.
+// A pair whose given motion is turned by more than half a degree, some pixels off.
 TwoViewExample RoughPair() {
   TwoViewExample pair = SyntheticSet(1, 300, Rng(9)).pairs.front();
   pair.scene = "scene";
+  pair.truth.labels.clear();  // inliers are to be judged by the model
   pair.truth.motion->rotation =
-      Eigen::AngleAxisd(0.25 * 3.14159 / 180.0, Eigen::Vector3d(1, 2, 3).normalized()) * pair.truth.motion->rotation;
+      Eigen::AngleAxisd(0.6 * 3.14159 / 180.0, Eigen::Vector3d(1, 2, 3).normalized()) * pair.truth.motion->rotation;
   pair.truth.essential.reset();
   pair.truth.fundamental.reset();
   CompleteTruth(pair.problem, &pair.truth);
@@ -23,7 +24,7 @@ TwoViewExample RoughPair() {
 }
 
 std::int64_t Near(const TwoViewProblem& problem, const TwoViewTruth& truth) {
-  return (TruthDistances(problem, truth).array() < 0.5).count();
+  return (TruthDistances(problem, truth).array() < 1.0).count();
 }
 
 }  // namespace
@@ -35,8 +36,8 @@ TEST_CASE("a rough truth is refined on the matches near it, with and without cal
     const std::int64_t before = Near(pair.problem, pair.truth);
     TwoViewTruth refined = pair.truth;
     RefineEpipolarTruth(pair.problem, 4.0, &refined);
-    CHECK(before < 120);
-    CHECK(Near(pair.problem, refined) >= 199);
+    CHECK(before < 150);
+    CHECK(Near(pair.problem, refined) >= 165);
     CHECK(refined.motion == pair.truth.motion);
     CHECK((refined.essential == pair.truth.essential) == !calibrated);
   }
@@ -57,7 +58,7 @@ TEST_CASE("examples for training have the refined inliers and the given pose") {
   options.refine_truth_px = 4.0;
   const Example refined = ToExample(pair, Task::kEssential, options);
   const auto inliers = [](const Example& e) { return std::count(e.truth.inliers.begin(), e.truth.inliers.end(), 1); };
-  CHECK(inliers(refined) > inliers(given) + 50);
+  CHECK(inliers(refined) > inliers(given) + 40);
   CHECK(refined.truth.pose->rotation == given.truth.pose->rotation);
   CHECK(refined.problem.points == given.problem.points);
 }

@@ -114,7 +114,7 @@ TEST_CASE("temperatures rise from the first copy to the last") {
   const std::size_t points = example.truth.inliers.size();
   auto options = Options(20);
   options.selection = "gumbel";
-  options.temperature = Range(0.01, 100.0);
+  options.temperature = Range(1e-4, 100.0);
   options.unique_sets = false;
   // The same confidences for all copies, falling with the index.
   DiffsacMethod::Prediction prediction;

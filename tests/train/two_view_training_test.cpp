@@ -11,6 +11,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"
 
@@ -192,6 +193,35 @@ parts:
   for (std::uint64_t index = 0; index < 200; ++index) small += source.Make(index).inliers.size() == 30;
   CHECK((small > 125 && small < 175));
   CHECK(WriteTrainingData(Config::FromString(WriteTrainingData(data))) == WriteTrainingData(data));
+}
+
+TEST_CASE("the shipped trainings of two views can be read") {
+  for (const char* name : {"essential", "fundamental", "homography"}) {
+    const Config config = Config::FromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/") + name + ".yaml");
+    CHECK_NOTHROW(ReadTrainConfig(config));
+    CHECK(WriteTrainingData(config.Sub("data")).find("refine_truth_px") != std::string::npos);
+  }
+}
+
+TEST_CASE("features are those of all matches, whatever subset is trained on") {
+  const auto data =
+      Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: fundamental}");
+  const auto parts = MakeTrainingParts(data, 1);
+  PointFeaturesOptions kinds;
+  kinds.kinds = {"coordinates_ratio", "neighborhood"};
+  const PointFeatures features(kinds, Task::kFundamental);
+  TwoViewTrainingOptions subset;
+  subset.max_points = 20;
+  const TrainingSource source(parts, features, LabelOptions(), subset, 1, 100, 5);
+  for (std::uint64_t index = 0; index < 4; ++index) {
+    const TrainingItem item = source.Make(index);
+    const FeatureSet all = features.Compute(parts[0].dataset->Get(index).problem, Rng(1));
+    REQUIRE(item.features.values.rows() == 20);
+    for (int i = 0; i < 20; ++i) {
+      const auto distance = (all.values.rowwise() - item.features.values.row(i)).rowwise().norm().minCoeff();
+      CHECK(distance < 1e-6f);
+    }
+  }
 }
 
 TEST_CASE("wrong two-view configurations name their place") {
