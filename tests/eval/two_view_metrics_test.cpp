@@ -6,6 +6,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "diffsac/eval/results.h"
+#include "diffsac/geometry/pose.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -172,6 +173,30 @@ cv::Mat ImagePoints(const PointMatrix& points, int image) {
   for (int i = 0; i < out.rows; ++i)
     for (int j = 0; j < 2; ++j) out.at<double>(i, j) = points(i, 2 * image + j);
   return out;
+}
+
+TEST_CASE("A homography of views with a known pose has the error of its motion as well") {
+  Rng rng(21);
+  for (int trial = 0; trial < 50; ++trial) {
+    Example example = MakePair(Task::kEssential, rng);
+    example.problem.task = Task::kHomography;
+    const auto& [K1, K2] = *example.problem.cameras;
+    const RelativePose& pose = *example.truth.pose;
+    const Eigen::Vector3d normal = Eigen::Vector3d(rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 1.0).normalized();
+    const Eigen::Matrix3d H = K2 * (pose.rotation + 0.2 * pose.translation * normal.transpose()) * K1.inverse();
+    example.truth.model = AsParameters(H);
+    Estimate estimate = EstimateOf(AsParameters(H), static_cast<int>(example.problem.points.rows()));
+    const EstimateError right = MeasureError(estimate, example);
+    CHECK(right.rotation_deg < 1e-4);
+    CHECK(right.translation_deg < 1e-3);
+    CHECK(right.angle_deg == std::max(right.rotation_deg, right.translation_deg));
+    estimate.model = AsParameters(K2 * K1.inverse());
+    CHECK(MeasureError(estimate, example).rotation_deg ==
+          Approx(RotationAngleDegrees(pose.rotation, Eigen::Matrix3d::Identity())).margin(1e-3));
+    estimate.status = Status::kNoModel;
+    estimate.model.resize(0);
+    CHECK(MeasureError(estimate, example).angle_deg == 180.0);
+  }
 }
 
 TEST_CASE("OpenCV's recoverPose gives the same errors on clean data") {

@@ -98,6 +98,7 @@ CorrespondencesOptions AsCorrespondences(const PairStreamOptions& options) {
   result.cap = options.cap;
   result.shuffle_points = options.shuffle_points;
   result.refine_truth_px = options.refine_truth_px;
+  result.dominant_plane = options.dominant_plane;
   return result;
 }
 
@@ -164,6 +165,7 @@ void PairStreamOptions::Bind(OptionsBinder& b) {
   b.Field("shuffle_points", shuffle_points);
   b.Field("max_pairs", max_pairs, AtLeast(0));
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0));
+  b.Field("dominant_plane", dominant_plane);
   b.Field("shuffle", shuffle);
   b.Choice("empty_pairs", empty_pairs, {"error", "keep"});
   b.Field("descriptors", descriptors);

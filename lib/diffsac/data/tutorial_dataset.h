@@ -21,6 +21,7 @@ struct PairStreamOptions {
   std::string cap = "best";     ///< Which: "best" by ratio (the first without ratios) | "random"
   bool shuffle_points = false;  ///< Matches in random order, the same whenever the pair is read.
   double refine_truth_px = 0.0;  ///< As of CorrespondencesOptions.
+  bool dominant_plane = false;   ///< As of CorrespondencesOptions.
   int max_pairs = 0;            ///< At most so many pairs of a scene, evenly spread; 0 keeps all.
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
   bool shuffle = false;

@@ -8,6 +8,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/dominant_plane.h"
 #include "diffsac/data/refined_truth.h"
 
 namespace diffsac {
@@ -95,6 +96,7 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
   b.Field("max_pairs", max_pairs, AtLeast(0));
   b.Field("part", part, Within(0.0, 1.0));
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0));
+  b.Field("dominant_plane", dominant_plane);
   b.Field("descriptors", descriptors);
 }
 
@@ -102,6 +104,11 @@ Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOp
   const std::vector<int> rows = KeptRows(pair.problem, options, Rng(0).Fork("matches/" + pair.scene + "/" + pair.id));
   TwoViewTruth truth = pair.truth;
   if (options.refine_truth_px > 0.0) RefineEpipolarTruth(pair.problem, options.refine_truth_px, &truth);
+  if (task == Task::kHomography && options.dominant_plane) {
+    truth.homography = DominantHomography(pair.problem, truth, options.inlier_threshold_px, pair.scene + "/" + pair.id);
+    truth.labels.clear();
+    if (!truth.homography) truth.fundamental.reset();
+  }
   const std::vector<std::uint8_t> inliers = TrueInliers(pair.problem, truth, options.inlier_threshold_px);
   Example example;
   example.id = pair.scene + "/" + pair.id;

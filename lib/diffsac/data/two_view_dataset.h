@@ -34,6 +34,9 @@ struct CorrespondencesOptions {
   /// For training: inliers and models come from the truth refined on the matches near it (data/refined_truth.h),
   /// truncated at so many pixels; 0 takes the source's truth.
   double refine_truth_px = 0.0;
+  /// Task homography, pairs that have a pose but no homography: the truth is that of most true matches
+  /// (data/dominant_plane.h); where there is none, the example has no true model and no inliers.
+  bool dominant_plane = false;
   /// Whether descriptors.h5 is read where it is there.
   bool descriptors = false;
   void Bind(OptionsBinder& b);

@@ -341,6 +341,8 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
     metric.Field("threshold_deg", threshold_deg, Positive());
     metric.Field("threshold_px", threshold_px, Positive());
     metric.Field("in_pixels", in_pixels);
+    metric.Field("pose", pose);
+    metric.Require(!pose || task == "homography", "pose", "task homography; other tasks are judged so always");
   });
   b.Field("condition_label", condition_label);
   b.Field("reference", reference);

@@ -92,6 +92,8 @@ struct ExperimentOptions {
   double threshold_deg = 0.5;                 ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
   double threshold_px = 20.0;                 ///< The same in pixels (`metric.threshold_px`).
   bool in_pixels = false;                     ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
+  /// Homographies are judged by the motion that they decompose into, in degrees (`metric.pose`).
+  bool pose = false;
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
@@ -101,7 +103,7 @@ struct ExperimentOptions {
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
   Tolerance tolerance() const {
-    return in_pixels || task == "homography" ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
+    return in_pixels || (task == "homography" && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
   }
 
   // Lists, read by ReadExperiment.

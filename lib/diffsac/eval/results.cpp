@@ -110,7 +110,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const bool poses = std::any_of(cell.records.begin(), cell.records.end(),
+  const bool poses = !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(),
                                  [](const ProblemRecord& r) { return !std::isnan(r.error.rotation_deg); });
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/homography_decomposition.h"
 #include "diffsac/geometry/pose.h"
 
 namespace diffsac {
@@ -99,9 +100,36 @@ std::vector<Eigen::Vector2d> BoxGrid(const PointMatrix& points) {
   return grid;
 }
 
+/// The least error among the motions of the homography that leave the inliers before the camera: which of the mostly
+/// two is meant, one homography cannot tell.
+void AddMotionError(const Estimate& estimate, const Example& example, EstimateError* error) {
+  if (!example.truth.pose || !example.problem.cameras) return;
+  error->rotation_deg = kWorstRotationDeg;
+  error->translation_deg = kWorstTranslationDeg;
+  const auto& [K1, K2] = *example.problem.cameras;
+  std::vector<int> inliers;
+  for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
+    if (estimate.inliers[i]) inliers.push_back(static_cast<int>(i));
+  PlaneMotions motions;
+  if (!error->failed) {
+    motions = DecomposeHomography(ModelMatrix(estimate.model), K1, K2);
+    const PlaneMotions visible = KeepVisible(motions, example.problem.points(inliers, Eigen::all), K1);
+    if (visible.count > 0) motions = visible;
+  }
+  for (int i = 0; i < motions.count; ++i) {
+    const double rotation = RotationAngleDegrees(motions.motions[i].rotation, example.truth.pose->rotation);
+    const double translation = TranslationError(motions.motions[i].translation, example.truth.pose->translation);
+    if (std::max(rotation, translation) >= std::max(error->rotation_deg, error->translation_deg)) continue;
+    error->rotation_deg = rotation;
+    error->translation_deg = translation;
+  }
+  error->angle_deg = std::max(error->rotation_deg, error->translation_deg);
+}
+
 EstimateError HomographyError(const Estimate& estimate, const Example& example) {
   EstimateError error;
   error.failed = !HasModel(estimate);
+  AddMotionError(estimate, example, &error);
   if (example.truth.model.size() != 9) return error;
   error.error_px = std::numeric_limits<double>::infinity();
   if (error.failed) return error;

@@ -1,0 +1,45 @@
+#include "diffsac/data/dominant_plane.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/geometry/homography.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kDraws = 500, kFewest = 16;
+
+ConsensusOptions Options() {
+  ConsensusOptions options;
+  options.score = options.final_score = "msac";
+  options.local_optimization = "lo_ransac";
+  options.refit = "iterated";
+  options.refit_rounds = 5;
+  options.final_refinement = "lm";
+  return options;
+}
+
+}  // namespace
+
+std::optional<Eigen::Matrix3d> DominantHomography(const TwoViewProblem& problem, const TwoViewTruth& truth,
+                                                  double threshold_px, const std::string& id) {
+  if (!truth.fundamental || truth.homography) return truth.homography;
+  const Eigen::VectorXd distances = TruthDistances(problem, truth);
+  std::vector<int> rows;
+  for (int i = 0; i < distances.size(); ++i)
+    if (distances[i] <= threshold_px && problem.points.row(i).allFinite()) rows.push_back(i);
+  if (static_cast<int>(rows.size()) < kFewest) return {};
+  const PointMatrix points = problem.points(rows, Eigen::all);
+  const Rng rng = Rng(0).Fork("dominant_plane/" + id);
+  std::vector<int> sets;
+  UniformSource().Draw(static_cast<int>(rows.size()), Homography::kMinimalSize, kDraws, rng.Fork("minimal_sets"),
+                       &sets);
+  const ConsensusResult result = SampleConsensus<Homography>(points, threshold_px, sets, Options(), rng);
+  if (result.status != Status::kOk || std::count(result.inliers.begin(), result.inliers.end(), 1) < kFewest) return {};
+  return AsMatrix(Matrix3Parameters(result.model));
+}
+
+}  // namespace diffsac
