@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/repeated_structures.h"
 
 namespace diffsac {
 namespace {
@@ -22,6 +23,13 @@ Sets FindSets(const Example& example, const LabelOptions& options) {
   Sets sets;
   for (auto& ranked : OptimalMinimalSets(example, options, options.top_m)) sets.push_back(std::move(ranked.points));
   return sets;
+}
+
+// A pair whose plane was not found, say, would teach that all of its matches are wrong.
+bool KnowsTruth(const Example& example) {
+  const auto& inliers = example.truth.inliers;
+  return !IsTwoView(example.problem.task) || example.truth.model.size() > 0 ||
+         std::find(inliers.begin(), inliers.end(), 1) != inliers.end();
 }
 
 // Matches of at most the drawn ratio; all where there are too few of them.
@@ -97,6 +105,7 @@ void TwoViewTrainingOptions::Bind(OptionsBinder& b) {
   b.Field("max_points", max_points, AtLeast(0));
   b.Field("max_ratios", max_ratios, Within(0.01, 1.0));
   b.Field("augment", augment);
+  b.Field("repeats", repeats, Within(0.0, 1.0));
   b.Require(max_points == 0 || max_points >= 16, "max_points", "0 or at least 16");
 }
 
@@ -148,7 +157,7 @@ TrainingSource::Drawn TrainingSource::Draw(std::uint64_t index) const {
   if (size > 0) position = parts_.size() > 1 ? rng.Below(size) : index % size;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Example example = dataset.Get(position);
-    if (example.problem.points.rows() > MinimalSetSize(example.problem.task)) {
+    if (example.problem.points.rows() > MinimalSetSize(example.problem.task) && KnowsTruth(example)) {
       auto sets = SetsOf(part, position, example);
       return {std::move(example), std::move(sets)};
     }
@@ -163,6 +172,9 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   const Rng rng = rng_.Fork("item", index);
   const bool two_view = IsTwoView(example.problem.task);
   const int total = static_cast<int>(example.problem.points.rows());
+  std::vector<char> moved(total, 0);
+  if (two_view && two_view_.repeats > 0.0 && rng.Fork("repeats").Uniform() < two_view_.repeats)
+    moved = MoveGroups(rng.Fork("moved_groups"), &example);
 
   std::vector<int> within;
   Sets usable;
@@ -175,7 +187,7 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
     std::iota(within.begin(), within.end(), 0);
   }
   std::vector<char> present(total, 0);
-  for (const int i : within) present[i] = 1;
+  for (const int i : within) present[i] = !moved[i];
   for (const auto& set : *all_sets)
     if (std::all_of(set.begin(), set.end(), [&](int i) { return present[i] != 0; })) usable.push_back(set);
   if (usable.empty() && !all_sets->empty()) {

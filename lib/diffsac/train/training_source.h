@@ -31,6 +31,8 @@ struct TwoViewTrainingOptions {
   /// Both images mirrored and turned together, one turned a little more, the images exchanged: minimal sets stay what
   /// they are, so that one pair stands for many cameras and motions.
   bool augment = false;
+  /// Share of the items in which groups of correct matches become wrong ones (data/repeated_structures.h).
+  double repeats = 0.0;
   void Bind(OptionsBinder& b);
 };
 
