@@ -5,6 +5,8 @@
 namespace diffsac {
 namespace {
 
+constexpr const char* kKinds[] = {"point_transformer", "pooled", "mlp", "dgcnn"};
+
 torch::Tensor Run(Denoiser& network, const PointBatch& batch, const torch::Tensor& c_t) {
   const torch::NoGradGuard no_grad;
   return network.Denoise(network.Encode(batch), c_t, torch::full({1, 1}, 42.0f));
@@ -13,7 +15,7 @@ torch::Tensor Run(Denoiser& network, const PointBatch& batch, const torch::Tenso
 }  // namespace
 
 TEST_CASE("a new network predicts zero everywhere") {
-  for (const char* kind : {"point_transformer", "pooled"}) {
+  for (const char* kind : kKinds) {
     auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
     const auto batch = BatchOf({RandomFeatures(9, 6, Rng(2))});
     CHECK(Run(*network, batch, RandomTensor({1, 3, 9}, Rng(3))).abs().max().item<float>() == 0.0f);
@@ -22,7 +24,7 @@ TEST_CASE("a new network predicts zero everywhere") {
 }
 
 TEST_CASE("permuting the points permutes the output") {
-  for (const char* kind : {"point_transformer", "pooled"}) {
+  for (const char* kind : kKinds) {
     for (const int encoder_layers : {0, 2}) {
       auto network = MakeDenoiser(SmallOptions(kind, encoder_layers), 6, Rng(1));
       FillWithWave(*network);
@@ -40,7 +42,7 @@ TEST_CASE("permuting the points permutes the output") {
 }
 
 TEST_CASE("a problem's output does not depend on its batch mates or on padding") {
-  for (const char* kind : {"point_transformer", "pooled"}) {
+  for (const char* kind : kKinds) {
     auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
     FillWithWave(*network);
     const auto small = RandomFeatures(5, 6, Rng(2)), large = RandomFeatures(12, 6, Rng(3));
@@ -58,6 +60,24 @@ TEST_CASE("a problem's output does not depend on its batch mates or on padding")
   }
 }
 
+TEST_CASE("the layers of each point alone do not see the others, all other kinds do") {
+  for (const char* kind : kKinds) {
+    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    FillWithWave(*network);
+    auto set = RandomFeatures(9, 6, Rng(2));
+    const auto c_t = RandomTensor({1, 2, 9}, Rng(3));
+    const auto before = Run(*network, BatchOf({set}), c_t);
+    set.values.row(8).array() += 1.0f;
+    const auto after = Run(*network, BatchOf({set}), c_t);
+    const double others = MaxDifference(before.slice(2, 0, 8), after.slice(2, 0, 8));
+    if (std::string(kind) == "mlp") {
+      CHECK(others == 0.0);
+    } else {
+      CHECK(others > 1e-5);
+    }
+  }
+}
+
 TEST_CASE("weights depend on the seed alone") {
   torch::manual_seed(1);
   auto a = MakeDenoiser(SmallOptions("pooled"), 6, Rng(7));
@@ -69,7 +89,7 @@ TEST_CASE("weights depend on the seed alone") {
 }
 
 TEST_CASE("self-conditioning reads the previous prediction, zeros when there is none") {
-  for (const char* kind : {"point_transformer", "pooled"}) {
+  for (const char* kind : kKinds) {
     auto options = SmallOptions(kind);
     options.self_conditioning = true;
     auto network = MakeDenoiser(options, 6, Rng(1));

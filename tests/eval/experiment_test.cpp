@@ -37,6 +37,17 @@ TEST_CASE("an experiment is read with its lists") {
   CHECK(std::isnan(experiment.paper[0].values.at("0.5").median_deg));
 }
 
+TEST_CASE("the paper's values of rotation and translation apart") {
+  const auto experiment = Read(With("\"0.5\": 0.78", "\"0.5\": {R: 0.7, t: 0.6, median_t: 2.5}"));
+  const PaperValue& value = experiment.paper[0].values.at("0.5");
+  CHECK(value.rotation == 0.7);
+  CHECK(value.translation == 0.6);
+  CHECK(value.median_translation_deg == 2.5);
+  CHECK(std::isnan(value.median_rotation_deg));
+  CHECK(std::isnan(value.accuracy));
+  CHECK_THROWS_WITH(Read(With("\"0.5\": 0.78", "\"0.5\": {r: 0.7}")), Contains("median_R") && Contains("x.yaml"));
+}
+
 TEST_CASE("the written experiment reads back to the same") {
   const std::string once = WriteExperiment(SmallExperiment());
   CHECK(WriteExperiment(Read(once)) == once);

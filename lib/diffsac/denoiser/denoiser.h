@@ -20,12 +20,14 @@ struct Context {
 };
 
 struct DenoiserOptions {
-  /// "point_transformer" (the paper's) | "pooled" (point-wise layers with pooled context, for CPUs).
+  /// "point_transformer" (the paper's) | "pooled" (point-wise layers with pooled context, for CPUs) | the others of its
+  /// ablation (e): "mlp" (each point by itself) | "dgcnn" (edge convolutions over nearest points in feature space).
   std::string kind = "pooled";
   int width = 64;
   int heads = 4;            ///< attention heads, point_transformer
   int encoder_layers = 4;   ///< blocks before c_t enters: computed once a problem. 0 is the paper's joint network.
   int layers = 2;           ///< blocks after c_t has entered: computed for each copy and step
+  int neighbors = 16;       ///< of a point, dgcnn
   bool inlier_head = true;  ///< a second output: each point's inlier probability, for the learned refit
   bool self_conditioning = false;   ///< the previous ĉ_0 is a second input (Chen et al., "Analog bits", 2023)
   void Bind(OptionsBinder& b);

@@ -117,19 +117,36 @@ MethodRow ReadMethodRow(const Config& config) {
 }
 
 // A number (the accuracy), [accuracy, median], or `~` for what the paper leaves out.
+double PaperNumber(const Config& config, const std::string& key, const YamlTree& tree) {
+  if (tree.kind == Kind::kNull) return PaperValue::kUnknown;
+  char* end = nullptr;
+  const double value = std::strtod(tree.scalar.c_str(), &end);
+  if (tree.kind != Kind::kScalar || tree.scalar.empty() || *end != '\0')
+    throw Error(config.Where(key) + ": expected a number, got '" + tree.scalar + "'");
+  return value;
+}
+
+// mAA, [mAA, median], or {R, t, median_R, median_t}.
 PaperValue ReadPaperValue(const Config& config, const std::string& key, const YamlTree& tree) {
   PaperValue value;
+  if (tree.kind == Kind::kMap) {
+    const std::map<std::string, double*> slots = {{"R", &value.rotation},
+                                                  {"t", &value.translation},
+                                                  {"median_R", &value.median_rotation_deg},
+                                                  {"median_t", &value.median_translation_deg}};
+    for (const YamlEntry& entry : tree.entries) {
+      const auto slot = slots.find(entry.key);
+      if (slot == slots.end())
+        throw Error(config.Where(key) + ": unknown key '" + entry.key + "': expected R, t, median_R or median_t");
+      *slot->second = PaperNumber(config, key, entry.value);
+    }
+    return value;
+  }
   std::vector<double*> slots = {&value.accuracy, &value.median_deg};
   const std::vector<YamlTree> items = tree.kind == Kind::kSequence ? tree.items : std::vector<YamlTree>{tree};
   if (items.empty() || items.size() > slots.size())
-    throw Error(config.Where(key) + ": expected mAA, or [mAA, median in degrees]");
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (items[i].kind == Kind::kNull) continue;
-    char* end = nullptr;
-    *slots[i] = std::strtod(items[i].scalar.c_str(), &end);
-    if (items[i].kind != Kind::kScalar || items[i].scalar.empty() || *end != '\0')
-      throw Error(config.Where(key) + ": expected a number, got '" + items[i].scalar + "'");
-  }
+    throw Error(config.Where(key) + ": expected mAA, [mAA, median in degrees] or {R, t, median_R, median_t}");
+  for (std::size_t i = 0; i < items.size(); ++i) *slots[i] = PaperNumber(config, key, items[i]);
   return value;
 }
 

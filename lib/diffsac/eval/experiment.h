@@ -35,8 +35,12 @@ struct MethodRow {
 
 /// What the paper reports for one method and condition; NaN where it reports nothing.
 struct PaperValue {
-  double accuracy = std::numeric_limits<double>::quiet_NaN();
-  double median_deg = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  double accuracy = kUnknown;
+  double median_deg = kUnknown;
+  /// Two views, which the paper judges by rotation and translation apart.
+  double rotation = kUnknown, translation = kUnknown;
+  double median_rotation_deg = kUnknown, median_translation_deg = kUnknown;
 };
 struct PaperRow {
   std::string label;

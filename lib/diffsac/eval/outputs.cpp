@@ -83,8 +83,15 @@ Json CellJson(const ExperimentResults& results, const Cell& cell) {
 Json PaperJson(const ExperimentResults& results) {
   Json rows = Json::object();
   for (const PaperRow& row : results.experiment.paper)
-    for (const auto& [condition, value] : row.values)
-      rows[row.label][condition] = {{"mAA", NumberJson(value.accuracy)}, {"median_deg", NumberJson(value.median_deg)}};
+    for (const auto& [condition, value] : row.values) {
+      Json& json = rows[row.label][condition] = {{"mAA", NumberJson(value.accuracy)},
+                                                 {"median_deg", NumberJson(value.median_deg)}};
+      if (std::isnan(value.rotation) && std::isnan(value.translation)) continue;
+      json["mAA_R"] = NumberJson(value.rotation);
+      json["mAA_t"] = NumberJson(value.translation);
+      json["median_R_deg"] = NumberJson(value.median_rotation_deg);
+      json["median_t_deg"] = NumberJson(value.median_translation_deg);
+    }
   return rows;
 }
 

@@ -144,6 +144,12 @@ void AddMethodRows(const ExperimentResults& results, const CellNumbers& metrics,
   MarkBest(numbers, kind.columns, table);
 }
 
+// With the paper's digits: two, or three where it gives three.
+std::string PaperText(double value) {
+  const double hundredths = 100.0 * value;
+  return Fixed(value, std::abs(hundredths - std::round(hundredths)) < 1e-6 ? 2 : 3);
+}
+
 void AddPaperRows(const ExperimentResults& results, const Kind& kind, Table* table) {
   for (const PaperRow& paper : results.experiment.paper) {
     Table::Row row;
@@ -154,7 +160,7 @@ void AddPaperRows(const ExperimentResults& results, const Kind& kind, Table* tab
       const bool has_value = column.paper != nullptr && found != paper.values.end();
       const double value = has_value ? found->second.*column.paper : std::nan("");
       known = known || !std::isnan(value);
-      row.cells.push_back(Fixed(value, 2));
+      row.cells.push_back(PaperText(value));
     }
     row.cells.resize(table->columns.size(), "");
     row.best.resize(row.cells.size());
@@ -250,9 +256,12 @@ std::vector<Kind> KindsOf(const ExperimentResults& results, const std::string& h
 // Rotation or translation alone: `letter` is R or t.
 std::vector<Kind> PoseKinds(const ExperimentResults& results, const std::string& what, const std::string& letter) {
   const Tolerance c = results.experiment.tolerance();
+  const bool rotation = letter == "R";
   return KindsOf(results, what + " alone", what + " alone",
-                 {{MetricName("mAA", c), 0, "mean", MetricName("mAA_" + letter, c)},
-                  {"median degrees", 0, "mean", "median_" + letter + "_deg", 3, false}});
+                 {{MetricName("mAA", c), 0, "mean", MetricName("mAA_" + letter, c), 3, true,
+                   rotation ? &PaperValue::rotation : &PaperValue::translation},
+                  {"median degrees", 0, "mean", "median_" + letter + "_deg", 3, false,
+                   rotation ? &PaperValue::median_rotation_deg : &PaperValue::median_translation_deg}});
 }
 
 // Two views: the area under the recall, and how often there was no model or no pose.

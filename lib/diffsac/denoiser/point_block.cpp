@@ -1,0 +1,16 @@
+#include "diffsac/denoiser/point_block.h"
+
+#include "diffsac/denoiser/edge_block.h"
+#include "diffsac/denoiser/mlp_block.h"
+#include "diffsac/denoiser/pooled_block.h"
+
+namespace diffsac {
+
+std::shared_ptr<PointBlock> MakePointBlock(const std::string& kind, std::int64_t width, std::int64_t neighbors,
+                                           Rng rng) {
+  if (kind == "mlp") return std::make_shared<MlpBlock>(width, rng);
+  if (kind == "dgcnn") return std::make_shared<EdgeBlock>(width, neighbors, rng);
+  return std::make_shared<PooledBlock>(width, rng);
+}
+
+}  // namespace diffsac
