@@ -75,21 +75,22 @@ TEST_CASE("sampling weights are a distribution, and a new network's is uniform")
   const auto batch = BatchOf({RandomFeatures(7, kColumns, Rng(2)), RandomFeatures(33, kColumns, Rng(3))});
   CHECK(MaxDifference(Weigh(*networks[0], batch).sum(1), torch::ones({2})) < 1e-5);
   auto fresh = NgRansacNetwork({}, kColumns, Rng(5));
-  CHECK(MaxDifference(Weigh(fresh, BatchOf({RandomFeatures(10, kColumns, Rng(6))})), torch::full({1, 10}, 0.1f)) < 1e-6);
+  CHECK(MaxDifference(Weigh(fresh, BatchOf({RandomFeatures(10, kColumns, Rng(6))})), torch::full({1, 10}, 0.1f)) <
+        1e-6);
 }
 
 TEST_CASE("context normalisation: mean 0, variance 1 over real points before scale, shift and ReLU") {
   ContextNorm norm(3);
   auto parameters = norm.named_parameters();
   const torch::NoGradGuard no_grad;
-  parameters["shift"].fill_(10.0f);   // above the ReLU
+  parameters["shift"].fill_(10.0f);  // above the ReLU
   auto x = RandomTensor({2, 8, 3}, Rng(1)) * 4 + 7;
   const auto mask = torch::arange(8).unsqueeze(0) < torch::tensor({{5}, {8}});
   const auto out = norm.Forward(x, MeanShares(mask, 2, 8, x.options())) - 10;
   const auto real = out[0].slice(0, 0, 5);
   CHECK(MaxDifference(real.mean(0), torch::zeros({3})) < 1e-5);
   CHECK(MaxDifference(real.square().mean(0), torch::ones({3})) < 1e-3);
-  x[0].slice(0, 5).fill_(1e4f);   // what stands in the padding must not matter
+  x[0].slice(0, 5).fill_(1e4f);  // what stands in the padding must not matter
   CHECK(MaxDifference(norm.Forward(x, MeanShares(mask, 2, 8, x.options()))[0].slice(0, 0, 5), real + 10) < 1e-4);
 }
 
@@ -149,11 +150,12 @@ TEST_CASE("the annular convolution equals the edges written out") {
 TEST_CASE("each pruning keeps the better half by its global scores") {
   auto network = std::dynamic_pointer_cast<ClnetNetwork>(Networks()[1]);
   const torch::NoGradGuard no_grad;
-  const auto output = network->Run(BatchOf({RandomFeatures(41, kColumns, Rng(2)), RandomFeatures(6, kColumns, Rng(3))}));
+  const auto output =
+      network->Run(BatchOf({RandomFeatures(41, kColumns, Rng(2)), RandomFeatures(6, kColumns, Rng(3))}));
   REQUIRE(output.stages.size() == 2);
   CHECK(output.stages[1].mask.sum(1)[0].item<int>() == 21);
   CHECK(output.mask.sum(1)[0].item<int>() == 11);
-  CHECK(output.mask.sum(1)[1].item<int>() == 4);   // `fewest`
+  CHECK(output.mask.sum(1)[1].item<int>() == 4);  // `fewest`
   const auto& first = output.stages[0];
   const auto kept = output.stages[1].index[0];
   auto dropped = torch::ones({41}, torch::kBool);
@@ -165,7 +167,8 @@ TEST_CASE("each pruning keeps the better half by its global scores") {
 }
 
 TEST_CASE("a checkpoint restores a weight network and refuses another") {
-  const auto path = (std::filesystem::temp_directory_path() / ("diffsac_weights_" + std::to_string(::getpid()))).string();
+  const auto path =
+      (std::filesystem::temp_directory_path() / ("diffsac_weights_" + std::to_string(::getpid()))).string();
   auto networks = Networks();
   for (auto& network : networks) {
     SaveCheckpoint(path, {"", "", 0, 1, -1}, *network, ExponentialMovingAverage(*network, 0.9), nullptr);

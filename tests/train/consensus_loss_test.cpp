@@ -38,10 +38,11 @@ std::vector<Example> Examples(Task task) {
 }
 
 torch::Tensor TrueWeights(const std::vector<Example>& examples, float outlier) {
-  auto weights = torch::zeros({static_cast<std::int64_t>(examples.size()), 90}, torch::kDouble);   // 10 are padding
+  auto weights = torch::zeros({static_cast<std::int64_t>(examples.size()), 90}, torch::kDouble);  // 10 are padding
   for (std::size_t b = 0; b < examples.size(); ++b)
     for (std::size_t i = 0; i < examples[b].truth.inliers.size(); ++i)
-      weights[static_cast<std::int64_t>(b)][static_cast<std::int64_t>(i)] = examples[b].truth.inliers[i] ? 1.0f : outlier;
+      weights[static_cast<std::int64_t>(b)][static_cast<std::int64_t>(i)] =
+          examples[b].truth.inliers[i] ? 1.0f : outlier;
   return weights;
 }
 
@@ -54,7 +55,8 @@ double Loss(const torch::Tensor& weights, const std::vector<Example>& examples) 
 }  // namespace
 
 TEST_CASE("adaptive temperature cools clear inliers and leaves doubtful ones and outliers") {
-  const auto t = AdaptiveTemperature(torch::tensor({{0.0f, 0.5f, 1.0f, 0.0f}}), torch::tensor({{1.0f, 1.0f, 1.0f, 0.0f}}), 0.5);
+  const auto t =
+      AdaptiveTemperature(torch::tensor({{0.0f, 0.5f, 1.0f, 0.0f}}), torch::tensor({{1.0f, 1.0f, 1.0f, 0.0f}}), 0.5);
   CHECK(t[0][0].item<double>() == Approx(std::exp(-2.0)));
   CHECK(t[0][1].item<double>() == Approx(std::exp(-1.0)));
   CHECK(t[0][2].item<double>() == Approx(1.0));
@@ -106,7 +108,7 @@ TEST_CASE("weights that determine no model cost nothing and have no gradient") {
   for (const auto& example : examples) fits.push_back(MakeLinearFit(example));
   for (const double value : {0.0, 1.0}) {
     auto weights = torch::zeros({3, 90}, torch::kDouble);
-    weights.slice(1, 0, 5).fill_(value);   // none, or five of the eight that are needed
+    weights.slice(1, 0, 5).fill_(value);  // none, or five of the eight that are needed
     weights.requires_grad_(true);
     const auto loss = RegressionLoss(weights, fits, false);
     CHECK(loss.item<double>() == 0.0);

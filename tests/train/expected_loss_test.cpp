@@ -37,18 +37,17 @@ TEST_CASE("the target distribution falls with the distance from the true model")
     const double ratio = std::exp(-0.5 * (distances[i] * distances[i] - distances[nearest] * distances[nearest]));
     CHECK(target[i] / target[nearest] == Approx(ratio).margin(1e-5));
   }
-  example.truth.model.resize(0);   // only marks: equal shares of the inliers
+  example.truth.model.resize(0);  // only marks: equal shares of the inliers
   double inliers = 0.0;
   for (const auto mark : example.truth.inliers) inliers += mark;
   const auto marked = TargetDistribution(example, 1.0);
-  for (std::size_t i = 0; i < marked.size(); ++i)
-    CHECK(marked[i] == Approx(example.truth.inliers[i] / inliers));
+  for (std::size_t i = 0; i < marked.size(); ++i) CHECK(marked[i] == Approx(example.truth.inliers[i] / inliers));
   example.truth.inliers.clear();
   CHECK(TargetDistribution(example, 1.0)[0] == Approx(1.0 / 60.0));
 }
 
 TEST_CASE("the divergence is that of the definition, 0 at the target, and its descent reaches it") {
-  const auto target = torch::tensor({{0.5f, 0.3f, 0.2f, 0.0f}});   // the last is padding
+  const auto target = torch::tensor({{0.5f, 0.3f, 0.2f, 0.0f}});  // the last is padding
   const auto padded = [](const torch::Tensor& logits) {
     return torch::log_softmax(torch::cat({logits, torch::full({1, 1}, -1e9f)}, 1), 1);
   };
@@ -100,8 +99,10 @@ TEST_CASE("the surrogate's gradient is that of the expected loss, by enumeration
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b)
         if (a != b)
-          sum = sum + PairLoss(a, b) * OrderedSetLogProbability(torch::log_softmax(of, 1),
-                                                               torch::tensor({{{a, b}}}, torch::kLong)).exp().squeeze();
+          sum = sum + PairLoss(a, b) *
+                          OrderedSetLogProbability(torch::log_softmax(of, 1), torch::tensor({{{a, b}}}, torch::kLong))
+                              .exp()
+                              .squeeze();
     return sum;
   };
   // Finite differences of the enumerated expectation.
@@ -132,7 +133,7 @@ TEST_CASE("the surrogate's gradient is that of the expected loss, by enumeration
 
 TEST_CASE("descending the surrogate lowers the expected loss") {
   auto logits = torch::zeros({1, 6}, torch::requires_grad());
-  const auto loss_of = [](int a, int b) { return a < 3 && b < 3 ? 0.0f : 1.0f; };   // points 0 to 2 are the inliers
+  const auto loss_of = [](int a, int b) { return a < 3 && b < 3 ? 0.0f : 1.0f; };  // points 0 to 2 are the inliers
   double first = 0.0, last = 0.0;
   for (int step = 0; step < 300; ++step) {
     const auto log_weights = torch::log_softmax(logits, 1);

@@ -91,7 +91,8 @@ const std::atomic<bool> kNever{false};
 TEST_CASE("NG-RANSAC's training lowers the divergence, then the expected loss, and its sets have more inliers") {
   const Folder folder;
   const auto output = folder / "run";
-  REQUIRE(Train(Request(kNgRansac, output, {"train.iterations=150", "ng_ransac.initialization_iterations=70", "ng_ransac.rate_factor=1"}),
+  REQUIRE(Train(Request(kNgRansac, output,
+                        {"train.iterations=150", "ng_ransac.initialization_iterations=70", "ng_ransac.rate_factor=1"}),
                 kNever) == TrainOutcome::kFinished);
   const auto table = Table(output + "/metrics.csv");
   REQUIRE(table.size() == 151);
@@ -117,17 +118,18 @@ TEST_CASE("NG-RANSAC's training lowers the divergence, then the expected loss, a
     }
   }
   CHECK(total == 120);
-  CHECK(good > 0.35 * total);   // uniform sampling: 0.16
+  CHECK(good > 0.35 * total);  // uniform sampling: 0.16
 }
 
 TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of the inliers than of the outliers") {
   const Folder folder;
   const auto output = folder / "run";
-  REQUIRE(Train(Request(kClnet, output, {"train.iterations=120", "data.outlier_ratio=0.7"}), kNever) == TrainOutcome::kFinished);
+  REQUIRE(Train(Request(kClnet, output, {"train.iterations=120", "data.outlier_ratio=0.7"}), kNever) ==
+          TrainOutcome::kFinished);
   const auto table = Table(output + "/metrics.csv");
   CHECK(Mean(table, "loss_pruning", 111, 120) < 0.85 * Mean(table, "loss_pruning", 1, 5));
   CHECK(Mean(table, "loss_candidates", 111, 120) < Mean(table, "loss_candidates", 1, 5));
-  CHECK(Mean(table, "kept_inliers", 111, 120) > 0.5);   // a quarter of the points is left
+  CHECK(Mean(table, "kept_inliers", 111, 120) > 0.5);  // a quarter of the points is left
 
   const auto weights = LoadLearnedWeights("clnet", output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
   SyntheticOptions data;
@@ -150,7 +152,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
     answered += estimate.status == Status::kOk;
     CHECK(estimate.minimal_sets.empty());
   }
-  CHECK(inlier_weight > outlier_weight);   // 15 inliers among 50 points
+  CHECK(inlier_weight > outlier_weight);  // 15 inliers among 50 points
   CHECK(answered == 40);
 }
 
@@ -160,7 +162,7 @@ TEST_CASE("a learned row that was stopped and resumed equals one that was not") 
     const auto whole = folder / "whole", parts = folder / "parts";
     REQUIRE(Train(Request(method, whole), kNever) == TrainOutcome::kFinished);
     std::atomic<bool> stop{false};
-    std::thread watcher([&] {   // stops the run once it has logged some steps
+    std::thread watcher([&] {  // stops the run once it has logged some steps
       while (!fs::exists(parts + "/metrics.csv") || Table(parts + "/metrics.csv").size() < 8)
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       stop = true;
@@ -184,17 +186,20 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   const auto path = [](const std::string& run) { return run + "/checkpoints/last.pt"; };
   const auto make = [](const std::string& type, const std::string& checkpoint, const std::string& more = "",
                        Task task = Task::kLine, const std::string& override_path = "") {
-    return MakeMethod(Config::FromString("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"),
-                      task, {override_path, "cpu", 1});
+    return MakeMethod(
+        Config::FromString("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"), task,
+        {override_path, "cpu", 1});
   };
   SyntheticOptions data;
   data.outlier_ratio = {0.3, 0.3};
   const auto problem = MakeSynthetic(Task::kLine, data, 1)->Get(0).problem;
-  const auto budget = [&](const std::unique_ptr<Method>& method) { return method->Estimate(problem, 1).report.hypotheses; };
+  const auto budget = [&](const std::unique_ptr<Method>& method) {
+    return method->Estimate(problem, 1).report.hypotheses;
+  };
   const std::string plain = ", consensus: {refit: none}";
-  CHECK(budget(make("ng_ransac", path(ng), plain)) == 20 + 5);                     // as in the checkpoint
+  CHECK(budget(make("ng_ransac", path(ng), plain)) == 20 + 5);  // as in the checkpoint
   CHECK(budget(make("ng_ransac", path(ng), plain + ", hypotheses: 9")) == 20 + 9);
-  CHECK(budget(make("clnet", path(cl), plain)) == 20 + 1);                         // one weighted fit
+  CHECK(budget(make("clnet", path(cl), plain)) == 20 + 1);  // one weighted fit
   CHECK(budget(make("clnet", path(cl), plain + ", hypotheses: 4")) == 20 + 4 + 1);
   CHECK(make("ng_ransac", "none.pt", "", Task::kLine, path(ng)) != nullptr);
   CHECK_THROWS_WITH(make("ng_ransac", "none.pt", "", Task::kLine, path(cl)), Catch::Contains("none.pt"));
@@ -208,7 +213,9 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
 
 TEST_CASE("keys of another method are refused, and the place is named") {
   const Folder folder;
-  const auto run = [&](const char* method, const std::string& change) { Train(Request(method, folder / "a", {change}), kNever); };
+  const auto run = [&](const char* method, const std::string& change) {
+    Train(Request(method, folder / "a", {change}), kNever);
+  };
   CHECK_THROWS_WITH(run(kNgRansac, "train.noise_copies=2"), Catch::Contains("noise_copies"));
   CHECK_THROWS_WITH(run(kNgRansac, "network.denoiser.width=8"), Catch::Contains("denoiser"));
   CHECK_THROWS_WITH(run(kNgRansac, "clnet.temperature=1"), Catch::Contains("clnet"));

@@ -56,19 +56,20 @@ torch::Tensor NearestInFeatures(const torch::Tensor& features, const torch::Tens
   const torch::NoGradGuard no_grad;
   const auto z = features.detach();
   const auto norms = z.square().sum(-1);
-  auto distances = torch::baddbmm(norms.unsqueeze(1), z, z.transpose(1, 2), 1.0, -2.0);   // up to the own norm of each row
+  auto distances =
+      torch::baddbmm(norms.unsqueeze(1), z, z.transpose(1, 2), 1.0, -2.0);  // up to the own norm of each row
   distances = distances.masked_fill(mask.logical_not().unsqueeze(1), kFar);
   distances.diagonal(0, 1, 2).fill_(-kFar);
   const auto sorted = std::get<1>(distances.topk(std::min<std::int64_t>(neighbors, z.size(1)), -1, /*largest=*/false));
   const auto last = (mask.sum(1, true) - 1).clamp_min(0);                                         // [B, 1]
-  const auto place = torch::minimum(torch::arange(neighbors, last.options()).unsqueeze(0), last)   // [B, k]
+  const auto place = torch::minimum(torch::arange(neighbors, last.options()).unsqueeze(0), last)  // [B, k]
                          .clamp_max(sorted.size(2) - 1);
   return sorted.gather(2, place.unsqueeze(1).expand({-1, z.size(1), -1}));
 }
 
 torch::Tensor ConsensusGraph(const torch::Tensor& z, const torch::Tensor& w) {
   const auto degree = w * w.sum(1, true) + 1.0;
-  const auto root = degree.rsqrt().unsqueeze(-1);   // [B, N, 1]
+  const auto root = degree.rsqrt().unsqueeze(-1);  // [B, N, 1]
   const auto weight = w.unsqueeze(-1) * root;
   return weight * torch::bmm(weight.transpose(1, 2), z) + root.square() * z;
 }
@@ -83,18 +84,19 @@ AnnularConvolution::AnnularConvolution(std::int64_t width, int neighbors, int an
   join_norm_ = register_module("join_norm", std::make_shared<ContextNorm>(width));
 }
 
-// A kernel over the edges [z_i, z_i − z_j] of a ring is linear, so that its part of z_j can be computed once a point and
-// gathered, and its parts of z_i are one matrix.
+// A kernel over the edges [z_i, z_i − z_j] of a ring is linear, so that its part of z_j can be computed once a point
+// and gathered, and its parts of z_i are one matrix.
 torch::Tensor AnnularConvolution::Forward(const torch::Tensor& z, const torch::Tensor& mask,
                                           const torch::Tensor& shares) {
   const std::int64_t batch = z.size(0), points = z.size(1), width = z.size(2), rings = neighbors_ / annulus_;
   const auto nearest = NearestInFeatures(z, mask, neighbors_).view({batch, points, rings, annulus_});
   const auto parts = ring_(z).view({batch, points, annulus_, width});
   const auto first = torch::arange(batch, nearest.options()).view({batch, 1, 1}) * points;
-  torch::Tensor sum = center_(z).unsqueeze(2);   // [B, N, 1, W]
+  torch::Tensor sum = center_(z).unsqueeze(2);  // [B, N, 1, W]
   for (int m = 0; m < annulus_; ++m) {
     const auto rows = (nearest.select(3, m) + first).flatten();
-    sum = sum - parts.select(2, m).reshape({batch * points, width}).index_select(0, rows).view({batch, points, rings, width});
+    sum = sum -
+          parts.select(2, m).reshape({batch * points, width}).index_select(0, rows).view({batch, points, rings, width});
   }
   const auto hidden = ring_norm_->Forward(sum.flatten(2), shares);
   return join_norm_->Forward(join_(hidden), shares);
@@ -104,7 +106,8 @@ ClnetPruning::ClnetPruning(std::int64_t input_width, std::int64_t width, int nei
   const auto blocks = [&](const std::string& name, int count) {
     Blocks made;
     for (int i = 0; i < count; ++i)
-      made.push_back(register_module(name + std::to_string(i), std::make_shared<ContextBlock>(width, rng.Fork(name, i))));
+      made.push_back(
+          register_module(name + std::to_string(i), std::make_shared<ContextBlock>(width, rng.Fork(name, i))));
     return made;
   };
   const auto linear = [&](const char* name, std::int64_t in, std::int64_t out) {
@@ -112,7 +115,8 @@ ClnetPruning::ClnetPruning(std::int64_t input_width, std::int64_t width, int nei
   };
   input_ = linear("input", input_width, width);
   before_ = blocks("before", kBlocksBefore);
-  annular_ = register_module("annular", std::make_shared<AnnularConvolution>(width, neighbors, annulus, rng.Fork("annular")));
+  annular_ =
+      register_module("annular", std::make_shared<AnnularConvolution>(width, neighbors, annulus, rng.Fork("annular")));
   between_ = blocks("between", kBlocksBetween);
   local_ = linear("local", width, 1);
   graph_ = linear("graph", width, width);
@@ -139,10 +143,10 @@ ClnetNetwork::ClnetNetwork(const ClnetNetworkOptions& options, int input_width, 
   for (std::size_t i = 0; i < options.neighbors.size(); ++i) {
     // Later prunings see what the one before said of their points.
     const int scores = i > 0 ? 2 : 0;
-    prunings_.push_back(register_module("pruning" + std::to_string(i),
-                                        std::make_shared<ClnetPruning>(input_width + scores, options.width,
-                                                                       options.neighbors[i], options.annulus,
-                                                                       rng.Fork("pruning", i))));
+    prunings_.push_back(
+        register_module("pruning" + std::to_string(i),
+                        std::make_shared<ClnetPruning>(input_width + scores, options.width, options.neighbors[i],
+                                                       options.annulus, rng.Fork("pruning", i))));
   }
   for (int i = 0; i < kFinalBlocks; ++i)
     final_.push_back(register_module("final" + std::to_string(i),
@@ -155,7 +159,8 @@ ClnetOutput ClnetNetwork::Run(const PointBatch& batch) {
   const auto longs = torch::TensorOptions(torch::kLong).device(batch.features.device());
   auto x = batch.features;
   auto index = torch::arange(batch.max_points(), longs).unsqueeze(0).expand({batch.size(), -1});
-  auto mask = batch.mask.defined() ? batch.mask : torch::ones({batch.size(), batch.max_points()}, longs.dtype(torch::kBool));
+  auto mask =
+      batch.mask.defined() ? batch.mask : torch::ones({batch.size(), batch.max_points()}, longs.dtype(torch::kBool));
   torch::Tensor z;
   for (auto& pruning : prunings_) {
     ClnetStage stage{index, mask, {}, {}};

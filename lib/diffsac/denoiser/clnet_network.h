@@ -25,17 +25,17 @@ struct ClnetNetworkOptions {
 
 /// What one pruning said of the points it was given.
 struct ClnetStage {
-  torch::Tensor index;    ///< [B, M] places of its points in the problem
-  torch::Tensor mask;     ///< [B, M] bool, true for real points
-  torch::Tensor local;    ///< [B, M] logits of the local consensus
-  torch::Tensor global;   ///< [B, M] logits of the global consensus, by which the better share is kept
+  torch::Tensor index;   ///< [B, M] places of its points in the problem
+  torch::Tensor mask;    ///< [B, M] bool, true for real points
+  torch::Tensor local;   ///< [B, M] logits of the local consensus
+  torch::Tensor global;  ///< [B, M] logits of the global consensus, by which the better share is kept
 };
 
 struct ClnetOutput {
   std::vector<ClnetStage> stages;
-  torch::Tensor index;    ///< [B, C] places of the candidates that are left
-  torch::Tensor mask;     ///< [B, C]
-  torch::Tensor logits;   ///< [B, C] of "is an inlier"
+  torch::Tensor index;   ///< [B, C] places of the candidates that are left
+  torch::Tensor mask;    ///< [B, C]
+  torch::Tensor logits;  ///< [B, C] of "is an inlier"
 };
 
 /// z_i W + Σ over annuli: the k nearest points in feature space, nearest first, in rings of `annulus`; each ring is
@@ -54,8 +54,8 @@ class AnnularConvolution : public torch::nn::Module {
   std::shared_ptr<ContextNorm> join_norm_;
 };
 
-/// Places [B, N, k] of the k nearest points in feature space, nearest first, the point itself being the first. A problem
-/// of fewer points repeats its farthest.
+/// Places [B, N, k] of the k nearest points in feature space, nearest first, the point itself being the first. A
+/// problem of fewer points repeats its farthest.
 torch::Tensor NearestInFeatures(const torch::Tensor& z, const torch::Tensor& mask, int neighbors);
 
 /// D^(-1/2) (A + I) D^(-1/2) z with A_ij = w_i w_j, in time linear in N. z: [B, N, C]; w: [B, N] ≥ 0, 0 for padding.

@@ -11,9 +11,9 @@ namespace diffsac {
 torch::Tensor MeanShares(const torch::Tensor& mask, std::int64_t batch, std::int64_t points,
                          const torch::TensorOptions& options);
 
-/// Context normalisation (Moo Yi et al., "Learning to find good correspondences", CVPR 2018; instance normalisation over
-/// the points of a problem): each channel to mean 0 and variance 1 over the real points, then a learned scale and shift
-/// for each channel, then a ReLU. All that a point learns of the others goes through these two moments.
+/// Context normalisation (Moo Yi et al., "Learning to find good correspondences", CVPR 2018; instance normalisation
+/// over the points of a problem): each channel to mean 0 and variance 1 over the real points, then a learned scale and
+/// shift for each channel, then a ReLU. All that a point learns of the others goes through these two moments.
 class ContextNorm : public torch::nn::Module {
  public:
   explicit ContextNorm(std::int64_t channels);

@@ -20,7 +20,7 @@ NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int inpu
     blocks_.push_back(register_module("block" + std::to_string(i),
                                       std::make_shared<ContextBlock>(options.width, rng.Fork("block", i))));
   output_ = register_module("output", nn::Linear(options.width, 1));
-  InitializeLinear(*output_, LinearStart::kZero, 0.0, rng.Fork("output"));   // a new network samples uniformly
+  InitializeLinear(*output_, LinearStart::kZero, 0.0, rng.Fork("output"));  // a new network samples uniformly
 }
 
 torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {

@@ -15,14 +15,14 @@ namespace diffsac {
 /// The group `network` of `method: ng_ransac`.
 struct NgRansacNetworkOptions {
   PointFeaturesOptions features;
-  int width = 128;   ///< channels
-  int blocks = 12;   ///< residual blocks of two linear layers each
+  int width = 128;  ///< channels
+  int blocks = 12;  ///< residual blocks of two linear layers each
   void Bind(OptionsBinder& b);
 };
 
-/// The network of Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019: a linear layer, residual blocks of point-wise
-/// linear layers with context normalisation, a linear layer to one value a point. A softmax over the points makes it
-/// the categorical distribution from which minimal sets are drawn.
+/// The network of Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019: a linear layer, residual blocks of
+/// point-wise linear layers with context normalisation, a linear layer to one value a point. A softmax over the points
+/// makes it the categorical distribution from which minimal sets are drawn.
 class NgRansacNetwork : public WeightNetwork {
  public:
   NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng);

@@ -27,8 +27,8 @@ struct LearnedWeights {
 std::shared_ptr<LearnedWeights> MakeNgRansacWeights(Task task, const NgRansacNetworkOptions& options, Rng rng);
 std::shared_ptr<LearnedWeights> MakeClnetWeights(Task task, const ClnetNetworkOptions& options, Rng rng);
 
-/// Reads network options and averaged weights from a checkpoint of `method: ng_ransac` or `clnet`. Throws Error naming the
-/// file; also when it was trained by another method or for another task.
+/// Reads network options and averaged weights from a checkpoint of `method: ng_ransac` or `clnet`. Throws Error naming
+/// the file; also when it was trained by another method or for another task.
 std::shared_ptr<LearnedWeights> LoadLearnedWeights(const std::string& method, const std::string& checkpoint, Task task,
                                                    const torch::Device& device);
 

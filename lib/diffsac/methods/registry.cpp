@@ -12,9 +12,8 @@ namespace diffsac {
 namespace {
 
 const std::vector<std::string> kTypes = {
-    "diffsac",   "ransac",    "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac",
-    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle",
-    "ng_ransac", "clnet"};
+    "diffsac", "ransac",        "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac", "magsac_pp",
+    "usac",    "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle",   "ng_ransac", "clnet"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 template <class Options>
@@ -50,9 +49,10 @@ std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& c
 }
 
 std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
-  return MakeLearned<DiffsacMethod>(
-      config, context, DiffsacOptions(),
-      [&](const std::string& checkpoint, const torch::Device& device) { return LoadNetwork(checkpoint, task, device); });
+  return MakeLearned<DiffsacMethod>(config, context, DiffsacOptions(),
+                                    [&](const std::string& checkpoint, const torch::Device& device) {
+                                      return LoadNetwork(checkpoint, task, device);
+                                    });
 }
 
 std::unique_ptr<Method> MakeWeighted(const std::string& type, const Config& config, Task task,

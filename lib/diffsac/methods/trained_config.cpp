@@ -26,7 +26,8 @@ TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string
   if (trained_method != method)
     throw Error(checkpoint + ": trained by method '" + trained_method + "', this row needs '" + method + "'");
   if (TaskFromString(trained_task) != task)
-    throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) + "'");
+    throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) +
+                "'");
   return {config, info.seed};
 }
 

@@ -46,7 +46,8 @@ WeightedMethodOptions DefaultWeightedOptions(const std::string& method) {
   return options;
 }
 
-WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, WeightedMethodOptions options, int threads)
+WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, WeightedMethodOptions options,
+                               int threads)
     : weights_(std::move(weights)),
       options_(std::move(options)),
       threads_(threads),
@@ -92,8 +93,7 @@ ConsensusResult WeightedMethod::Consensus(const Problem& problem, const Predicti
         .Draw(points, Model::kMinimalSize, options_.hypotheses, rng.Fork("minimal_sets"), &sets);
   ConsensusHints hints;
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
-  if (options_.weighted_fit)
-    hints.fit_weights = Eigen::Map<const Eigen::VectorXd>(prediction.weights.data(), points);
+  if (options_.weighted_fit) hints.fit_weights = Eigen::Map<const Eigen::VectorXd>(prediction.weights.data(), points);
   return SampleConsensus<Model>(space.points(), space.threshold(), sets, options_.consensus, rng.Fork("consensus"),
                                 hints);
 }

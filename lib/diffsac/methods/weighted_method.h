@@ -10,8 +10,8 @@
 
 namespace diffsac {
 
-/// How learned weights are used: the group `inference` of a training configuration of `method: ng_ransac` or `clnet` (kept
-/// in the checkpoint), any key of which a row of an experiment may override.
+/// How learned weights are used: the group `inference` of a training configuration of `method: ng_ransac` or `clnet`
+/// (kept in the checkpoint), any key of which a row of an experiment may override.
 struct WeightedMethodOptions {
   /// Minimal sets drawn with the weights, without replacement within a set; all are solved, repeated ones as well.
   int hypotheses = 20;
@@ -23,7 +23,7 @@ struct WeightedMethodOptions {
   bool feature_hypotheses = false;
   /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training.
   int preference_draws = 0;
-  int batch = 8;   ///< problems a network call
+  int batch = 8;  ///< problems a network call
   ConsensusOptions consensus;
   void Bind(OptionsBinder& b);
 };
@@ -32,7 +32,8 @@ struct WeightedMethodOptions {
 /// consensus' refit then takes, which is the paper's full-size verification).
 WeightedMethodOptions DefaultWeightedOptions(const std::string& method);
 
-/// Learned weights → minimal sets, a weighted fit, or both → sample consensus → refit. The rows `ng_ransac` and `clnet`.
+/// Learned weights → minimal sets, a weighted fit, or both → sample consensus → refit. The rows `ng_ransac` and
+/// `clnet`.
 class WeightedMethod : public Method {
  public:
   /// threads: for features and consensus of a batch; the network uses LibTorch's own.
@@ -45,7 +46,7 @@ class WeightedMethod : public Method {
   /// What the network said of one problem; consensus is a function of this alone, bit for bit.
   struct Prediction {
     FeatureSet features;
-    std::vector<double> weights;   ///< N
+    std::vector<double> weights;  ///< N
   };
   diffsac::Estimate EstimateFrom(const Problem& problem, const Prediction& prediction, std::uint64_t seed) const;
   /// The weights of problems that can be estimated from.

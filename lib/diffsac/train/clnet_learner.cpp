@@ -36,7 +36,7 @@ class ClnetLearner : public Learner {
 
  private:
   struct Truth {
-    torch::Tensor inliers, temperature;   // [B, N]
+    torch::Tensor inliers, temperature;  // [B, N]
   };
   Truth MakeTruth(const std::vector<TrainingItem>& items, std::int64_t points) const;
   torch::Tensor Regression(const std::vector<TrainingItem>& items, ClnetNetwork& network, const ClnetOutput& output,
@@ -55,7 +55,7 @@ ClnetLearner::Truth ClnetLearner::MakeTruth(const std::vector<TrainingItem>& ite
   for (const auto& item : items) {
     inliers.push_back(item.inliers);
     const auto exact = TruthDistances(*item.example);
-    auto& row = distances.emplace_back(item.inliers.size(), 1.0f);   // without a true model no label is in doubt
+    auto& row = distances.emplace_back(item.inliers.size(), 1.0f);  // without a true model no label is in doubt
     for (std::size_t i = 0; i < exact.size(); ++i)
       row[i] = std::isfinite(exact[i]) ? static_cast<float>(std::min(exact[i], 1.0)) : 1.0f;
   }
@@ -72,8 +72,8 @@ torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, C
   std::vector<LinearFit> fits(items.size());
   for (std::size_t b = 0; b < items.size(); ++b) fits[b] = MakeLinearFit(*items[b].example);
   const auto candidates = network.CandidateWeights(output);
-  const auto weights = torch::zeros({candidates.size(0), points}, candidates.options())
-                           .scatter_add(1, output.index, candidates);
+  const auto weights =
+      torch::zeros({candidates.size(0), points}, candidates.options()).scatter_add(1, output.index, candidates);
   return RegressionLoss(weights, fits, !IsTwoView(task_));
 }
 

@@ -69,8 +69,9 @@ LinearFit TwoViewFit(const Example& example) {
   LinearFit fit{ToTensor(rows), homography ? 2 : 1, {}};
   if (example.truth.model.size() != 9) return fit;
   const Eigen::Matrix3d model = AsMatrix(example.truth.model);
-  const Eigen::Matrix3d normalized = homography ? Eigen::Matrix3d(second * model * first.inverse())
-                                                : Eigen::Matrix3d(second.inverse().transpose() * model * first.inverse());
+  const Eigen::Matrix3d normalized = homography
+                                         ? Eigen::Matrix3d(second * model * first.inverse())
+                                         : Eigen::Matrix3d(second.inverse().transpose() * model * first.inverse());
   fit.truth = UnitVector(AsParameters(normalized));
   return fit;
 }
@@ -115,7 +116,8 @@ torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<Lin
     ++count;
     auto rows = fits[b].rows;
     const auto points = rows.size(0) / fits[b].rows_per_point;
-    const auto w = all[static_cast<std::int64_t>(b)].slice(0, 0, points).repeat_interleave(fits[b].rows_per_point).unsqueeze(1);
+    const auto w =
+        all[static_cast<std::int64_t>(b)].slice(0, 0, points).repeat_interleave(fits[b].rows_per_point).unsqueeze(1);
     if (about_mean) rows = rows - (w * rows).sum(0, true) / w.sum().clamp_min(1e-9);
     bool determined = false;
     const auto vector = SmallestVector(torch::matmul(rows.t(), w * rows), &determined);

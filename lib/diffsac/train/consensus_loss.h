@@ -9,8 +9,8 @@
 
 namespace diffsac {
 
-/// CLNet's adaptive temperature of each point, [B, M]: exp(−(1 − d) / α) of an inlier at distance d ≤ 1 (in multiples of
-/// ε) from the true model, 1 of an outlier. A clear inlier is cooled, which asks for a larger logit; one near the
+/// CLNet's adaptive temperature of each point, [B, M]: exp(−(1 − d) / α) of an inlier at distance d ≤ 1 (in multiples
+/// of ε) from the true model, 1 of an outlier. A clear inlier is cooled, which asks for a larger logit; one near the
 /// threshold, whose label is doubtful, is not. distances: [B, M]; inliers: [B, M], 0 or 1.
 torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::Tensor& inliers, double alpha);
 
@@ -32,9 +32,9 @@ struct LinearFit {
 /// What the regression loss needs of one problem.
 LinearFit MakeLinearFit(const Example& example);
 
-/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)² (lines and planes:
-/// of rows about their weighted mean): 0 for the true model, 1 for one that has nothing of it. A fit that the weights
-/// leave undetermined counts 0 and has no gradient. weights: [B, N] ≥ 0, differentiable.
+/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)² (lines and
+/// planes: of rows about their weighted mean): 0 for the true model, 1 for one that has nothing of it. A fit that the
+/// weights leave undetermined counts 0 and has no gradient. weights: [B, N] ≥ 0, differentiable.
 torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits, bool about_mean);
 
 }  // namespace diffsac

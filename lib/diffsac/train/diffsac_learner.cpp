@@ -12,7 +12,7 @@ namespace {
 
 struct StepTensors {
   PointBatch points;
-  torch::Tensor inliers, labels, noise, times;   // [B, N], [B, K, N], [B, K, N], [B, K]
+  torch::Tensor inliers, labels, noise, times;  // [B, N], [B, K, N], [B, K, N], [B, K]
 };
 
 StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
@@ -107,8 +107,9 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int
   const Autocast autocast(UseBfloat16(options_.train.precision, device_), device_);
   auto& denoiser = *network_->denoiser;
   const auto context = denoiser.Encode(step.points);
-  const auto c_t = network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten())
-                       .view_as(step.labels);
+  const auto c_t =
+      network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten())
+          .view_as(step.labels);
   const auto t = step.times.to(torch::kFloat);
   torch::Tensor previous;
   if (options_.network.denoiser.self_conditioning) {
@@ -121,11 +122,10 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int
   const auto output = denoiser.Denoise(context, c_t, t, previous).to(torch::kFloat);
   const auto mask = step.points.mask.defined() ? step.points.mask.unsqueeze(1).expand_as(output) : torch::Tensor();
   Losses losses;
-  losses.diffusion =
-      DiffusionLoss(options_.network.loss, output, step.labels, mask, options_.train.positive_weight);
+  losses.diffusion = DiffusionLoss(options_.network.loss, output, step.labels, mask, options_.train.positive_weight);
   if (context.inlier_logits.defined()) {
-    losses.inlier = DiffusionLoss("bce", context.inlier_logits.to(torch::kFloat), step.inliers * 2 - 1,
-                                  step.points.mask, 1.0);
+    losses.inlier =
+        DiffusionLoss("bce", context.inlier_logits.to(torch::kFloat), step.inliers * 2 - 1, step.points.mask, 1.0);
   }
   return losses;
 }

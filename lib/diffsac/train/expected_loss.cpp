@@ -77,8 +77,7 @@ std::vector<int> DrawOrderedSets(std::span<const float> log_weights, int set_siz
 }
 
 torch::Tensor OrderedSetLogProbability(const torch::Tensor& log_weights, const torch::Tensor& sets) {
-  const auto chosen =
-      log_weights.gather(1, sets.flatten(1)).view(sets.sizes());   // [B, S, γ]
+  const auto chosen = log_weights.gather(1, sets.flatten(1)).view(sets.sizes());  // [B, S, γ]
   const auto before = chosen.exp().cumsum(-1) - chosen.exp();
   return (chosen - (1.0 - before).clamp_min(kLeastRemainder).log()).sum(-1);
 }

@@ -10,8 +10,8 @@
 
 namespace diffsac {
 
-/// Distances of all points from the ground-truth model, in multiples of ε (N values): residuals in the space that the model
-/// is solved in. Empty where the truth has no model.
+/// Distances of all points from the ground-truth model, in multiples of ε (N values): residuals in the space that the
+/// model is solved in. Empty where the truth has no model.
 std::vector<double> TruthDistances(const Example& example);
 
 /// The distribution that NG-RANSAC starts from: exp(−r² / 2σ²) of the distances r from the ground-truth model, σ in
@@ -22,8 +22,8 @@ std::vector<float> TargetDistribution(const Example& example, double sigma);
 /// Mean over problems of KL(target || p) in nats. log_weights, target: [B, N]; the target is 0 for padding.
 torch::Tensor TargetDivergence(const torch::Tensor& log_weights, const torch::Tensor& target);
 
-/// `count` minimal sets drawn without replacement with p = exp(log_weights), point after point, in the order of drawing:
-/// top-γ of log_weights plus Gumbel noise (Kool et al., "Stochastic beams and where to find them", ICML 2019).
+/// `count` minimal sets drawn without replacement with p = exp(log_weights), point after point, in the order of
+/// drawing: top-γ of log_weights plus Gumbel noise (Kool et al., "Stochastic beams and where to find them", ICML 2019).
 std::vector<int> DrawOrderedSets(std::span<const float> log_weights, int set_size, int count, Rng rng);
 
 /// log of the probability of ordered sets drawn so: Σ log p(y_m) − log(1 − Σ_{l<m} p(y_l)) (Plackett-Luce).

@@ -15,8 +15,8 @@
 
 namespace diffsac {
 
-/// What differs between learned methods in a training run. Data, schedule, average, checkpoints, resuming and metrics are
-/// the trainer's.
+/// What differs between learned methods in a training run. Data, schedule, average, checkpoints, resuming and metrics
+/// are the trainer's.
 class Learner {
  public:
   virtual ~Learner() = default;
@@ -33,8 +33,8 @@ class Learner {
   virtual double RateFactor(std::int64_t) const { return 1.0; }
 
   struct Loss {
-    torch::Tensor total;         ///< what is differentiated
-    std::vector<double> parts;   ///< of loss_names; NaN for what was not computed
+    torch::Tensor total;        ///< what is differentiated
+    std::vector<double> parts;  ///< of loss_names; NaN for what was not computed
   };
   /// Columns of metrics.csv.
   virtual std::vector<std::string> loss_names() const = 0;

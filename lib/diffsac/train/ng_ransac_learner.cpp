@@ -20,7 +20,8 @@ constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
-  for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize) std::sort(set, set + Model::kMinimalSize);
+  for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
+    std::sort(set, set + Model::kMinimalSize);
   const SolverSpace space(problem);
   const auto result = SampleConsensus<Model>(space.points(), space.threshold(), sets, options, rng);
   Estimate estimate;

@@ -100,7 +100,8 @@ TrainConfig ReadTrainConfig(const Config& config) {
   if (options.train.two_view.augment && !plain)
     throw Error(config.Where("train.two_view.augment") +
                 ": only for network.features.kinds coordinates, coordinates_ratio and neighborhood");
-  if (options.method == "diffsac" && task == "fundamental" && options.labels.fundamental_points != options.inference.fundamental_points)
+  if (options.method == "diffsac" && task == "fundamental" &&
+      options.labels.fundamental_points != options.inference.fundamental_points)
     throw Error(config.Where("inference.fundamental_points") + ": " +
                 std::to_string(options.inference.fundamental_points) +
                 " points a set, but labels.fundamental_points is " + std::to_string(options.labels.fundamental_points));

@@ -63,7 +63,7 @@ class Trainer {
   std::unique_ptr<torch::optim::Adam> optimizer_;
   std::unique_ptr<Validation> validation_;
   CheckpointInfo info_;
-  std::vector<double> loss_sums_;   // of the learner's parts since the last row of metrics
+  std::vector<double> loss_sums_;  // of the learner's parts since the last row of metrics
   std::int64_t losses_ = 0;
 };
 
