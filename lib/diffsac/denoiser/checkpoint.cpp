@@ -69,7 +69,7 @@ std::string ShapeText(const torch::Tensor& tensor) {
   return text + "]";
 }
 
-void ReadTensors(InputArchive& archive, const std::string& path, const char* group, const Denoiser& network,
+void ReadTensors(InputArchive& archive, const std::string& path, const char* group, const torch::nn::Module& network,
                  const std::vector<torch::Tensor>& targets) {
   torch::NoGradGuard no_grad;
   InputArchive nested;
@@ -90,7 +90,7 @@ void ReadTensors(InputArchive& archive, const std::string& path, const char* gro
   }
 }
 
-void WriteTensors(OutputArchive& archive, const char* group, const Denoiser& network,
+void WriteTensors(OutputArchive& archive, const char* group, const torch::nn::Module& network,
                   const std::vector<torch::Tensor>& values) {
   OutputArchive nested(archive.compilation_unit());
   std::size_t index = 0;
@@ -101,7 +101,7 @@ void WriteTensors(OutputArchive& archive, const char* group, const Denoiser& net
 
 }  // namespace
 
-void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const Denoiser& network,
+void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
                     const ExponentialMovingAverage& average, const torch::optim::Optimizer* optimizer) {
   OutputArchive archive;
   archive.write("format", c10::IValue(std::string(kFormat)));
@@ -130,7 +130,7 @@ CheckpointInfo ReadCheckpointInfo(const std::string& path) {
   return ReadInfo(archive, path);
 }
 
-CheckpointInfo LoadCheckpoint(const std::string& path, Denoiser& network, ExponentialMovingAverage* average,
+CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,
                               torch::optim::Optimizer* optimizer) {
   auto archive = Open(path);
   const auto info = ReadInfo(archive, path);
@@ -148,7 +148,7 @@ CheckpointInfo LoadCheckpoint(const std::string& path, Denoiser& network, Expone
   return info;
 }
 
-CheckpointInfo LoadAverage(const std::string& path, Denoiser& network) {
+CheckpointInfo LoadAverage(const std::string& path, torch::nn::Module& network) {
   auto archive = Open(path);
   const auto info = ReadInfo(archive, path);
   ReadTensors(archive, path, "average", network, network.parameters());

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <torch/nn/module.h>
 #include <torch/optim/optimizer.h>
 
 #include <cstdint>
 #include <memory>
 #include <string>
 
-#include "diffsac/denoiser/denoiser.h"
 #include "diffsac/denoiser/exponential_moving_average.h"
 
 namespace diffsac {
@@ -22,7 +22,7 @@ struct CheckpointInfo {
 };
 
 /// Writes weights, average, optimiser (may be null) and info, whole or not at all. Throws Error naming the path.
-void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const Denoiser& network,
+void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
                     const ExponentialMovingAverage& average, const torch::optim::Optimizer* optimizer);
 
 /// Reads the info alone. Throws Error when the file is missing, truncated or of another program or version.
@@ -30,10 +30,10 @@ CheckpointInfo ReadCheckpointInfo(const std::string& path);
 
 /// Reads everything into existing objects (average and optimizer may be null). Throws Error naming the first weight
 /// whose name or shape differs when the network is another architecture.
-CheckpointInfo LoadCheckpoint(const std::string& path, Denoiser& network, ExponentialMovingAverage* average,
+CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,
                               torch::optim::Optimizer* optimizer);
 
 /// Reads the averaged weights into `network`, for inference.
-CheckpointInfo LoadAverage(const std::string& path, Denoiser& network);
+CheckpointInfo LoadAverage(const std::string& path, torch::nn::Module& network);
 
 }  // namespace diffsac

@@ -5,6 +5,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/diffusion/losses.h"
+#include "diffsac/methods/trained_config.h"
 
 namespace diffsac {
 
@@ -32,17 +33,9 @@ torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
 }
 
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device) {
-  const auto info = ReadCheckpointInfo(checkpoint);
-  const auto config = Config::FromString(info.config, checkpoint + " (its configuration)");
-  std::string trained_task;
-  ReadOptionsWith(config, [&](OptionsBinder& b) {
-    b.Field("task", trained_task);
-    for (const char* key : {"name", "data", "network", "labels", "train", "validation", "inference"}) b.Ignore(key);
-  });
-  if (TaskFromString(trained_task) != task)
-    throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) + "'");
-  auto network =
-      std::make_shared<DiffsacNetwork>(task, ReadOptions<NetworkOptions>(config.Sub("network")), Rng(info.seed));
+  const auto trained = ReadTrainedConfig(checkpoint, "diffsac", task);
+  auto network = std::make_shared<DiffsacNetwork>(task, ReadOptions<NetworkOptions>(trained.config.Sub("network")),
+                                                  Rng(trained.seed));
   LoadAverage(checkpoint, *network->denoiser);
   network->denoiser->eval();
   network->MoveTo(device);

@@ -5,18 +5,21 @@
 #include "diffsac/methods/classical.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/methods/opencv_usac.h"
+#include "diffsac/methods/trained_config.h"
+#include "diffsac/methods/weighted_method.h"
 
 namespace diffsac {
 namespace {
 
 const std::vector<std::string> kTypes = {
-    "diffsac",   "ransac",    "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac",
-    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle"};
+    "diffsac", "ransac",        "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac", "magsac_pp",
+    "usac",    "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle",   "ng_ransac", "clnet"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
-struct DiffsacRow {
+template <class Options>
+struct LearnedRow {
   std::string checkpoint;
-  DiffsacOptions options;
+  Options options;
   void Bind(OptionsBinder& b) {
     for (const char* key : {"name", "type", "label", "paper", "conditions", "max_problems"}) b.Ignore(key);
     b.Field("checkpoint", checkpoint);
@@ -24,16 +27,40 @@ struct DiffsacRow {
   }
 };
 
-std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
-  std::string checkpoint = context.checkpoint_override;
-  if (checkpoint.empty()) checkpoint = ReadOptions<DiffsacRow>(config).checkpoint;
-  if (checkpoint.empty()) throw Error(config.Where() + ": method 'diffsac' needs a checkpoint (key, or --checkpoint)");
-  const auto network = LoadNetwork(checkpoint, task, DeviceFromString(context.device));
+// --checkpoint is for the rows of the method that trained it.
+std::string OverrideFor(const std::string& type, const MethodContext& context) {
+  const auto& path = context.checkpoint_override;
+  return !path.empty() && TrainedMethod(path) == type ? path : "";
+}
+
+template <class Learned, class Options, class Load>
+std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& context, Options defaults, Load load) {
+  const std::string type = config.Text("type");
+  LearnedRow<Options> row{{}, std::move(defaults)};
+  std::string checkpoint = OverrideFor(type, context);
+  if (checkpoint.empty()) checkpoint = ReadOptions(config, row).checkpoint;
+  if (checkpoint.empty())
+    throw Error(config.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
+  const auto network = load(checkpoint, DeviceFromString(context.device));
   const auto trained = Config::FromString(ReadCheckpointInfo(checkpoint).config, checkpoint + " (its configuration)");
-  DiffsacRow row;
-  row.options = ReadOptions<DiffsacOptions>(trained.Sub("inference"));
-  row = ReadOptions<DiffsacRow>(config, row);
-  return std::make_unique<DiffsacMethod>(network, row.options, context.threads);
+  row.options = ReadOptions(trained.Sub("inference"), row.options);
+  row = ReadOptions(config, row);
+  return std::make_unique<Learned>(network, row.options, context.threads);
+}
+
+std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
+  return MakeLearned<DiffsacMethod>(config, context, DiffsacOptions(),
+                                    [&](const std::string& checkpoint, const torch::Device& device) {
+                                      return LoadNetwork(checkpoint, task, device);
+                                    });
+}
+
+std::unique_ptr<Method> MakeWeighted(const std::string& type, const Config& config, Task task,
+                                     const MethodContext& context) {
+  return MakeLearned<WeightedMethod>(config, context, DefaultWeightedOptions(type),
+                                     [&](const std::string& checkpoint, const torch::Device& device) {
+                                       return LoadLearnedWeights(type, checkpoint, task, device);
+                                     });
 }
 
 }  // namespace
@@ -41,6 +68,7 @@ std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const Metho
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context) {
   const std::string type = config.Text("type");
   if (type == "diffsac") return MakeDiffsac(config, task, context);
+  if (type == "ng_ransac" || type == "clnet") return MakeWeighted(type, config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
   if (auto method = MakeOpencvMethod(type, config, task)) return method;
   throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +

@@ -1,6 +1,5 @@
 #include "diffsac/train/trainer.h"
 
-#include <ATen/autocast_mode.h>
 #include <torch/torch.h>
 
 #include <chrono>
@@ -10,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <utility>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -17,7 +17,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/diffusion/losses.h"
+#include "diffsac/train/learner.h"
 #include "diffsac/train/learning_rate.h"
 #include "diffsac/train/metrics_log.h"
 #include "diffsac/train/training_source.h"
@@ -34,73 +34,17 @@ std::string Text(const char* format, double value) {
   return text;
 }
 
-struct StepTensors {
-  PointBatch points;
-  torch::Tensor inliers, labels, noise, times;   // [B, N], [B, K, N], [B, K, N], [B, K]
-};
-
-StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
-  std::vector<const FeatureSet*> sets;
-  for (const auto& item : items) sets.push_back(&item.features);
-  StepTensors step;
-  step.points = MakePointBatch(sets);
-  const std::int64_t batch = static_cast<std::int64_t>(items.size()), points = step.points.max_points();
-  step.inliers = torch::zeros({batch, points});
-  step.labels = torch::full({batch, copies, points}, -1.0f);
-  step.noise = torch::zeros({batch, copies, points});
-  step.times = torch::empty({batch, copies}, torch::kLong);
-  for (std::int64_t b = 0; b < batch; ++b) {
-    const auto& item = items[b];
-    const std::int64_t length = step.points.lengths[b];
-    const auto view = [length](const std::vector<float>& values, std::int64_t first) {
-      return torch::from_blob(const_cast<float*>(values.data()) + first, {length});
-    };
-    step.inliers[b].slice(0, 0, length).copy_(view(item.inliers, 0));
-    for (std::int64_t k = 0; k < copies; ++k) {
-      step.labels[b][k].slice(0, 0, length).copy_(view(item.labels, k * length));
-      step.noise[b][k].slice(0, 0, length).copy_(view(item.noise, k * length));
-      step.times.data_ptr<std::int64_t>()[b * copies + k] = item.times[k];
-    }
-  }
-  step.points = step.points.To(device);
-  for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device);
-  return step;
-}
-
-bool UseBfloat16(const std::string& precision, const torch::Device& device) {
-  if (precision != "auto") return precision == "bfloat16";
-  return device.is_cuda() || __builtin_cpu_supports("avx512bf16");
-}
-
-// Switches autocast on for one scope.
-class Autocast {
- public:
-  Autocast(bool enabled, const torch::Device& device) : enabled_(enabled), type_(device.type()) {
-    if (!enabled_) return;
-    at::autocast::set_autocast_enabled(type_, true);
-    at::autocast::set_autocast_dtype(type_, torch::kBFloat16);
-  }
-  ~Autocast() {
-    if (!enabled_) return;
-    at::autocast::clear_cache();
-    at::autocast::set_autocast_enabled(type_, false);
-  }
-
- private:
-  bool enabled_;
-  c10::DeviceType type_;
-};
-
 class Trainer {
  public:
   Trainer(const TrainRequest& request, const TrainConfig& options);
   TrainOutcome Run(const std::atomic<bool>& stop);
 
  private:
-  struct Losses {
-    torch::Tensor diffusion, inlier;
-  };
-  Losses Forward(const StepTensors& step, std::int64_t iteration);
+  double Rate(std::int64_t iteration) const {
+    const auto& train = options_.train;
+    return learner_->RateFactor(iteration) *
+           LearningRate(iteration, train.warmup_iterations, train.iterations, train.learning_rate);
+  }
   void Step(const std::vector<TrainingItem>& items, std::int64_t iteration);
   std::vector<double> Validate();
   void Save(const std::string& name, bool with_optimizer);
@@ -114,13 +58,12 @@ class Trainer {
   RunDirectory directory_;
   torch::Device device_;
   std::vector<TrainingPart> parts_;
-  std::shared_ptr<DiffsacNetwork> network_;
-  std::shared_ptr<DiffsacNetwork> averaged_;
+  std::unique_ptr<Learner> learner_;
   std::unique_ptr<ExponentialMovingAverage> average_;
   std::unique_ptr<torch::optim::Adam> optimizer_;
   std::unique_ptr<Validation> validation_;
   CheckpointInfo info_;
-  double diffusion_loss_ = 0.0, inlier_loss_ = 0.0;
+  std::vector<double> loss_sums_;  // of the learner's parts since the last row of metrics
   std::int64_t losses_ = 0;
 };
 
@@ -138,15 +81,11 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
                 options.task + "'");
   std::filesystem::create_directories(directory_.File("checkpoints"));
   torch::set_num_threads(request.threads > 0 ? request.threads : HardwareThreads());
-  const Rng rng(options.train.seed);
-  network_ = std::make_shared<DiffsacNetwork>(task_, options.network, rng);
-  averaged_ = std::make_shared<DiffsacNetwork>(task_, options.network, rng);
-  network_->MoveTo(device_);
-  averaged_->MoveTo(device_);
-  averaged_->denoiser->eval();
-  if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, *network_->denoiser);
-  average_ = std::make_unique<ExponentialMovingAverage>(*network_->denoiser, options.train.ema_decay);
-  optimizer_ = std::make_unique<torch::optim::Adam>(network_->denoiser->parameters(),
+  learner_ = MakeLearner(options, device_, request.threads);
+  loss_sums_.assign(learner_->loss_names().size(), 0.0);
+  if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, learner_->network());
+  average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), options.train.ema_decay);
+  optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
                                                     torch::optim::AdamOptions(options.train.learning_rate));
   validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
   info_ = {resolved_, GitRevision(), 0, options.train.seed, -1.0};
@@ -155,7 +94,7 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
 
 void Trainer::Resume() {
   const auto path = CheckpointPath("last.pt");
-  const auto info = LoadCheckpoint(path, *network_->denoiser, average_.get(), optimizer_.get());
+  const auto info = LoadCheckpoint(path, learner_->network(), average_.get(), optimizer_.get());
   if (info.config != resolved_)
     throw Error(path + ": was trained with another configuration than " + request_.config.Where() +
                 "; resume with the same one, or choose another --output");
@@ -165,77 +104,44 @@ void Trainer::Resume() {
 
 // best.pt is for inference: without the optimiser's state it is half the size.
 void Trainer::Save(const std::string& name, bool with_optimizer) {
-  SaveCheckpoint(CheckpointPath(name), info_, *network_->denoiser, *average_,
+  SaveCheckpoint(CheckpointPath(name), info_, learner_->network(), *average_,
                  with_optimizer ? optimizer_.get() : nullptr);
-}
-
-Trainer::Losses Trainer::Forward(const StepTensors& step, std::int64_t iteration) {
-  const Autocast autocast(UseBfloat16(options_.train.precision, device_), device_);
-  auto& denoiser = *network_->denoiser;
-  const auto context = denoiser.Encode(step.points);
-  const auto c_t = network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten())
-                       .view_as(step.labels);
-  const auto t = step.times.to(torch::kFloat);
-  torch::Tensor previous;
-  if (options_.network.denoiser.self_conditioning) {
-    Rng coin = Rng(options_.train.seed).Fork("self_conditioning", static_cast<std::uint64_t>(iteration));
-    if (coin.Uniform() < options_.train.self_conditioning_probability) {
-      const torch::NoGradGuard no_grad;
-      previous = network_->Confidence(denoiser.Denoise(context, c_t, t).to(torch::kFloat)).detach();
-    }
-  }
-  const auto output = denoiser.Denoise(context, c_t, t, previous).to(torch::kFloat);
-  const auto mask = step.points.mask.defined() ? step.points.mask.unsqueeze(1).expand_as(output) : torch::Tensor();
-  Losses losses;
-  losses.diffusion =
-      DiffusionLoss(options_.network.loss, output, step.labels, mask, options_.train.positive_weight);
-  if (context.inlier_logits.defined()) {
-    losses.inlier = DiffusionLoss("bce", context.inlier_logits.to(torch::kFloat), step.inliers * 2 - 1,
-                                  step.points.mask, 1.0);
-  }
-  return losses;
 }
 
 void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteration) {
   const auto& train = options_.train;
-  const auto step = Collate(items, train.noise_copies, device_);
-  const double rate = LearningRate(iteration, train.warmup_iterations, train.iterations, train.learning_rate);
+  const double rate = Rate(iteration);
   for (auto& group : optimizer_->param_groups()) group.options().set_lr(rate);
   optimizer_->zero_grad();
-  const auto losses = Forward(step, iteration);
-  auto total = losses.diffusion;
-  if (losses.inlier.defined()) total = total + train.inlier_weight * losses.inlier;
-  const double diffusion = losses.diffusion.item<double>();
-  const double inlier = losses.inlier.defined() ? losses.inlier.item<double>() : 0.0;
-  if (!std::isfinite(diffusion + inlier))
+  const auto loss = learner_->Compute(items, iteration);
+  if (!std::isfinite(loss.total.item<double>()))
     throw Error("the loss is not finite at iteration " + std::to_string(iteration) + "; the last good checkpoint is " +
                 CheckpointPath("last.pt") + " (iteration " + std::to_string(info_.iteration) +
                 "). A smaller train.learning_rate may help");
-  total.backward();
-  if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(network_->denoiser->parameters(), train.clip_norm);
+  loss.total.backward();
+  if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(learner_->network().parameters(), train.clip_norm);
   optimizer_->step();
-  average_->Update(*network_->denoiser);
-  diffusion_loss_ += diffusion;
-  inlier_loss_ += inlier;
+  average_->Update(learner_->network());
+  for (std::size_t i = 0; i < loss_sums_.size(); ++i) loss_sums_[i] += loss.parts[i];
   ++losses_;
 }
 
 std::vector<double> Trainer::Validate() {
-  average_->CopyTo(*averaged_->denoiser);
-  const DiffsacMethod method(averaged_, options_.inference, request_.threads);
-  return validation_->Run(method);
+  average_->CopyTo(learner_->averaged());
+  return validation_->Run(*learner_->AveragedMethod());
 }
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
-  LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(*network_->denoiser)) +
+  LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(learner_->network())) +
           " parameters, device " + device_.str() + ", " + MachineText());
-  std::vector<std::string> columns = {"loss_diffusion", "loss_inlier", "learning_rate", "data_wait_share"};
+  std::vector<std::string> columns = learner_->loss_names();
+  columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
   columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
   MetricsLog log(directory_.path(), columns, info_.iteration);
 
-  const TrainingSource source(parts_, network_->features, options_.labels, train.two_view, train.noise_copies,
-                              options_.network.schedule.steps, train.seed);
+  const TrainingSource source(parts_, learner_->features(), options_.labels, train.two_view, learner_->copies(),
+                              learner_->schedule_steps(), train.seed);
   Prefetcher<TrainingItem> items([&source](std::uint64_t index) { return source.Make(index); }, train.workers,
                                  4 * train.batch_size,
                                  static_cast<std::uint64_t>(info_.iteration) * train.batch_size);
@@ -268,12 +174,12 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
       const double seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - window_start).count();
       const double share = seconds > 0 ? (items.wait_seconds() - waited) / seconds : 0.0;
-      std::vector<double> row = {diffusion_loss_ / losses_, inlier_loss_ / losses_,
-                                 LearningRate(iteration, train.warmup_iterations, train.iterations, train.learning_rate),
-                                 share};
+      std::vector<double> row;
+      for (double& sum : loss_sums_) row.push_back(std::exchange(sum, 0.0) / losses_);
+      row.push_back(Rate(iteration));
+      row.push_back(share);
       row.insert(row.end(), accuracies.begin(), accuracies.end());
       log.Append(done, row);
-      diffusion_loss_ = inlier_loss_ = 0.0;
       losses_ = 0;
       window_start = std::chrono::steady_clock::now();
       waited = items.wait_seconds();

@@ -131,6 +131,7 @@ TrainingSource::TrainingSource(const Dataset& dataset, PointFeatures features, L
 
 std::shared_ptr<const TrainingSource::Sets> TrainingSource::SetsOf(std::size_t part, std::uint64_t position,
                                                                    const Example& example) const {
+  if (copies_ == 0) return std::make_shared<const Sets>();
   if (kept_[part].empty()) return std::make_shared<const Sets>(FindSets(example, labels_));
   {
     const std::lock_guard lock(mutex_);
@@ -233,6 +234,7 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   Rng noise = rng.Fork("noise");
   item.noise.resize(copies_ * points);
   for (float& value : item.noise) value = static_cast<float>(noise.Normal());
+  item.example = std::make_shared<const Example>(std::move(example));
   return item;
 }
 

@@ -20,6 +20,8 @@ struct TrainingItem {
   std::vector<float> labels;    ///< copies × N, ±1
   std::vector<float> noise;     ///< copies × N, standard normal
   std::vector<int> times;       ///< copies, uniform in [0, T)
+  /// The points behind the features, in their order, with their truth; not augmented.
+  std::shared_ptr<const Example> example;
 };
 
 /// What training does to the matches of two views before the network sees them; all drawn anew each time.
@@ -50,7 +52,7 @@ std::vector<TrainingPart> MakeTrainingParts(const Config& data, std::uint64_t se
 std::string WriteTrainingData(const Config& data);
 
 /// Makes item `index` of a training run: a function of (seed, index) alone, so that resuming needs only a number.
-/// Thread-safe. Labels of finite two-view datasets are searched for once and kept in memory.
+/// Thread-safe. Labels of finite two-view datasets are searched for once and kept in memory; none with 0 copies.
 class TrainingSource {
  public:
   TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, LabelOptions labels,

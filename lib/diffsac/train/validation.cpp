@@ -69,7 +69,7 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
   names_.push_back("mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }
 
-std::vector<double> Validation::Run(const DiffsacMethod& method) const {
+std::vector<double> Validation::Run(const Method& method) const {
   std::vector<double> results;
   for (const auto& group : examples_) {
     double sum = 0.0;

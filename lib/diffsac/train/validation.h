@@ -6,7 +6,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/methods/method.h"
 #include "diffsac/train/train_options.h"
 
 namespace diffsac {
@@ -17,7 +17,7 @@ class Validation {
  public:
   /// config: the whole training configuration. Throws Error for data of another task or without examples.
   Validation(Task task, const Config& config, const ValidationOptions& options, std::uint64_t seed);
-  std::vector<double> Run(const DiffsacMethod& method) const;
+  std::vector<double> Run(const Method& method) const;
   /// A heading for each value of Run: "mAA@10deg", "mAA@0.5deg_outliers_0.7".
   const std::vector<std::string>& names() const { return names_; }
 

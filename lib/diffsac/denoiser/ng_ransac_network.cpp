@@ -1,0 +1,37 @@
+#include "diffsac/denoiser/ng_ransac_network.h"
+
+#include <torch/torch.h>
+
+#include "diffsac/denoiser/initialize.h"
+
+namespace diffsac {
+namespace nn = torch::nn;
+
+void NgRansacNetworkOptions::Bind(OptionsBinder& b) {
+  b.Group("features", features);
+  b.Field("width", width, Within(4, 4096));
+  b.Field("blocks", blocks, Within(1, 256));
+}
+
+NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng) {
+  input_ = register_module("input", nn::Linear(input_width, options.width));
+  InitializeLinear(*input_, LinearStart::kDefault, 0.0, rng.Fork("input"));
+  for (int i = 0; i < options.blocks; ++i)
+    blocks_.push_back(register_module("block" + std::to_string(i),
+                                      std::make_shared<ContextBlock>(options.width, rng.Fork("block", i))));
+  output_ = register_module("output", nn::Linear(options.width, 1));
+  InitializeLinear(*output_, LinearStart::kZero, 0.0, rng.Fork("output"));  // a new network samples uniformly
+}
+
+torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
+  const auto shares = MeanShares(batch.mask, batch.size(), batch.max_points(), batch.features.options());
+  auto x = torch::relu(input_(batch.features));
+  for (auto& block : blocks_) x = block->Forward(x, shares);
+  auto logits = output_(x).squeeze(-1).to(torch::kFloat);
+  if (batch.mask.defined()) logits = logits.masked_fill(batch.mask.logical_not(), -1e9);
+  return torch::log_softmax(logits, 1);
+}
+
+torch::Tensor NgRansacNetwork::Weights(const PointBatch& batch) { return LogWeights(batch).exp(); }
+
+}  // namespace diffsac

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <torch/nn/modules/linear.h>
+
+#include <memory>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/point_features.h"
+#include "diffsac/denoiser/context_block.h"
+#include "diffsac/denoiser/weight_network.h"
+
+namespace diffsac {
+
+/// The group `network` of `method: ng_ransac`.
+struct NgRansacNetworkOptions {
+  PointFeaturesOptions features;
+  int width = 128;  ///< channels
+  int blocks = 12;  ///< residual blocks of two linear layers each
+  void Bind(OptionsBinder& b);
+};
+
+/// The network of Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019: a linear layer, residual blocks of
+/// point-wise linear layers with context normalisation, a linear layer to one value a point. A softmax over the points
+/// makes it the categorical distribution from which minimal sets are drawn.
+class NgRansacNetwork : public WeightNetwork {
+ public:
+  NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng);
+  /// log p(y; w) [B, N], sums to 1 in p over a problem's points; −1e9 or less for padding.
+  torch::Tensor LogWeights(const PointBatch& batch);
+  torch::Tensor Weights(const PointBatch& batch) override;
+
+ private:
+  torch::nn::Linear input_{nullptr};
+  std::vector<std::shared_ptr<ContextBlock>> blocks_;
+  torch::nn::Linear output_{nullptr};
+};
+
+}  // namespace diffsac

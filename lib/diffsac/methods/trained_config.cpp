@@ -1,0 +1,34 @@
+#include "diffsac/methods/trained_config.h"
+
+#include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
+
+namespace diffsac {
+namespace {
+
+Config ConfigOf(const CheckpointInfo& info, const std::string& checkpoint) {
+  return Config::FromString(info.config, checkpoint + " (its configuration)");
+}
+
+std::string MethodOf(const Config& config) { return config.Has("method") ? config.Text("method") : "diffsac"; }
+
+}  // namespace
+
+std::string TrainedMethod(const std::string& checkpoint) {
+  return MethodOf(ConfigOf(ReadCheckpointInfo(checkpoint), checkpoint));
+}
+
+TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string& method, Task task) {
+  const auto info = ReadCheckpointInfo(checkpoint);
+  const auto config = ConfigOf(info, checkpoint);
+  const std::string trained_method = MethodOf(config);
+  const std::string trained_task = config.Has("task") ? config.Text("task") : "";
+  if (trained_method != method)
+    throw Error(checkpoint + ": trained by method '" + trained_method + "', this row needs '" + method + "'");
+  if (TaskFromString(trained_task) != task)
+    throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) +
+                "'");
+  return {config, info.seed};
+}
+
+}  // namespace diffsac

@@ -1,0 +1,108 @@
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/train/batch_tensors.h"
+#include "diffsac/train/consensus_loss.h"
+#include "diffsac/train/expected_loss.h"
+#include "diffsac/train/learner.h"
+
+namespace diffsac {
+namespace {
+
+class ClnetLearner : public Learner {
+ public:
+  ClnetLearner(const TrainConfig& options, const torch::Device& device, int threads)
+      : options_(options), task_(TaskFromString(options.task)), device_(device), threads_(threads) {
+    const Rng rng(options.train.seed);
+    weights_ = MakeClnetWeights(task_, options.clnet_network, rng);
+    averaged_ = MakeClnetWeights(task_, options.clnet_network, rng);
+    weights_->MoveTo(device_);
+    averaged_->MoveTo(device_);
+    averaged_->network->eval();
+  }
+  torch::nn::Module& network() override { return *weights_->network; }
+  torch::nn::Module& averaged() override { return *averaged_->network; }
+  const PointFeatures& features() const override { return weights_->features; }
+  std::vector<std::string> loss_names() const override {
+    return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
+  }
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  std::unique_ptr<Method> AveragedMethod() const override {
+    return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
+  }
+
+ private:
+  struct Truth {
+    torch::Tensor inliers, temperature;  // [B, N]
+  };
+  Truth MakeTruth(const std::vector<TrainingItem>& items, std::int64_t points) const;
+  torch::Tensor Regression(const std::vector<TrainingItem>& items, ClnetNetwork& network, const ClnetOutput& output,
+                           std::int64_t points) const;
+
+  TrainConfig options_;
+  Task task_;
+  torch::Device device_;
+  int threads_;
+  std::shared_ptr<LearnedWeights> weights_;
+  std::shared_ptr<LearnedWeights> averaged_;
+};
+
+ClnetLearner::Truth ClnetLearner::MakeTruth(const std::vector<TrainingItem>& items, std::int64_t points) const {
+  std::vector<std::vector<float>> inliers, distances;
+  for (const auto& item : items) {
+    inliers.push_back(item.inliers);
+    const auto exact = TruthDistances(*item.example);
+    auto& row = distances.emplace_back(item.inliers.size(), 1.0f);  // without a true model no label is in doubt
+    for (std::size_t i = 0; i < exact.size(); ++i)
+      row[i] = std::isfinite(exact[i]) ? static_cast<float>(std::min(exact[i], 1.0)) : 1.0f;
+  }
+  Truth truth;
+  truth.inliers = PadRows(inliers, points, 0.0f);
+  truth.temperature =
+      AdaptiveTemperature(PadRows(distances, points, 1.0f), truth.inliers, options_.clnet.temperature).to(device_);
+  truth.inliers = truth.inliers.to(device_);
+  return truth;
+}
+
+torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, ClnetNetwork& network,
+                                       const ClnetOutput& output, std::int64_t points) const {
+  std::vector<LinearFit> fits(items.size());
+  for (std::size_t b = 0; b < items.size(); ++b) fits[b] = MakeLinearFit(*items[b].example);
+  const auto candidates = network.CandidateWeights(output);
+  const auto weights =
+      torch::zeros({candidates.size(0), points}, candidates.options()).scatter_add(1, output.index, candidates);
+  return RegressionLoss(weights, fits, !IsTwoView(task_));
+}
+
+Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+  const auto points = CollatePoints(items);
+  auto& network = dynamic_cast<ClnetNetwork&>(*weights_->network);
+  const auto output = network.Run(points.To(device_));
+  const auto truth = MakeTruth(items, points.max_points());
+  const auto entropy = [&](const torch::Tensor& logits, const torch::Tensor& index, const torch::Tensor& mask) {
+    return BalancedCrossEntropy(logits, truth.inliers.gather(1, index), truth.temperature.gather(1, index), mask);
+  };
+  torch::Tensor pruning = torch::zeros({}, output.logits.options());
+  for (const auto& stage : output.stages)
+    pruning = pruning + entropy(stage.local, stage.index, stage.mask) + entropy(stage.global, stage.index, stage.mask);
+  const auto candidates = entropy(output.logits, output.index, output.mask);
+  auto total = pruning + candidates;
+  const auto regression = Regression(items, network, output, points.max_points()).to(device_, total.scalar_type());
+  const auto& train = options_.clnet;
+  if (iteration >= train.regression_start * static_cast<double>(options_.train.iterations))
+    total = total + train.regression_weight * regression;
+  const auto kept = truth.inliers.gather(1, output.index) * output.mask.to(torch::kFloat);
+  const double share = (kept.sum() / truth.inliers.sum().clamp_min(1.0)).item<double>();
+  return {total, {pruning.item<double>(), candidates.item<double>(), regression.item<double>(), share}};
+}
+
+}  // namespace
+
+std::unique_ptr<Learner> MakeClnetLearner(const TrainConfig& options, const torch::Device& device, int threads) {
+  return std::make_unique<ClnetLearner>(options, device, threads);
+}
+
+}  // namespace diffsac

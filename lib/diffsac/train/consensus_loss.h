@@ -1,0 +1,40 @@
+#pragma once
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// CLNet's adaptive temperature of each point, [B, M]: exp(−(1 − d) / α) of an inlier at distance d ≤ 1 (in multiples
+/// of ε) from the true model, 1 of an outlier. A clear inlier is cooled, which asks for a larger logit; one near the
+/// threshold, whose label is doubtful, is not. distances: [B, M]; inliers: [B, M], 0 or 1.
+torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::Tensor& inliers, double alpha);
+
+/// Cross-entropy of temperature · logits; inliers and outliers of a problem weigh the same, whatever their numbers.
+/// All [B, M]; mask: bool.
+torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Tensor& inliers,
+                                   const torch::Tensor& temperature, const torch::Tensor& mask);
+
+/// A weighted linear fit that gradients pass through, in double precision.
+struct LinearFit {
+  /// Rows of the linear equations of one problem's points, in normalised coordinates: lines and planes the points (γ
+  /// columns), F and E the epipolar equations (9), H two transfer equations a point (9).
+  torch::Tensor rows;
+  std::int64_t rows_per_point = 1;
+  /// The true model in the same coordinates, a unit vector: of lines and planes the normal. Undefined without one.
+  torch::Tensor truth;
+};
+
+/// What the regression loss needs of one problem.
+LinearFit MakeLinearFit(const Example& example);
+
+/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)² (lines and
+/// planes: of rows about their weighted mean): 0 for the true model, 1 for one that has nothing of it. A fit that the
+/// weights leave undetermined counts 0 and has no gradient. weights: [B, N] ≥ 0, differentiable.
+torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits, bool about_mean);
+
+}  // namespace diffsac

@@ -1,0 +1,146 @@
+#include <ATen/autocast_mode.h>
+#include <torch/torch.h>
+
+#include <memory>
+
+#include "diffsac/diffusion/losses.h"
+#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/train/learner.h"
+
+namespace diffsac {
+namespace {
+
+struct StepTensors {
+  PointBatch points;
+  torch::Tensor inliers, labels, noise, times;  // [B, N], [B, K, N], [B, K, N], [B, K]
+};
+
+StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
+  std::vector<const FeatureSet*> sets;
+  for (const auto& item : items) sets.push_back(&item.features);
+  StepTensors step;
+  step.points = MakePointBatch(sets);
+  const std::int64_t batch = static_cast<std::int64_t>(items.size()), points = step.points.max_points();
+  step.inliers = torch::zeros({batch, points});
+  step.labels = torch::full({batch, copies, points}, -1.0f);
+  step.noise = torch::zeros({batch, copies, points});
+  step.times = torch::empty({batch, copies}, torch::kLong);
+  for (std::int64_t b = 0; b < batch; ++b) {
+    const auto& item = items[b];
+    const std::int64_t length = step.points.lengths[b];
+    const auto view = [length](const std::vector<float>& values, std::int64_t first) {
+      return torch::from_blob(const_cast<float*>(values.data()) + first, {length});
+    };
+    step.inliers[b].slice(0, 0, length).copy_(view(item.inliers, 0));
+    for (std::int64_t k = 0; k < copies; ++k) {
+      step.labels[b][k].slice(0, 0, length).copy_(view(item.labels, k * length));
+      step.noise[b][k].slice(0, 0, length).copy_(view(item.noise, k * length));
+      step.times.data_ptr<std::int64_t>()[b * copies + k] = item.times[k];
+    }
+  }
+  step.points = step.points.To(device);
+  for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device);
+  return step;
+}
+
+bool UseBfloat16(const std::string& precision, const torch::Device& device) {
+  if (precision != "auto") return precision == "bfloat16";
+  return device.is_cuda() || __builtin_cpu_supports("avx512bf16");
+}
+
+// Switches autocast on for one scope.
+class Autocast {
+ public:
+  Autocast(bool enabled, const torch::Device& device) : enabled_(enabled), type_(device.type()) {
+    if (!enabled_) return;
+    at::autocast::set_autocast_enabled(type_, true);
+    at::autocast::set_autocast_dtype(type_, torch::kBFloat16);
+  }
+  ~Autocast() {
+    if (!enabled_) return;
+    at::autocast::clear_cache();
+    at::autocast::set_autocast_enabled(type_, false);
+  }
+
+ private:
+  bool enabled_;
+  c10::DeviceType type_;
+};
+
+class DiffsacLearner : public Learner {
+ public:
+  DiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads)
+      : options_(options), device_(device), threads_(threads) {
+    const Task task = TaskFromString(options.task);
+    const Rng rng(options.train.seed);
+    network_ = std::make_shared<DiffsacNetwork>(task, options.network, rng);
+    averaged_ = std::make_shared<DiffsacNetwork>(task, options.network, rng);
+    network_->MoveTo(device_);
+    averaged_->MoveTo(device_);
+    averaged_->denoiser->eval();
+  }
+  torch::nn::Module& network() override { return *network_->denoiser; }
+  torch::nn::Module& averaged() override { return *averaged_->denoiser; }
+  const PointFeatures& features() const override { return network_->features; }
+  int copies() const override { return options_.train.noise_copies; }
+  int schedule_steps() const override { return options_.network.schedule.steps; }
+  std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  std::unique_ptr<Method> AveragedMethod() const override {
+    return std::make_unique<DiffsacMethod>(averaged_, options_.inference, threads_);
+  }
+
+ private:
+  struct Losses {
+    torch::Tensor diffusion, inlier;
+  };
+  Losses Forward(const StepTensors& step, std::int64_t iteration);
+
+  TrainConfig options_;
+  torch::Device device_;
+  int threads_;
+  std::shared_ptr<DiffsacNetwork> network_;
+  std::shared_ptr<DiffsacNetwork> averaged_;
+};
+
+DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int64_t iteration) {
+  const Autocast autocast(UseBfloat16(options_.train.precision, device_), device_);
+  auto& denoiser = *network_->denoiser;
+  const auto context = denoiser.Encode(step.points);
+  const auto c_t =
+      network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten())
+          .view_as(step.labels);
+  const auto t = step.times.to(torch::kFloat);
+  torch::Tensor previous;
+  if (options_.network.denoiser.self_conditioning) {
+    Rng coin = Rng(options_.train.seed).Fork("self_conditioning", static_cast<std::uint64_t>(iteration));
+    if (coin.Uniform() < options_.train.self_conditioning_probability) {
+      const torch::NoGradGuard no_grad;
+      previous = network_->Confidence(denoiser.Denoise(context, c_t, t).to(torch::kFloat)).detach();
+    }
+  }
+  const auto output = denoiser.Denoise(context, c_t, t, previous).to(torch::kFloat);
+  const auto mask = step.points.mask.defined() ? step.points.mask.unsqueeze(1).expand_as(output) : torch::Tensor();
+  Losses losses;
+  losses.diffusion = DiffusionLoss(options_.network.loss, output, step.labels, mask, options_.train.positive_weight);
+  if (context.inlier_logits.defined()) {
+    losses.inlier =
+        DiffusionLoss("bce", context.inlier_logits.to(torch::kFloat), step.inliers * 2 - 1, step.points.mask, 1.0);
+  }
+  return losses;
+}
+
+Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+  const auto losses = Forward(Collate(items, options_.train.noise_copies, device_), iteration);
+  auto total = losses.diffusion;
+  if (losses.inlier.defined()) total = total + options_.train.inlier_weight * losses.inlier;
+  return {total, {losses.diffusion.item<double>(), losses.inlier.defined() ? losses.inlier.item<double>() : 0.0}};
+}
+
+}  // namespace
+
+std::unique_ptr<Learner> MakeDiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads) {
+  return std::make_unique<DiffsacLearner>(options, device, threads);
+}
+
+}  // namespace diffsac

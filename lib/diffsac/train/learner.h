@@ -1,0 +1,55 @@
+#pragma once
+
+#include <torch/nn/module.h>
+#include <torch/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diffsac/data/point_features.h"
+#include "diffsac/methods/method.h"
+#include "diffsac/train/train_options.h"
+#include "diffsac/train/training_source.h"
+
+namespace diffsac {
+
+/// What differs between learned methods in a training run. Data, schedule, average, checkpoints, resuming and metrics
+/// are the trainer's.
+class Learner {
+ public:
+  virtual ~Learner() = default;
+  /// The network that is trained, and one of the same architecture for averaged weights; both on the run's device.
+  virtual torch::nn::Module& network() = 0;
+  virtual torch::nn::Module& averaged() = 0;
+  virtual const PointFeatures& features() const = 0;
+  /// Labels, times and noises of a training item; 0 for methods that need none.
+  virtual int copies() const { return 0; }
+  /// Times are drawn below this.
+  virtual int schedule_steps() const { return 1; }
+
+  /// What the learning rate is multiplied with at a step.
+  virtual double RateFactor(std::int64_t) const { return 1.0; }
+
+  struct Loss {
+    torch::Tensor total;        ///< what is differentiated
+    std::vector<double> parts;  ///< of loss_names; NaN for what was not computed
+  };
+  /// Columns of metrics.csv.
+  virtual std::vector<std::string> loss_names() const = 0;
+  /// Randomness comes from (train.seed, iteration) alone.
+  virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) = 0;
+  /// The estimator with the averaged network, for validation; valid as long as the learner.
+  virtual std::unique_ptr<Method> AveragedMethod() const = 0;
+};
+
+/// The learner of options.method. threads: of estimates in training and validation. Throws Error for bad options.
+std::unique_ptr<Learner> MakeLearner(const TrainConfig& options, const torch::Device& device, int threads);
+
+/// One for each method; MakeLearner chooses.
+std::unique_ptr<Learner> MakeDiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads);
+std::unique_ptr<Learner> MakeNgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads);
+std::unique_ptr<Learner> MakeClnetLearner(const TrainConfig& options, const torch::Device& device, int threads);
+
+}  // namespace diffsac

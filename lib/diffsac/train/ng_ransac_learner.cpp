@@ -1,0 +1,138 @@
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/data/task_dispatch.h"
+#include "diffsac/eval/metrics.h"
+#include "diffsac/methods/solver_space.h"
+#include "diffsac/train/batch_tensors.h"
+#include "diffsac/train/expected_loss.h"
+#include "diffsac/train/learner.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+template <MinimalModel Model>
+Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
+  for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
+    std::sort(set, set + Model::kMinimalSize);
+  const SolverSpace space(problem);
+  const auto result = SampleConsensus<Model>(space.points(), space.threshold(), sets, options, rng);
+  Estimate estimate;
+  estimate.status = result.status;
+  estimate.model = result.model;
+  estimate.inliers = result.inliers;
+  return estimate;
+}
+
+class NgRansacLearner : public Learner {
+ public:
+  NgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads)
+      : options_(options), task_(TaskFromString(options.task)), device_(device), threads_(threads) {
+    const Rng rng(options.train.seed);
+    weights_ = MakeNgRansacWeights(task_, options.ng_ransac_network, rng);
+    averaged_ = MakeNgRansacWeights(task_, options.ng_ransac_network, rng);
+    weights_->MoveTo(device_);
+    averaged_->MoveTo(device_);
+    averaged_->network->eval();
+  }
+  torch::nn::Module& network() override { return *weights_->network; }
+  torch::nn::Module& averaged() override { return *averaged_->network; }
+  const PointFeatures& features() const override { return weights_->features; }
+  std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
+  double RateFactor(std::int64_t iteration) const override {
+    return IsInitialization(iteration) ? 1.0 : options_.ng_ransac.rate_factor;
+  }
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  std::unique_ptr<Method> AveragedMethod() const override {
+    return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
+  }
+
+ private:
+  Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target,
+                    std::int64_t iteration) const;
+  bool IsInitialization(std::int64_t iteration) const {
+    return iteration < options_.ng_ransac.initialization_iterations;
+  }
+  int SetSize() const {
+    return task_ == Task::kFundamental ? options_.weighted_inference.fundamental_points : MinimalSetSize(task_);
+  }
+  double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
+
+  TrainConfig options_;
+  Task task_;
+  torch::Device device_;
+  int threads_;
+  std::shared_ptr<LearnedWeights> weights_;
+  std::shared_ptr<LearnedWeights> averaged_;
+};
+
+// ℓ of the hypothesis that the consensus selects from a pool, in [0, 1] (of "inliers": in [−1, 0]).
+double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
+  const auto& consensus = options_.weighted_inference.consensus;
+  const auto& problem = example.problem;
+  const auto estimate =
+      task_ == Task::kFundamental && SetSize() == 8
+          ? Select<Fundamental8>(problem, std::move(sets), consensus, rng)
+          : DispatchTask(task_, [&]<class Model>() { return Select<Model>(problem, std::move(sets), consensus, rng); });
+  if (options_.ng_ransac.loss == "inliers")
+    return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
+           static_cast<double>(problem.points.rows());
+  const auto& validation = options_.validation;
+  const Tolerance tolerance =
+      task_ == Task::kHomography ? Tolerance(validation.threshold_px, true) : Tolerance(validation.threshold_deg);
+  const double error = MainError(MeasureError(estimate, example), tolerance);
+  return std::isnan(error) ? 1.0 : std::min(1.0, error / (options_.ng_ransac.loss_cap * tolerance.value));
+}
+
+Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights,
+                                            double target, std::int64_t iteration) const {
+  const auto& train = options_.ng_ransac;
+  const std::int64_t batch = static_cast<std::int64_t>(items.size()), pools = train.pools, sets = train.hypotheses;
+  const std::int64_t set_size = SetSize(), pool_size = sets * set_size;
+  const auto weights = log_weights.detach().to(torch::kCPU).contiguous();
+  auto chosen = torch::zeros({batch, pools * sets, set_size}, torch::kLong);
+  auto losses = torch::zeros({batch, pools});
+  const Rng step = Rng(options_.train.seed).Fork("ng_ransac", static_cast<std::uint64_t>(iteration));
+  ParallelFor(batch, threads_, [&](std::int64_t b) {
+    const auto& example = *items[b].example;
+    const auto length = static_cast<std::size_t>(example.problem.points.rows());
+    const std::span<const float> own(weights.data_ptr<float>() + b * weights.size(1), length);
+    const Rng rng = step.Fork("problem", static_cast<std::uint64_t>(b));
+    const auto drawn =
+        DrawOrderedSets(own, static_cast<int>(set_size), static_cast<int>(pools * sets), rng.Fork("minimal_sets"));
+    std::copy(drawn.begin(), drawn.end(), chosen.data_ptr<std::int64_t>() + b * pools * pool_size);
+    for (std::int64_t k = 0; k < pools; ++k) {
+      const auto first = drawn.begin() + k * pool_size;
+      losses.data_ptr<float>()[b * pools + k] =
+          static_cast<float>(PoolLoss(example, {first, first + pool_size}, rng.Fork("consensus")));
+    }
+  });
+  const auto log_probability =
+      OrderedSetLogProbability(log_weights, chosen.to(device_)).view({batch, pools, sets}).sum(-1);
+  return {ExpectedLossSurrogate(log_probability, losses.to(device_)), {target, losses.mean().item<double>()}};
+}
+
+Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+  const auto points = CollatePoints(items);
+  const auto log_weights = dynamic_cast<NgRansacNetwork&>(*weights_->network).LogWeights(points.To(device_));
+  std::vector<std::vector<float>> targets;
+  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
+  const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
+  if (IsInitialization(iteration)) return {divergence, {divergence.item<double>(), kNotANumber}};
+  return ExpectedLoss(items, log_weights, divergence.item<double>(), iteration);
+}
+
+}  // namespace
+
+std::unique_ptr<Learner> MakeNgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads) {
+  return std::make_unique<NgRansacLearner>(options, device, threads);
+}
+
+}  // namespace diffsac
