@@ -64,6 +64,26 @@ TEST_CASE("mistakes name the file, the line and the nearest name") {
   CHECK_THROWS_WITH(Read("methods: [{name: a}]\n"), Contains("type"));
 }
 
+TEST_CASE("an optional row without its checkpoint is left out, and named") {
+  ExperimentOptions experiment = SmallExperiment();
+  const std::size_t rows = experiment.methods.size();
+  const std::string text = With("methods:", "methods:\n  - {name: learned, type: diffsac, label: Learned, optional: true, "
+                                            "checkpoint: there/is/no.pt}");
+  experiment = Read(text);
+  REQUIRE(experiment.methods.size() == rows + 1);
+  LeaveOutUnavailable(&experiment);
+  CHECK(experiment.methods.size() == rows);
+  REQUIRE(experiment.left_out.size() == 1);
+  CHECK(experiment.left_out[0] == "Learned (needs there/is/no.pt)");
+  // Without `optional` it stays, and the run fails with the missing file.
+  std::string required = text;
+  required.replace(required.find("optional: true"), 14, "optional: false");
+  experiment = Read(required);
+  LeaveOutUnavailable(&experiment);
+  CHECK(experiment.methods.size() == rows + 1);
+  CHECK(experiment.left_out.empty());
+}
+
 TEST_CASE("rows are selected by name, in the experiment's order") {
   ExperimentOptions experiment = SmallExperiment();
   SelectMethods({"oracle", "first"}, &experiment);

@@ -19,6 +19,7 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   if (request.context.threads > 0) config.Set("threads=" + std::to_string(request.context.threads));
   ExperimentOptions experiment = ReadExperiment(config);
   SelectMethods(request.methods, &experiment);
+  if (request.context.checkpoint_override.empty()) LeaveOutUnavailable(&experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
 }

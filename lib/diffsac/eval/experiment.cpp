@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <set>
 
 #include "diffsac/core/status.h"
@@ -16,7 +17,7 @@ namespace {
 
 using Kind = YamlTree::Kind;
 
-constexpr const char* kRowKeys[] = {"name", "label", "conditions", "max_problems"};
+constexpr const char* kRowKeys[] = {"name", "label", "conditions", "max_problems", "optional"};
 
 // A document of its own, with the places of its parts kept for messages.
 Config ConfigOf(YamlTree tree) {
@@ -36,6 +37,13 @@ YamlTree Text(const std::string& text) {
   tree.kind = Kind::kScalar;
   tree.scalar = text;
   tree.quoted = true;
+  return tree;
+}
+
+YamlTree Flag(bool value) {
+  YamlTree tree;
+  tree.kind = Kind::kScalar;
+  tree.scalar = value ? "true" : "false";
   return tree;
 }
 
@@ -108,6 +116,7 @@ MethodRow ReadMethodRow(const Config& config) {
     b.Field("label", row.label);
     b.Field("conditions", row.conditions);
     b.Field("max_problems", row.max_problems, AtLeast(0));
+    b.Field("optional", row.optional);
   });
   if (row.type.empty()) throw Error(config.Where() + ": expected a type (ransac, diffsac, oracle, ...)");
   if (row.name.empty()) row.name = row.type;
@@ -262,20 +271,33 @@ YamlTree MethodTree(const MethodRow& row) {
   Put(&tree, "label", Text(row.label));
   if (!row.conditions.empty()) Put(&tree, "conditions", TextList(row.conditions));
   if (row.max_problems > 0) Put(&tree, "max_problems", Number(row.max_problems));
+  if (row.optional) Put(&tree, "optional", Flag(true));
   for (const YamlEntry& entry : TreeOf(row.config).entries) tree.entries.push_back(entry);
+  return tree;
+}
+
+// Rotation and translation apart, or mAA and median.
+YamlTree PaperValueTree(const PaperValue& value) {
+  YamlTree tree;
+  if (std::isnan(value.rotation) && std::isnan(value.translation)) {
+    tree.kind = Kind::kSequence;
+    tree.items.push_back(std::isnan(value.accuracy) ? YamlTree() : Number(value.accuracy));
+    if (!std::isnan(value.median_deg)) tree.items.push_back(Number(value.median_deg));
+    return tree;
+  }
+  tree.kind = Kind::kMap;
+  for (const auto& [key, number] : {std::pair{"R", value.rotation},
+                                    {"t", value.translation},
+                                    {"median_R", value.median_rotation_deg},
+                                    {"median_t", value.median_translation_deg}})
+    if (!std::isnan(number)) Put(&tree, key, Number(number));
   return tree;
 }
 
 YamlTree PaperTree(const PaperRow& row) {
   YamlTree tree;
   tree.kind = Kind::kMap;
-  for (const auto& [condition, value] : row.values) {
-    YamlTree pair;
-    pair.kind = Kind::kSequence;
-    pair.items.push_back(std::isnan(value.accuracy) ? YamlTree() : Number(value.accuracy));
-    if (!std::isnan(value.median_deg)) pair.items.push_back(Number(value.median_deg));
-    Put(&tree, condition, std::move(pair));
-  }
+  for (const auto& [condition, value] : row.values) Put(&tree, condition, PaperValueTree(value));
   return tree;
 }
 
@@ -387,6 +409,20 @@ ExperimentOptions ReadExperiment(const Config& config) {
   experiment.scene_groups = ReadSceneGroups(config);
   experiment.compare = ReadComparisons(config, Names(experiment.methods));
   return experiment;
+}
+
+void LeaveOutUnavailable(ExperimentOptions* experiment) {
+  std::vector<std::string> available;
+  for (const MethodRow& row : experiment->methods) {
+    const std::string checkpoint = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
+    if (row.optional && !checkpoint.empty() && !std::filesystem::exists(checkpoint)) {
+      experiment->left_out.push_back(row.label + " (needs " + checkpoint + ")");
+    } else {
+      available.push_back(row.name);
+    }
+  }
+  if (available.empty()) throw Error(experiment->name + ": no row is left: " + experiment->left_out.front());
+  SelectMethods(available, experiment);
 }
 
 void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment) {

@@ -27,6 +27,7 @@ struct MethodRow {
   std::string label;                    ///< In tables and pictures; the name when empty.
   std::vector<std::string> conditions;  ///< Only these; all when empty.
   int max_problems = 0;  ///< Only the first so many problems (slow rows); 0: all. Shown as n in the table.
+  bool optional = false;  ///< Left out, and named under the table, where its `checkpoint` is not there.
   Config config;         ///< type and the method's own options, without the keys above.
   bool RunsOn(const std::string& condition) const;
   /// False for references that are told more than the points: `oracle` the inliers, `line_posterior` the generator.
@@ -116,6 +117,7 @@ struct ExperimentOptions {
   std::vector<PaperRow> paper;
   std::vector<SceneGroup> scene_groups;
   std::vector<Comparison> compare;
+  std::vector<std::string> left_out;  ///< Optional rows that could not be run, each with what it needs.
   /// The first group that holds the scene, or the scene itself.
   std::string GroupOf(const std::string& scene) const;
   /// The index of a row of this name; the number of rows when there is none.
@@ -125,6 +127,9 @@ struct ExperimentOptions {
 /// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods
 /// and conditions that don't exist.
 ExperimentOptions ReadExperiment(const Config& config);
+
+/// Takes the optional rows whose checkpoint is not there into `left_out`. Throws Error when no row is left.
+void LeaveOutUnavailable(ExperimentOptions* experiment);
 
 /// Keeps the named rows, in the experiment's order. Throws Error naming the nearest row for an unknown name.
 void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment);

@@ -461,6 +461,7 @@ std::string MarkdownReport(const ExperimentResults& results) {
   text += "\n";
   if (!experiment.paper.empty())
     text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
+  for (const std::string& row : experiment.left_out) text += "\nLeft out: " + row + ".\n";
   if (!experiment.notes.empty()) text += "\n" + experiment.notes + "\n";
   return text;
 }

@@ -152,8 +152,18 @@ std::vector<DiffsacMethod::Prediction> DiffsacMethod::Predict(std::span<const Pr
     rows.push_back(prediction.to(torch::kCPU));
     if (steps != nullptr) steps->timesteps.push_back(t);
   };
-  const auto c_T = select(DrawNoise(seeds, batch.lengths, copies, points, "c_T", 0));
-  auto final = sampler_->Sample(denoise, c_T, noise, observe).to(torch::kCPU);
+  const auto predict_directly = [&] {
+    const double last = network_->options.schedule.steps - 1;
+    const auto nothing = torch::zeros({count, 1, context.points.size(1)}, context.points.options());
+    const auto prediction = denoise(nothing, last).expand({-1, copies, -1}).contiguous();
+    observe(0, last, nothing, prediction);
+    return prediction;
+  };
+  const auto sample = [&] {
+    const auto c_T = select(DrawNoise(seeds, batch.lengths, copies, points, "c_T", 0));
+    return sampler_->Sample(denoise, c_T, noise, observe);
+  };
+  auto final = (network_->options.direct ? predict_directly() : sample()).to(torch::kCPU);
   std::reverse(rows.begin(), rows.end());
   rows.insert(rows.begin(), final);
 

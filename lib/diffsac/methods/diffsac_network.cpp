@@ -14,6 +14,8 @@ void NetworkOptions::Bind(OptionsBinder& b) {
   b.Group("denoiser", denoiser);
   b.Group("schedule", schedule);
   b.Choice("loss", loss, {"mse", "bce"});
+  b.Field("direct", direct);
+  b.Require(!direct || !denoiser.self_conditioning, "direct", "false with denoiser.self_conditioning");
 }
 
 DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_options, Rng rng)

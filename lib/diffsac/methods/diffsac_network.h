@@ -15,6 +15,9 @@ struct NetworkOptions {
   PointFeaturesOptions features;
   DenoiserOptions denoiser;
   NoiseScheduleOptions schedule;
+  /// No diffusion: the network is trained without noise (c_t = 0, t = T − 1) to predict c_0 from the points at once, and is
+  /// called once; samplers are not used. The paper's ablation (a), "direct learning confidence".
+  bool direct = false;
   std::string loss = "bce";   ///< "mse": the network's output is ĉ_0 (Algorithm 1); "bce": it is the logit of "c_0 = +1"
   void Bind(OptionsBinder& b);
 };

@@ -2,6 +2,7 @@
 #include <torch/torch.h>
 
 #include <memory>
+#include <utility>
 
 #include "diffsac/diffusion/losses.h"
 #include "diffsac/methods/diffsac_method.h"
@@ -94,6 +95,8 @@ class DiffsacLearner : public Learner {
   struct Losses {
     torch::Tensor diffusion, inlier;
   };
+  /// c_t and t.
+  std::pair<torch::Tensor, torch::Tensor> Noised(const StepTensors& step) const;
   Losses Forward(const StepTensors& step, std::int64_t iteration);
 
   TrainConfig options_;
@@ -103,14 +106,20 @@ class DiffsacLearner : public Learner {
   std::shared_ptr<DiffsacNetwork> averaged_;
 };
 
+std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors& step) const {
+  const auto t = step.times.to(torch::kFloat);
+  if (options_.network.direct)
+    return {torch::zeros_like(step.labels), torch::full_like(t, options_.network.schedule.steps - 1)};
+  const auto c_t =
+      network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten());
+  return {c_t.view_as(step.labels), t};
+}
+
 DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int64_t iteration) {
   const Autocast autocast(UseBfloat16(options_.train.precision, device_), device_);
   auto& denoiser = *network_->denoiser;
   const auto context = denoiser.Encode(step.points);
-  const auto c_t =
-      network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten())
-          .view_as(step.labels);
-  const auto t = step.times.to(torch::kFloat);
+  const auto [c_t, t] = Noised(step);
   torch::Tensor previous;
   if (options_.network.denoiser.self_conditioning) {
     Rng coin = Rng(options_.train.seed).Fork("self_conditioning", static_cast<std::uint64_t>(iteration));
