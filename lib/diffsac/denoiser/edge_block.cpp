@@ -36,14 +36,14 @@ torch::Tensor EdgeBlock::Forward(const torch::Tensor& x, const torch::Tensor& ma
   // A linear layer of a difference is the difference of the layer's outputs: N products instead of N · k.
   const auto mapped = difference_(u);  // [S, N, 2W]
   const std::int64_t columns = mapped.size(2);
-  auto others = mapped.gather(1, nearest.reshape({sets, points * k, 1}).expand({-1, -1, columns}))
-                    .view({sets, points, k, columns});
+  const auto others = mapped.gather(1, nearest.reshape({sets, points * k, 1}).expand({-1, -1, columns}))
+                          .view({sets, points, k, columns});
+  // gelu is not monotonic: the maximum is taken behind it, as published, and padding is left out there, too.
+  auto edges = torch::gelu((own_(u) - mapped).unsqueeze(2) + others, "tanh");
   if (mask.defined()) {
     const auto real = mask.unsqueeze(1).expand({-1, points, -1}).gather(2, nearest);
-    others = others.masked_fill(real.logical_not().unsqueeze(-1), -1e9);
+    edges = edges.masked_fill(real.logical_not().unsqueeze(-1), -1e9);
   }
-  // gelu is not monotonic: the maximum is taken behind it, as published.
-  const auto edges = torch::gelu((own_(u) - mapped).unsqueeze(2) + others, "tanh");
   return x + output_(edges.amax(2));
 }
 
