@@ -160,13 +160,19 @@ PaperValue ReadPaperValue(const Config& config, const std::string& key, const Ya
 }
 
 // Condition names may hold dots, so the tree is walked instead of paths being looked up.
-std::vector<PaperRow> ReadPaper(const Config& config, const std::vector<std::string>& conditions) {
+std::vector<PaperRow> ReadPaper(const Config& config, const std::vector<std::string>& conditions,
+                                const std::vector<std::string>& methods) {
   std::vector<PaperRow> rows;
   const YamlTree paper = TreeOf(config.Sub("paper"));
   for (const YamlEntry& method : paper.entries) {
     PaperRow row;
     row.label = method.key;
     for (const YamlEntry& entry : method.value.entries) {
+      if (entry.key == "ours") {
+        row.ours = entry.value.scalar;
+        CheckKnown(config, "paper." + method.key, "method", {row.ours}, methods);
+        continue;
+      }
       CheckKnown(config, "paper." + method.key, "condition", {entry.key}, conditions);
       row.values[entry.key] = ReadPaperValue(config, "paper." + method.key, entry.value);
     }
@@ -297,6 +303,7 @@ YamlTree PaperValueTree(const PaperValue& value) {
 YamlTree PaperTree(const PaperRow& row) {
   YamlTree tree;
   tree.kind = Kind::kMap;
+  if (!row.ours.empty()) Put(&tree, "ours", Text(row.ours));
   for (const auto& [condition, value] : row.values) Put(&tree, condition, PaperValueTree(value));
   return tree;
 }
@@ -405,7 +412,7 @@ ExperimentOptions ReadExperiment(const Config& config) {
   experiment.figures.budget = ReadBudget(config);
   experiment.figures.images = ReadImageFolders(config);
   CheckReferences(config, experiment);
-  experiment.paper = ReadPaper(config, Names(experiment.conditions));
+  experiment.paper = ReadPaper(config, Names(experiment.conditions), Names(experiment.methods));
   experiment.scene_groups = ReadSceneGroups(config);
   experiment.compare = ReadComparisons(config, Names(experiment.methods));
   return experiment;
@@ -439,6 +446,8 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   if (!kept(experiment->reference)) experiment->reference.clear();
   if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
   std::erase_if(experiment->figures.qualitative_methods, [&](const std::string& name) { return !kept(name); });
+  for (PaperRow& row : experiment->paper)
+    if (!kept(row.ours)) row.ours.clear();
   std::erase_if(experiment->compare, [&](const Comparison& pair) { return !kept(pair.a) || !kept(pair.b); });
   for (BudgetSeries& series : experiment->figures.budget)
     std::erase_if(series.methods, [&](const std::string& name) { return !kept(name); });

@@ -45,6 +45,7 @@ struct PaperValue {
 };
 struct PaperRow {
   std::string label;
+  std::string ours;                          ///< Our row that it stands beside (PaperTable); empty: none.
   std::map<std::string, PaperValue> values;  ///< By the condition's name.
 };
 

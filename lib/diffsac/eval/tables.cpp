@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
+
+#include "diffsac/eval/paper_table.h"
 
 namespace diffsac {
 namespace {
@@ -396,6 +399,8 @@ std::vector<Table> MakeTables(const ExperimentResults& results) {
   std::vector<Table> tables;
   for (const Kind& kind : kinds) tables.push_back(MakeTable(results, metrics, kind));
   if (truth && !experiment.compare.empty()) tables.push_back(DifferenceTable(results));
+  Table paper = PaperTable(results);
+  if (!paper.rows.empty()) tables.push_back(std::move(paper));
   return tables;
 }
 
