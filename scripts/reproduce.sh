@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Reproduces tables: sets up, builds the programs in Release, evaluates the shipped models and prints the tables.
-# Everything is written under runs/TABLE/. `kitti` and `pairs` begin with images: their matches go to runs/pairs/.
+# Reproduces tables: sets up, builds the programs in Release, trains networks that a table needs and that are not there,
+# evaluates and prints the tables. Everything is written under runs/; a whole table goes to docs/results/TABLE.md as well.
+# Stopped and started again, it continues. `kitti` and `pairs` begin with images: their matches go to runs/pairs/.
 set -euo pipefail
 readonly caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -8,9 +9,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 tables() { for config in configs/tables/*.yaml; do [[ -e "$config" ]] && basename "$config" .yaml; done; true; }
 
 usage() {
-  echo "usage: scripts/reproduce.sh TABLE... [options of diffsac_eval, such as --limit 100 or --threads 1]"
+  echo "usage: scripts/reproduce.sh TABLE... [--size compact|paper] [--again] [options of diffsac_eval, such as --limit 100]"
   echo "       scripts/reproduce.sh kitti|pairs --data DIR [options of diffsac_eval]"
   echo "tables: $(tables | tr '\n' ' ')all"
+  echo "--size paper: networks of the paper's size (configs/paper), trained first; needs a CUDA device and the paper's data"
+  echo "--again: also tables that docs/results/ has from this revision"
   echo "kitti, pairs: from the images in DIR to the tables learned_*, on KITTI alone or on all sets that are there:"
   echo "  DIR/kitti, DIR/strecha/castle-P19, DIR/lund_door, DIR/oxford_graf, DIR/hpatches_v_dogman (data_tools/README.md)"
 }
@@ -58,6 +61,69 @@ prepare_others() {
   local dogman=$data/hpatches_v_dogman
   if [[ -d "$dogman/v_dogman" ]]; then dogman=$dogman/v_dogman; fi
   add_set hpatches_v_dogman "$dogman" homographies homography hpatches_v_dogman --input "$dogman" --scene hpatches_v_dogman
+}
+
+# The paper's configuration for a table, where it has one.
+paper_config() {
+  case "$1" in
+    line*) echo line ;;
+    plane*) echo plane ;;
+    fundamental_tutorial|essential_tutorial|fundamental_kitti) echo "$1" ;;
+    kitti_homography) echo homography_kitti ;;
+    modelnet_fundamental) echo fundamental_modelnet40 ;;
+  esac
+}
+
+# train CONFIG OUTPUT: goes on where an earlier run stopped.
+train() {
+  local arguments=(--config "$1" --output "$2")
+  if [[ -f "$2/checkpoints/last.pt" ]]; then arguments+=(--resume); fi
+  echo "reproduce: training $1 (log in $2/log.txt)"
+  build/release/bin/diffsac_train "${arguments[@]}" >"$2.log" 2>&1 || { tail -n 5 "$2.log" >&2; return 1; }
+}
+
+# Networks under runs/ that the table's rows name, and that are not there.
+train_missing() {
+  local checkpoint name config
+  while read -r checkpoint; do
+    if [[ -f "$checkpoint" ]]; then continue; fi
+    name=$(basename "$(dirname "$(dirname "$checkpoint")")")
+    config=$(grep -rlx "name: $name" configs --include='*.yaml' --exclude-dir=tables | head -n 1)
+    if [[ -z "$config" ]]; then
+      echo "reproduce: no configuration is named $name, for $checkpoint" >&2
+      continue
+    fi
+    mkdir -p runs
+    train "$config" "runs/$name" || echo "reproduce: $name was not trained; its rows are left out" >&2
+  done < <(grep -o 'checkpoint: runs/[^,} ]*/checkpoints/best.pt' "configs/tables/$1.yaml" | sed 's/^checkpoint: //' | sort -u)
+}
+
+# publish TABLE FOLDER COMMAND: the whole table with what it was made by and on.
+publish() {
+  local page=docs/results/$1.md picture
+  mkdir -p docs/results
+  {
+    cat "$2/table.md"
+    echo
+    for picture in "$2"/*.png; do
+      if [[ ! -f "$picture" ]]; then continue; fi
+      cp "$picture" "docs/results/$1_$(basename "$picture")"
+      echo "![$1: $(basename "$picture" .png)]($1_$(basename "$picture"))"
+      echo
+    done
+    echo "Written by \`$3\`."
+    sed -n 's/^# \(git revision\|seed\|machine\|date\): /- \1: /p' "$2/config.yaml"
+  } >"$page.part"
+  mv "$page.part" "$page"
+  echo "reproduce: $page"
+}
+
+# Whether docs/results has the table from this revision of a clean tree.
+is_published() {
+  local revision
+  revision=$(git rev-parse --short=8 HEAD 2>/dev/null) || return 1
+  [[ -z "$(git status --porcelain -- lib apps configs models 2>/dev/null)" ]] || return 1
+  grep -qs "^- git revision: $revision" "docs/results/$1.md"
 }
 
 joined() { local IFS=,; echo "[$*]"; }
@@ -113,6 +179,20 @@ if [[ "${wanted[*]}" == kitti || "${wanted[*]}" == pairs ]]; then
   if [[ ! -d "$data" ]]; then fail "--data: there is no folder $data"; fi
   data=${data%/}
 fi
+size=compact again=""
+if [[ -z "$from_images" ]]; then
+  options=()
+  while (($#)); do
+    case "$1" in
+      --size) size=${2:-}; shift $(($# > 1 ? 2 : 1)) ;;
+      --size=*) size=${1#--size=}; shift ;;
+      --again) again=yes; shift ;;
+      *) options+=("$1"); shift ;;
+    esac
+  done
+  set -- "${options[@]}"
+  if [[ "$size" != compact && "$size" != paper ]]; then fail "--size is compact or paper, not '$size'"; fi
+fi
 if [[ "${wanted[*]}" == "all" ]]; then mapfile -t wanted < <(tables); fi
 for table in "${wanted[@]}"; do
   if [[ "$table" == */* || ! -f "configs/tables/$table.yaml" ]]; then
@@ -142,17 +222,43 @@ if [[ -n "$from_images" ]]; then
   reproduce_from_images "$@"
   exit
 fi
+# A table with options is another table than the one that docs/results shows; the number of threads changes nothing.
+whole=yes
+for ((i = 1; i <= $#; ++i)); do
+  if [[ "${!i}" == --threads ]]; then ((++i)); elif [[ "${!i}" != --threads=* ]]; then whole=""; fi
+done
 for table in "${wanted[@]}"; do
+  if [[ -n "$whole" && -z "$again" && "$size" == compact ]] && is_published "$table"; then
+    echo "reproduce: docs/results/$table.md is of this revision (--again makes it anew)"
+    continue
+  fi
   output="runs/$table"
   # A later --output of the caller's replaces ours.
   arguments=(--config "configs/tables/$table.yaml")
+  page=$table
+  command="scripts/reproduce.sh $table"
+  if [[ "$size" == paper ]]; then
+    network=$(paper_config "$table")
+    if [[ -z "$network" ]]; then echo "reproduce: left out: $table has no network of the paper's size"; continue; fi
+    if ! command -v nvidia-smi >/dev/null; then
+      echo "reproduce: left out: $table at the paper's size, there is no CUDA device"
+      continue
+    fi
+    train "configs/paper/$network.yaml" "runs/paper_$network" || fail "configs/paper/$network.yaml was not trained"
+    arguments+=(--checkpoint "runs/paper_$network/checkpoints/best.pt")
+    page="paper_$table" output="runs/paper_$table" command+=" --size paper"
+  else
+    train_missing "$table"
+  fi
   if [[ " $* " == *" --output"* ]]; then
     output=""
   else
     arguments+=(--output "$output")
+    rm -f "$output/table.md"
   fi
   build/release/bin/diffsac_eval "${arguments[@]}" "$@"
-  if [[ -n "$output" ]]; then
-    echo "reproduce: tables, pictures and results are in $output/"
-  fi
+  if [[ -z "$output" ]]; then continue; fi
+  if [[ ! -f "$output/table.md" ]]; then continue; fi   # left out, as the program said
+  echo "reproduce: tables, pictures and results are in $output/"
+  if [[ -n "$whole" ]]; then publish "$page" "$output" "$command"; fi
 done
