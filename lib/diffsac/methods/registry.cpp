@@ -3,6 +3,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/classical.h"
+#include "diffsac/methods/dgsac_method.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/methods/opencv_usac.h"
 
@@ -11,7 +12,8 @@ namespace {
 
 const std::vector<std::string> kTypes = {
     "diffsac",   "ransac",    "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac",
-    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle"};
+    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "dgsac",         "theil_sen",
+    "line_posterior", "oracle"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 struct DiffsacRow {
@@ -42,6 +44,7 @@ std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const Method
   const std::string type = config.Text("type");
   if (type == "diffsac") return MakeDiffsac(config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
+  if (auto method = MakeDgsacMethod(type, config, task)) return method;
   if (auto method = MakeOpencvMethod(type, config, task)) return method;
   throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +
               "'?");
