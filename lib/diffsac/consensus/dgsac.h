@@ -25,11 +25,11 @@ struct DgsacOptions {
   int round_size = 0;
   double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.
   double same_structure = 0.15;  ///< Correlation from which two hypotheses stand for one structure.
-  /// The one model of a data set with several structures: "largest" (the most points assigned) | "densest" (the greatest
-  /// median density times contrast) | "evident" (the greatest evidence, InlierExtent).
-  std::string choose = "largest";
-  /// "none" | "density": least squares on the inliers that the density tells, up to `refit_rounds` times, kept while the
-  /// evidence does not fall.
+  /// The one model of data with several structures: "densest" (the greatest Goodness, density_selection.h) | "largest"
+  /// (the most points assigned) | "evident" (the greatest evidence, InlierExtent).
+  std::string choose = "densest";
+  /// "none" | "density": each structure, before one is chosen, by least squares on the inliers that its density tells, up
+  /// to `refit_rounds` times, kept unless its evidence clearly falls (by more than ln n).
   std::string refit = "density";
   int refit_rounds = 10;
   void Bind(OptionsBinder& b);
@@ -42,7 +42,7 @@ struct DgsacResult {
   double noise_scale = 0.0;           ///< Root mean square residual of these inliers, γ of them not counted.
   double extent = 0.0;                ///< Largest residual of these inliers.
   double evidence = 0.0;              ///< Of the model (InlierExtent).
-  int structures = 0;                 ///< That selection found; 0 when the model was taken although its contrast was low.
+  int structures = 0;                 ///< Found; 0 when the model was taken although its contrast was low.
   int hypotheses = 0;                 ///< Models solved or fitted.
   int unique_minimal_sets = 0;
   std::vector<std::vector<int>> first_sets;  ///< Up to kReportedSets, as they were drawn.
