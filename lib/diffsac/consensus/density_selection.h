@@ -9,12 +9,12 @@ namespace diffsac {
 
 /// What is kept of a hypothesis for the selection of models.
 struct DensityHypothesis {
-  std::vector<int> order;        ///< the points by ascending residual
-  Eigen::VectorXd share;         ///< δ of each point over the area under δ (1 / unit of the residual)
+  std::vector<int> order;  ///< the points by ascending residual
+  Eigen::VectorXd share;   ///< δ of each point over the area under δ (1 / unit of the residual)
   InlierExtent inliers;
-  double median_density = 0.0;   ///< of δ over the inliers
-  double area_share = 0.0;       ///< of the area under δ that lies within the inliers' extent, in [0, 1]
-  double mean_residual = 0.0;    ///< of the inliers
+  double median_density = 0.0;  ///< of δ over the inliers
+  double area_share = 0.0;      ///< of the area under δ that lies within the inliers' extent, in [0, 1]
+  double mean_residual = 0.0;   ///< of the inliers
 };
 
 DensityHypothesis DescribeHypothesis(const ResidualDensity& density, int minimal_size);
@@ -22,9 +22,9 @@ DensityHypothesis DescribeHypothesis(const ResidualDensity& density, int minimal
 /// median_density · contrast: dense inliers, and a sharp end of them. 1 / unit of the residual.
 double Goodness(const DensityHypothesis& hypothesis);
 
-/// Agreement of two orders in their first `count` entries: 1 − F / (count (count + 1)), F Spearman's footrule of the two
-/// top lists with every absent entry at place count + 1 (Fagin, Kumar and Sivakumar, "Comparing top k lists", SIAM J.
-/// Discrete Math. 2003). 1 for equal lists, 0 for disjoint ones; `count` at most their length, 0 for count = 0.
+/// Agreement of two orders in their first `count` entries: 1 − F / (count (count + 1)), F Spearman's footrule of the
+/// two top lists with every absent entry at place count + 1 (Fagin, Kumar and Sivakumar, "Comparing top k lists", SIAM
+/// J. Discrete Math. 2003). 1 for equal lists, 0 for disjoint ones; `count` at most their length, 0 for count = 0.
 double TopListCorrelation(const std::vector<int>& first, const std::vector<int>& second, int count);
 
 /// One hypothesis for each structure, greedily (DGSAC's greedy selection): of those left, the one with the greatest

@@ -53,8 +53,8 @@ class DgsacRun {
       for (Candidate& structure : structures) Refit(&structure);
       structures = Structures(std::move(structures));
     }
-    result->structures = static_cast<int>(
-        std::count_if(structures.begin(), structures.end(), [&](const Candidate& structure) { return IsClear(structure); }));
+    result->structures = static_cast<int>(std::count_if(
+        structures.begin(), structures.end(), [&](const Candidate& structure) { return IsClear(structure); }));
     if (!structures.empty()) Report(structures[Choose(structures)], result);
     result->hypotheses = hypotheses_;
     result->sets = std::move(sets_);

@@ -28,8 +28,8 @@ struct DgsacOptions {
   /// The one model of data with several structures: "densest" (the greatest Goodness, density_selection.h) | "largest"
   /// (the most points assigned) | "evident" (the greatest evidence, InlierExtent).
   std::string choose = "densest";
-  /// "none" | "density": each structure, before one is chosen, by least squares on the inliers that its density tells, up
-  /// to `refit_rounds` times, kept unless its evidence clearly falls (by more than ln n).
+  /// "none" | "density": each structure, before one is chosen, by least squares on the inliers that its density tells,
+  /// up to `refit_rounds` times, kept unless its evidence clearly falls (by more than ln n).
   std::string refit = "density";
   int refit_rounds = 10;
   void Bind(OptionsBinder& b);

@@ -57,7 +57,8 @@ DgsacMethodOptions DefaultDgsacOptions(Task task) {
 }
 
 Estimate DgsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+  return TimedEstimate(problem.task,
+                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
 std::unique_ptr<Method> MakeDgsacMethod(const std::string& type, const Config& config, Task task) {

@@ -11,8 +11,8 @@ namespace diffsac {
 /// Options of the row `dgsac`.
 struct DgsacMethodOptions {
   DgsacOptions search;
-  /// "density": the model is DGSAC's own, found without the problem's inlier threshold | "consensus": it then passes the
-  /// local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
+  /// "density": the model is DGSAC's own, found without the problem's inlier threshold | "consensus": it then passes
+  /// the local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
   std::string finish = "density";
   ConsensusOptions consensus;
   void Bind(OptionsBinder& b);

@@ -10,10 +10,9 @@
 namespace diffsac {
 namespace {
 
-const std::vector<std::string> kTypes = {
-    "diffsac",   "ransac",    "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac",
-    "magsac_pp", "usac",      "opencv_magsac", "exhaustive", "dgsac",         "theil_sen",
-    "line_posterior", "oracle"};
+const std::vector<std::string> kTypes = {"diffsac",    "ransac",    "lo_ransac", "prosac",         "napsac",
+                                         "p_napsac",   "gc_ransac", "magsac_pp", "usac",           "opencv_magsac",
+                                         "exhaustive", "dgsac",     "theil_sen", "line_posterior", "oracle"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 struct DiffsacRow {
@@ -46,8 +45,8 @@ std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const Method
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
   if (auto method = MakeDgsacMethod(type, config, task)) return method;
   if (auto method = MakeOpencvMethod(type, config, task)) return method;
-  throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +
-              "'?");
+  throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" +
+              NearestWord(type, kTypes) + "'?");
 }
 
 }  // namespace diffsac
