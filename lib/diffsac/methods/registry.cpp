@@ -3,6 +3,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/classical.h"
+#include "diffsac/methods/dgsac_method.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/methods/opencv_usac.h"
 #include "diffsac/methods/trained_config.h"
@@ -11,9 +12,10 @@
 namespace diffsac {
 namespace {
 
-const std::vector<std::string> kTypes = {
-    "diffsac", "ransac",        "lo_ransac",  "prosac",    "napsac",         "p_napsac", "gc_ransac", "magsac_pp",
-    "usac",    "opencv_magsac", "exhaustive", "theil_sen", "line_posterior", "oracle",   "ng_ransac", "clnet"};
+const std::vector<std::string> kTypes = {"diffsac",    "ransac",    "lo_ransac", "prosac",         "napsac",
+                                         "p_napsac",   "gc_ransac", "magsac_pp", "usac",           "opencv_magsac",
+                                         "exhaustive", "dgsac",     "theil_sen", "line_posterior", "oracle",
+                                         "ng_ransac",  "clnet"};
 
 // A row's own keys override the checkpoint's `inference` group, so that a row says only what it changes.
 template <class Options>
@@ -70,9 +72,10 @@ std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const Method
   if (type == "diffsac") return MakeDiffsac(config, task, context);
   if (type == "ng_ransac" || type == "clnet") return MakeWeighted(type, config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
+  if (auto method = MakeDgsacMethod(type, config, task)) return method;
   if (auto method = MakeOpencvMethod(type, config, task)) return method;
-  throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" + NearestWord(type, kTypes) +
-              "'?");
+  throw Error(config.Where("type") + ": unknown method type '" + type + "'; did you mean '" +
+              NearestWord(type, kTypes) + "'?");
 }
 
 }  // namespace diffsac

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/core/options.h"
+
+namespace diffsac {
+
+/// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
+/// leaves open. Nothing here is a length: no inlier threshold, no noise scale.
+struct DgsacOptions {
+  int hypotheses = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
+  /// "explained" (the paper's: until fewer than γ points are explained better by another round) | "budget".
+  std::string stopping = "explained";
+  /// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
+  /// share.
+  double explained_change = 0.01;
+  bool guided = true;  ///< false: uniform sets, for comparison.
+  int preferred = 5;   ///< T, hypotheses that a point prefers.
+  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `hypotheses`, so that three quarters are
+  /// guided however few they are. The paper draws one for each point that is not explained.
+  int round_size = 0;
+  double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.
+  double same_structure = 0.15;  ///< Correlation from which two hypotheses stand for one structure.
+  /// The one model of data with several structures: "densest" (the greatest Goodness, density_selection.h) | "largest"
+  /// (the most points assigned) | "evident" (the greatest evidence, InlierExtent).
+  std::string choose = "densest";
+  /// "none" | "density": each structure, before one is chosen, by least squares on the inliers that its density tells,
+  /// up to `refit_rounds` times, kept unless its evidence clearly falls (by more than ln n).
+  std::string refit = "density";
+  int refit_rounds = 10;
+  void Bind(OptionsBinder& b);
+};
+
+struct DgsacResult {
+  Status status = Status::kNoModel;
+  ModelParameters model;
+  std::vector<std::uint8_t> inliers;  ///< By the density alone.
+  double noise_scale = 0.0;           ///< Root mean square residual of these inliers, γ of them not counted.
+  double extent = 0.0;                ///< Largest residual of these inliers.
+  double evidence = 0.0;              ///< Of the model (InlierExtent).
+  int structures = 0;                 ///< Found; 0 when the model was taken although its contrast was low.
+  int hypotheses = 0;                 ///< Models solved or fitted.
+  int unique_minimal_sets = 0;
+  std::vector<std::vector<int>> first_sets;  ///< Up to kReportedSets, as they were drawn.
+  std::vector<int> sets;                     ///< All minimal sets, γ indices each.
+  int guided_from = 0;                       ///< The first set that was drawn after a look at densities.
+  StopReason stop = StopReason::kNotRun;     ///< kBudget, or kConfidence once all points are explained.
+};
+
+/// Never throws for bad data: a status says what was wrong; kNoModel when every set was degenerate or no hypothesis is
+/// denser at 0 than elsewhere. Depends on points, options and rng alone.
+template <MinimalModel Model>
+DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng);
+
+extern template DgsacResult EstimateDgsac<Line>(const PointMatrix&, const DgsacOptions&, const Rng&);
+extern template DgsacResult EstimateDgsac<Plane>(const PointMatrix&, const DgsacOptions&, const Rng&);
+extern template DgsacResult EstimateDgsac<Homography>(const PointMatrix&, const DgsacOptions&, const Rng&);
+extern template DgsacResult EstimateDgsac<Fundamental>(const PointMatrix&, const DgsacOptions&, const Rng&);
+extern template DgsacResult EstimateDgsac<Essential>(const PointMatrix&, const DgsacOptions&, const Rng&);
+
+}  // namespace diffsac

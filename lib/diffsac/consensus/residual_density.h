@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace diffsac {
+
+/// The kernel residual density of one hypothesis over all points (Tiwari and Anand, "DGSAC: Density guided sampling
+/// and consensus", WACV 2018): a density estimate at residual 0 by a flat kernel as wide as the point's own residual,
+///   δ_k = (k − γ) / (n · r̃_k)
+/// for the point of rank k, in 1 / unit of the residual, where r̃ are the ascending residuals, each the mean of a window
+/// of n/40 ranks. It needs no threshold and no noise scale: multiply all residuals by s and δ is divided by s. Inliers
+/// lie densely near 0, outliers thinly over a long range, so δ is high and even over the inliers and falls behind them.
+///
+/// How the paper is read (docs/dgsac.md): γ points fit by construction and are no evidence, so they do not count; left
+/// of its peak δ is the peak's, as no point there is a worse inlier; the peak is sought from FirstDensityRank on.
+struct ResidualDensity {
+  std::vector<int> order;     ///< points by ascending residual, by index where equal
+  Eigen::VectorXd residuals;  ///< ascending, as they are; one that is not finite counts as the largest that is
+  Eigen::VectorXd density;    ///< δ by rank; even up to the peak; empty when no residual is finite
+  /// δ of each point.
+  Eigen::VectorXd AtPoints() const;
+};
+
+/// The rank from which densities are looked at: γ points and at least γ + 1 or 5 % of all points more, at most n.
+int FirstDensityRank(int num_points, int minimal_size);
+
+/// minimal_size: γ < n. Residuals are unsigned.
+ResidualDensity ComputeResidualDensity(const Eigen::VectorXd& residuals, int minimal_size);
+
+/// Where the inliers of a hypothesis end, found from its residuals alone.
+struct InlierExtent {
+  int count = 0;          ///< points within `residual`: the first in order
+  double residual = 0.0;  ///< the largest residual of an inlier
+  /// How many times denser residuals lie within `residual` than in the shell behind it (one more point counted there,
+  /// so that an empty shell gives a number).
+  double contrast = 0.0;
+  /// Log-likelihood ratio, in nats, of two densities against one for the points within twice `residual`.
+  double evidence = 0.0;
+};
+
+/// The rank k with the greatest evidence that residuals within s = r_k are denser than those in the shell (s, e]
+/// behind, e = min(2 s, r_n): with a = k − γ of the former, b of the latter and p = s / e,
+///   a ln(a / ((a + b) p)) + b ln(b / ((a + b) (1 − p))) where a / p > b / (1 − p).
+/// Of equal ranks the last. Outliers thin out towards the ends of the data as well, and there are more of them, so the
+/// search goes outward and ends at twice the extent of a clear drop: contrast 3 or more, evidence ln n or more (n ranks
+/// were looked at). Depends on ratios of residuals alone. `count` is 0 when no rank is denser than its shell.
+InlierExtent EstimateInlierExtent(const ResidualDensity& density, int minimal_size);
+
+}  // namespace diffsac

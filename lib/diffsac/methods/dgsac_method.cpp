@@ -1,0 +1,69 @@
+#include "diffsac/methods/dgsac_method.h"
+
+#include <utility>
+
+#include "diffsac/methods/classical.h"
+#include "diffsac/methods/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+/// What the other rows do with their best hypothesis, done with this one.
+template <MinimalModel Model>
+void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options, const ModelParameters& model,
+                       const Rng& rng, Estimate* estimate) {
+  ConsensusHints hints;
+  hints.models.push_back(model);
+  ConsensusResult result = SampleConsensus<Model>(space.points(), space.threshold(), {}, options, rng, hints);
+  estimate->report.hypotheses += result.hypotheses;
+  if (result.status != Status::kOk) return;
+  estimate->model = std::move(result.model);
+  estimate->inliers = std::move(result.inliers);
+  estimate->score = result.score;
+}
+
+template <MinimalModel Model>
+Estimate EstimateModel(const Problem& problem, const DgsacMethodOptions& options, std::uint64_t seed) {
+  diffsac::Estimate estimate;
+  estimate.status = CheckProblem(problem);
+  if (estimate.status != Status::kOk) return estimate;
+  const SolverSpace space(problem);
+  const Rng rng = Rng(seed).Fork("dgsac");
+  DgsacResult found = EstimateDgsac<Model>(space.points(), options.search, rng);
+  estimate.status = found.status;
+  estimate.report.hypotheses = found.hypotheses;
+  estimate.report.unique_minimal_sets = found.unique_minimal_sets;
+  estimate.minimal_sets = std::move(found.first_sets);
+  if (found.status != Status::kOk) return estimate;
+  AcceptModel<Model>(space, found.model, &estimate);
+  if (options.finish == "consensus")
+    FinishByConsensus<Model>(space, options.consensus, found.model, rng.Fork("consensus"), &estimate);
+  return estimate;
+}
+
+}  // namespace
+
+void DgsacMethodOptions::Bind(OptionsBinder& b) {
+  search.Bind(b);
+  b.Choice("finish", finish, {"density", "consensus"});
+  b.Group("consensus", consensus);
+  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+}
+
+DgsacMethodOptions DefaultDgsacOptions(Task task) {
+  DgsacMethodOptions options;
+  options.consensus = DefaultClassicalOptions("lo_ransac", task).consensus;
+  return options;
+}
+
+Estimate DgsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+  return TimedEstimate(problem.task,
+                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+}
+
+std::unique_ptr<Method> MakeDgsacMethod(const std::string& type, const Config& config, Task task) {
+  if (type != "dgsac") return nullptr;
+  return std::make_unique<DgsacMethod>(ReadOptions<DgsacMethodOptions>(config, DefaultDgsacOptions(task)));
+}
+
+}  // namespace diffsac

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/consensus/dgsac.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// Options of the row `dgsac`.
+struct DgsacMethodOptions {
+  DgsacOptions search;
+  /// "density": the model is DGSAC's own, found without the problem's inlier threshold | "consensus": it then passes
+  /// the local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
+  std::string finish = "density";
+  ConsensusOptions consensus;
+  void Bind(OptionsBinder& b);
+};
+
+/// Defaults: `consensus` as in `lo_ransac` rows (classical.h), for all models.
+DgsacMethodOptions DefaultDgsacOptions(Task task);
+
+/// DGSAC as a row (consensus/dgsac.h): its multi-structure result becomes one model by `choose`. The mask that is
+/// reported is at the problem's threshold, as every row's; the score is the inlier count.
+class DgsacMethod : public Method {
+ public:
+  explicit DgsacMethod(const DgsacMethodOptions& options) : options_(options) {}
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+
+ private:
+  DgsacMethodOptions options_;
+};
+
+/// The row with the options in `config`; null when `type` is not "dgsac". Throws Error for a wrong option.
+std::unique_ptr<Method> MakeDgsacMethod(const std::string& type, const Config& config, Task task);
+
+}  // namespace diffsac
