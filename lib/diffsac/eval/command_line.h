@@ -19,6 +19,8 @@ struct EvalRequest {
   int limit = 0;                         ///< --limit: at most so many problems a condition; 0: as configured
   std::string output;                    ///< --output; empty: runs/<name>
   std::int64_t seed = -1;                ///< --seed; negative: as configured
+  std::string shard;                     ///< --shard i/n; empty: all problems
+  std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
   MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
 };
 
@@ -30,8 +32,9 @@ inline constexpr int kExitInterrupted = 130;
 /// Reads the configuration with the command line on top. Throws Error.
 ExperimentOptions ReadRequest(const EvalRequest& request);
 
-/// Runs the experiment, writes the folder and prints the tables to `out`. Returns kExitOk, or kExitInterrupted after
-/// writing partial results when `stop` turned true. Throws Error for bad input.
+/// Runs the experiment, writes the folder and prints the tables to `out`. A shard's folder holds its part of
+/// problems.csv and what MergeFolders needs instead of tables. Returns kExitOk, or kExitInterrupted after writing partial
+/// results when `stop` turned true. Throws Error for bad input.
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out);
 

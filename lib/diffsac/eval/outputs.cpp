@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/run_directory.h"
 #include "diffsac/eval/tables.h"
 
 namespace diffsac {
@@ -135,8 +134,8 @@ std::string ResultsJson(const ExperimentResults& results) {
                      {"seed", experiment.seed},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},
-                     {"git_revision", GitRevision()},
-                     {"machine", MachineText()},
+                     {"git_revision", results.git_revision},
+                     {"machine", results.machine},
                      {"results", cells},
                      {"differences", ComparisonsJson(results)},
                      {"paper", PaperJson(results)}};
