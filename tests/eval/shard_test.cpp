@@ -163,6 +163,16 @@ TEST_CASE("shards that are not one whole run are one clear line") {
   CHECK_THROWS_WITH(MergeShards(changed), Contains("method 'first', condition '0.2'") && Contains("40 problems"));
 }
 
+TEST_CASE("interrupted shards may join to partial results") {
+  auto shards = RunShards(SmallExperiment(), 2);
+  shards[0].results.partial = true;
+  shards[0].results.cells.pop_back();
+  const ExperimentResults joined = MergeShards(shards, true);
+  CHECK(joined.partial);
+  CHECK_THAT(MarkdownReport(joined), Contains("Partial"));
+  CHECK(joined.Find(0, 0)->records.size() == 40);
+}
+
 TEST_CASE("damaged records are one clear line") {
   RunInputs inputs = TwoPointInputs();
   inputs.shard = {1, 2};

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/status.h"
+#include "diffsac/distributed/process_group.h"
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
@@ -53,30 +56,66 @@ void WriteWhole(const ExperimentResults& results, const std::string& folder, std
   out << MarkdownReport(results) << std::endl;
 }
 
+Shard ShardOf(const EvalRequest& request) {
+  if (request.group != nullptr) return {request.group->rank() + 1, request.group->size()};
+  return request.shard.empty() ? Shard() : ShardFromText(request.shard);
+}
+
+ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, const Shard& shard,
+                      const TraceConfidence& trace, const std::atomic<bool>& stop) {
+  MethodContext context = request.context;
+  if (request.group != nullptr) {
+    const ProcessPlace& place = request.group->place();
+    context.device = LocalDevice(place, context.device);
+    if (experiment.threads == 0) experiment.threads = DefaultThreads(place);
+  }
+  context.threads = experiment.threads;
+  return RunExperiment(
+      experiment, {[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, trace, &stop, shard});
+}
+
+// At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
+bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults* results) {
+  const std::vector<std::string> texts = group.Gather(ShardRecords(*results, setup));
+  if (!group.main()) return false;
+  std::vector<ShardContent> shards;
+  for (std::size_t r = 0; r < texts.size(); ++r)
+    shards.push_back(ReadShardRecords(texts[r], "process " + std::to_string(r)));
+  ExperimentResults joined = MergeShards(std::move(shards), true);
+  joined.fits = std::move(results->fits);
+  joined.traces = std::move(results->traces);
+  *results = std::move(joined);
+  return true;
+}
+
 }  // namespace
 
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out) {
+  if (request.group != nullptr && (!request.merge.empty() || !request.shard.empty()))
+    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
   if (!request.merge.empty()) {
     MergeFolders(request.merge, request.output, out);
     return kExitOk;
   }
-  const Shard shard = request.shard.empty() ? Shard() : ShardFromText(request.shard);
+  const bool main = request.group == nullptr || request.group->main();
   const ExperimentOptions experiment = ReadRequest(request);
   const std::vector<std::string> missing = MissingData(experiment);
   if (experiment.optional_data && !missing.empty()) {
-    out << experiment.name << ": skipped, its data is not here: " << missing.front() << std::endl;
+    if (main) out << experiment.name << ": skipped, its data is not here: " << missing.front() << std::endl;
     return kExitOk;
   }
-  MethodContext context = request.context;
-  context.threads = experiment.threads;
-  const std::string folder = Folder(request, experiment, shard);
-  // Before the work, so that a read-only folder is not found out afterwards.
-  const RunDirectory run(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
-  std::filesystem::remove(run.File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
-  const RunInputs inputs{[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, trace, &stop,
-                         shard};
-  const ExperimentResults results = RunExperiment(experiment, inputs);
+  const Shard shard = ShardOf(request);
+  const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
+  std::optional<RunDirectory> run;
+  if (main) {
+    // Before the work, so that a read-only folder is not found out afterwards.
+    run.emplace(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
+    std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
+  }
+  ExperimentResults results = Run(request, experiment, shard, trace, stop);
+  if (request.group != nullptr && !JoinShards(*request.group, Setup(request), &results))
+    return results.partial ? kExitInterrupted : kExitOk;
   if (request.shard.empty())
     WriteWhole(results, folder, out);
   else

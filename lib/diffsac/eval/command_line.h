@@ -11,6 +11,8 @@
 
 namespace diffsac {
 
+class ProcessGroup;
+
 /// What the command line of diffsac_eval says.
 struct EvalRequest {
   std::string config_path;
@@ -22,6 +24,8 @@ struct EvalRequest {
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
   MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+  /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
+  ProcessGroup* group = nullptr;
 };
 
 /// Exit codes of the programs.

@@ -51,8 +51,6 @@ void CheckAlike(const ShardContent& first, const ShardContent& other) {
 
 // In the order of the shards; each exactly once.
 void CheckComplete(const std::vector<ShardContent>& shards) {
-  for (const ShardContent& shard : shards)
-    if (shard.results.partial) throw Error("--merge: " + Called(shard) + " was interrupted; run that shard again");
   for (const ShardContent& shard : shards) CheckAlike(shards.front(), shard);
   for (std::size_t i = 1; i < shards.size(); ++i)
     if (shards[i].results.shard == shards[i - 1].results.shard)
@@ -120,20 +118,27 @@ ShardContent ReadShardFolder(const std::string& folder) {
 
 }  // namespace
 
-ExperimentResults MergeShards(std::vector<ShardContent> shards) {
+ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_allowed) {
   if (shards.empty()) throw Error("--merge: expected the folders of all shards");
   std::stable_sort(shards.begin(), shards.end(), [](const ShardContent& a, const ShardContent& b) {
     return a.results.shard.index < b.results.shard.index;
   });
-  CheckComplete(shards);
+  bool partial = false;
+  for (const ShardContent& shard : shards) {
+    partial = partial || shard.results.partial;
+    if (shard.results.partial && !partial_allowed)
+      throw Error("--merge: " + Called(shard) + " was interrupted; run that shard again");
+  }
+  if (!partial) CheckComplete(shards);
   ExperimentResults results = shards.front().results;
+  results.partial = partial;
   results.shard = {};
   results.cells.clear();
   results.machine = Machines(shards);
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
     for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {
       Cell cell = JoinCell(c, m, &shards);
-      CheckCell(results, cell);
+      if (!partial) CheckCell(results, cell);
       if (!cell.records.empty()) results.cells.push_back(std::move(cell));
     }
   return results;

@@ -142,10 +142,26 @@ std::string ResultsJson(const ExperimentResults& results) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string TablesCsv(const ExperimentResults& results) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      text += (i == 0 ? "" : ",") + (cells[i] == "–" ? std::string() : CsvText(cells[i]));
+    return text + "\n";
+  };
+  std::string text;
+  for (const Table& table : MakeTables(results)) {
+    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
+    for (const Table::Row& row : table.rows) text += line(row.cells);
+  }
+  return text;
+}
+
 void WriteResults(const ExperimentResults& results, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(results));
   WriteFileAtomically(folder + "/results.json", ResultsJson(results));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(results));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(results));
   WriteFileAtomically(folder + "/table.tex", LatexReport(results));
 }

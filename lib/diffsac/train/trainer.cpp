@@ -10,6 +10,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -18,6 +19,7 @@
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/diffusion/losses.h"
+#include "diffsac/train/distributed.h"
 #include "diffsac/train/learning_rate.h"
 #include "diffsac/train/metrics_log.h"
 #include "diffsac/train/training_source.h"
@@ -97,6 +99,7 @@ class Trainer {
   TrainOutcome Run(const std::atomic<bool>& stop);
 
  private:
+  TrainOutcome RunSteps(const std::atomic<bool>& stop);
   struct Losses {
     torch::Tensor diffusion, inlier;
   };
@@ -109,6 +112,7 @@ class Trainer {
 
   TrainRequest request_;
   TrainConfig options_;
+  TrainingTeam team_;
   Task task_;
   std::string resolved_;
   RunDirectory directory_;
@@ -127,17 +131,19 @@ class Trainer {
 Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
     : request_(request),
       options_(options),
+      team_(request.group, options.train.batch_size),
       task_(TaskFromString(options.task)),
       resolved_(ResolvedConfig(options, request.config)),
-      directory_(request.output, "diffsac_train", resolved_, options.train.seed),
-      device_(DeviceFromString(request.device)),
+      directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options.train.seed)
+                              : RunDirectory(request.output)),
+      device_(DeviceFromString(team_.Device(request.device))),
       parts_(MakeTrainingParts(request.config.Sub("data"), options.train.seed)) {
   const Task data_task = parts_.front().dataset->task();
   if (data_task != task_)
     throw Error(request.config.Where("data") + ": data of task '" + ToString(data_task) + "', but task is '" +
                 options.task + "'");
-  std::filesystem::create_directories(directory_.File("checkpoints"));
-  torch::set_num_threads(request.threads > 0 ? request.threads : HardwareThreads());
+  if (team_.main()) std::filesystem::create_directories(directory_.File("checkpoints"));
+  torch::set_num_threads(request.threads > 0 ? request.threads : team_.threads());
   const Rng rng(options.train.seed);
   network_ = std::make_shared<DiffsacNetwork>(task_, options.network, rng);
   averaged_ = std::make_shared<DiffsacNetwork>(task_, options.network, rng);
@@ -148,9 +154,12 @@ Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
   average_ = std::make_unique<ExponentialMovingAverage>(*network_->denoiser, options.train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(network_->denoiser->parameters(),
                                                     torch::optim::AdamOptions(options.train.learning_rate));
-  validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
+  if (team_.main()) validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
   info_ = {resolved_, GitRevision(), 0, options.train.seed, -1.0};
   if (request.resume) Resume();
+  team_.CheckSame("configurations", resolved_);
+  team_.CheckSame("iterations or weights", std::to_string(info_.iteration) + " " +
+                                               WeightsText(network_->denoiser->parameters()));
 }
 
 void Trainer::Resume() {
@@ -165,6 +174,7 @@ void Trainer::Resume() {
 
 // best.pt is for inference: without the optimiser's state it is half the size.
 void Trainer::Save(const std::string& name, bool with_optimizer) {
+  if (!team_.main()) return;
   SaveCheckpoint(CheckpointPath(name), info_, *network_->denoiser, *average_,
                  with_optimizer ? optimizer_.get() : nullptr);
 }
@@ -203,15 +213,18 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   for (auto& group : optimizer_->param_groups()) group.options().set_lr(rate);
   optimizer_->zero_grad();
   const auto losses = Forward(step, iteration);
-  auto total = losses.diffusion;
-  if (losses.inlier.defined()) total = total + train.inlier_weight * losses.inlier;
-  const double diffusion = losses.diffusion.item<double>();
-  const double inlier = losses.inlier.defined() ? losses.inlier.item<double>() : 0.0;
+  const auto shares = team_.Shares(LossWeights(items, train.positive_weight));
+  auto total = shares[0] * losses.diffusion;
+  if (losses.inlier.defined()) total = total + train.inlier_weight * shares[1] * losses.inlier;
+  const auto joint = team_.Sum({shares[0] * losses.diffusion.item<double>(),
+                                losses.inlier.defined() ? shares[1] * losses.inlier.item<double>() : 0.0});
+  const double diffusion = joint[0], inlier = joint[1];
   if (!std::isfinite(diffusion + inlier))
     throw Error("the loss is not finite at iteration " + std::to_string(iteration) + "; the last good checkpoint is " +
                 CheckpointPath("last.pt") + " (iteration " + std::to_string(info_.iteration) +
                 "). A smaller train.learning_rate may help");
   total.backward();
+  team_.SumGradients(network_->denoiser->parameters());
   if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(network_->denoiser->parameters(), train.clip_norm);
   optimizer_->step();
   average_->Update(*network_->denoiser);
@@ -227,31 +240,44 @@ std::vector<double> Trainer::Validate() {
 }
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
+  try {
+    return RunSteps(stop);
+  } catch (const GroupLost& lost) {
+    // A step changes the network only after the last exchange, so what is here is that of a whole number of steps.
+    Save("last.pt", true);
+    throw Error(std::string(lost.what()) + "; training stopped at iteration " + std::to_string(info_.iteration) +
+                ", continue from " + CheckpointPath("last.pt") + " with --resume");
+  }
+}
+
+TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(*network_->denoiser)) +
           " parameters, device " + device_.str() + ", " + MachineText());
   std::vector<std::string> columns = {"loss_diffusion", "loss_inlier", "learning_rate", "data_wait_share"};
-  columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
-  MetricsLog log(directory_.path(), columns, info_.iteration);
+  if (team_.main()) columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
+  std::optional<MetricsLog> log;
+  if (team_.main()) log.emplace(directory_.path(), columns, info_.iteration);
 
   const TrainingSource source(parts_, network_->features, options_.labels, train.two_view, train.noise_copies,
                               options_.network.schedule.steps, train.seed);
-  Prefetcher<TrainingItem> items([&source](std::uint64_t index) { return source.Make(index); }, train.workers,
-                                 4 * train.batch_size,
-                                 static_cast<std::uint64_t>(info_.iteration) * train.batch_size);
-  Progress progress("training", train.iterations - info_.iteration);
+  Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
+                                 4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
+  std::optional<Progress> progress;
+  if (team_.main()) progress.emplace("training", train.iterations - info_.iteration);
   auto window_start = std::chrono::steady_clock::now();
   double waited = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
-    if (stop.load()) {
+    if (team_.Any(stop.load())) {
       Save("last.pt", true);
       LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
       return TrainOutcome::kStopped;
     }
     std::vector<TrainingItem> batch;
-    for (int b = 0; b < train.batch_size; ++b) batch.push_back(items.Next());
+    for (int b = 0; b < team_.batch(); ++b) batch.push_back(items.Next());
     Step(batch, iteration);
     const std::int64_t done = info_.iteration = iteration + 1;
+    if (!team_.main()) continue;
     const bool last = done == train.iterations;
     std::vector<double> accuracies(validation_->names().size(), kNotANumber);
     if (done % train.validate_every == 0 || last) {
@@ -272,17 +298,17 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
                                  LearningRate(iteration, train.warmup_iterations, train.iterations, train.learning_rate),
                                  share};
       row.insert(row.end(), accuracies.begin(), accuracies.end());
-      log.Append(done, row);
+      log->Append(done, row);
       diffusion_loss_ = inlier_loss_ = 0.0;
       losses_ = 0;
       window_start = std::chrono::steady_clock::now();
       waited = items.wait_seconds();
     }
     if (done % train.checkpoint_every == 0 || last) Save("last.pt", true);
-    if (done % train.validate_every == 0 || last) log.Draw();
-    progress.Advance();
+    if (done % train.validate_every == 0 || last) log->Draw();
+    progress->Advance();
   }
-  progress.Finish();
+  if (progress) progress->Finish();
   return TrainOutcome::kFinished;
 }
 
