@@ -48,7 +48,8 @@ int main(int argc, char** argv) {
   app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
   app.add_option("--shard", request.shard, "i/n: only this part of the problems; join all n with --merge");
-  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")->check(CLI::PositiveNumber);
+  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
+      ->check(CLI::PositiveNumber);
   auto* merge = app.add_option("--merge", request.merge, "Joins the folders of all shards into --output");
   for (auto* option : app.get_options({}))
     if (option != merge && !option->check_name("--output")) merge->excludes(option);

@@ -35,7 +35,8 @@ int main(int argc, char** argv) {
   app.add_option("--device", request.device, "auto, cpu or cuda");
   app.add_option("--threads", request.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
-  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")->check(CLI::PositiveNumber);
+  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
+      ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);

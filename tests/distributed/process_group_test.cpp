@@ -56,14 +56,14 @@ TEST_CASE("worker: loses its neighbour", "[.]") {
     if (hangs) std::this_thread::sleep_for(std::chrono::seconds(8));
     ::_exit(7);
   }
-  CHECK_THROWS_WITH(group->Sum(&values), Contains("process 0 of 2: another process has ended, or did not answer") &&
-                                             !Contains("\n"));
+  CHECK_THROWS_WITH(group->Sum(&values),
+                    Contains("process 0 of 2: another process has ended, or did not answer") && !Contains("\n"));
 }
 
 TEST_CASE("worker: waits in vain", "[.]") {
   if (std::getenv("RANK") != std::string("0")) return;
-  CHECK_THROWS_WITH(JoinProcessGroup(2.0), Contains("process 0 of 2: cannot join the others at 127.0.0.1:") &&
-                                               !Contains("\n"));
+  CHECK_THROWS_WITH(JoinProcessGroup(2.0),
+                    Contains("process 0 of 2: cannot join the others at 127.0.0.1:") && !Contains("\n"));
 }
 
 TEST_CASE("processes sum and gather") {
@@ -81,7 +81,8 @@ TEST_CASE("a process that never comes is noticed") {
 }
 
 TEST_CASE("without a launcher there is no group") {
-  if (std::getenv("RANK") == nullptr && std::getenv("SLURM_STEP_ID") == nullptr) CHECK(JoinProcessGroup(1.0) == nullptr);
+  if (std::getenv("RANK") == nullptr && std::getenv("SLURM_STEP_ID") == nullptr)
+    CHECK(JoinProcessGroup(1.0) == nullptr);
 }
 
 }  // namespace diffsac

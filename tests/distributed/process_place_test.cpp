@@ -30,8 +30,12 @@ TEST_CASE("a process that no launcher started is alone") {
 }
 
 TEST_CASE("torchrun's variables are read") {
-  const auto place = Find({{"RANK", "5"}, {"WORLD_SIZE", "8"}, {"LOCAL_RANK", "1"}, {"LOCAL_WORLD_SIZE", "4"},
-                           {"MASTER_ADDR", "node7"}, {"MASTER_PORT", "4321"}});
+  const auto place = Find({{"RANK", "5"},
+                           {"WORLD_SIZE", "8"},
+                           {"LOCAL_RANK", "1"},
+                           {"LOCAL_WORLD_SIZE", "4"},
+                           {"MASTER_ADDR", "node7"},
+                           {"MASTER_PORT", "4321"}});
   CHECK(place.rank == 5);
   CHECK(place.size == 8);
   CHECK(place.local_rank == 1);
@@ -39,17 +43,25 @@ TEST_CASE("torchrun's variables are read") {
   CHECK(place.address == "node7");
   CHECK(place.port == 4321);
   CHECK_FALSE(place.launcher_keeps_store);
-  const auto agent = Find({{"RANK", "1"}, {"WORLD_SIZE", "2"}, {"MASTER_ADDR", "a"}, {"MASTER_PORT", "1"},
-                           {"TORCHELASTIC_USE_AGENT_STORE", "True"}, {"TORCHELASTIC_RESTART_COUNT", "2"}});
+  const auto agent = Find({{"RANK", "1"},
+                           {"WORLD_SIZE", "2"},
+                           {"MASTER_ADDR", "a"},
+                           {"MASTER_PORT", "1"},
+                           {"TORCHELASTIC_USE_AGENT_STORE", "True"},
+                           {"TORCHELASTIC_RESTART_COUNT", "2"}});
   CHECK(agent.launcher_keeps_store);
   CHECK(agent.store_prefix == "/worker/attempt_2");
 }
 
 TEST_CASE("Open MPI's and MPICH's variables are read") {
-  const auto open_mpi = Find({{"OMPI_COMM_WORLD_RANK", "2"}, {"OMPI_COMM_WORLD_SIZE", "4"},
-                              {"OMPI_COMM_WORLD_LOCAL_RANK", "2"}, {"OMPI_COMM_WORLD_LOCAL_SIZE", "4"},
+  const auto open_mpi = Find({{"OMPI_COMM_WORLD_RANK", "2"},
+                              {"OMPI_COMM_WORLD_SIZE", "4"},
+                              {"OMPI_COMM_WORLD_LOCAL_RANK", "2"},
+                              {"OMPI_COMM_WORLD_LOCAL_SIZE", "4"},
                               // Its daemons are a step of SLURM's with one task.
-                              {"SLURM_PROCID", "0"}, {"SLURM_NTASKS", "1"}, {"SLURM_STEP_ID", "0"}});
+                              {"SLURM_PROCID", "0"},
+                              {"SLURM_NTASKS", "1"},
+                              {"SLURM_STEP_ID", "0"}});
   CHECK(open_mpi.rank == 2);
   CHECK(open_mpi.size == 4);
   CHECK(open_mpi.address == "127.0.0.1");  // All on one machine.
@@ -61,9 +73,10 @@ TEST_CASE("Open MPI's and MPICH's variables are read") {
 }
 
 TEST_CASE("srun's variables are read") {
-  const std::map<std::string, std::string> step = {
-      {"SLURM_PROCID", "3"}, {"SLURM_NTASKS", "4"}, {"SLURM_LOCALID", "1"}, {"SLURM_STEP_ID", "0"},
-      {"SLURM_JOB_ID", "1234567"}, {"SLURM_STEP_NODELIST", "gpu[03-04]"}, {"SLURM_NTASKS_PER_NODE", "2"}};
+  const std::map<std::string, std::string> step = {{"SLURM_PROCID", "3"},         {"SLURM_NTASKS", "4"},
+                                                   {"SLURM_LOCALID", "1"},        {"SLURM_STEP_ID", "0"},
+                                                   {"SLURM_JOB_ID", "1234567"},   {"SLURM_STEP_NODELIST", "gpu[03-04]"},
+                                                   {"SLURM_NTASKS_PER_NODE", "2"}};
   const auto place = Find(step);
   CHECK(place.rank == 3);
   CHECK(place.size == 4);
@@ -71,6 +84,9 @@ TEST_CASE("srun's variables are read") {
   CHECK(place.local_size == 2);
   CHECK(place.address == "gpu03");
   CHECK(place.port == 15000 + 1234567 % 15000);
+  auto full = step;  // Four tasks may still be on two machines.
+  full["SLURM_NTASKS_PER_NODE"] = "4";
+  CHECK(Find(full).address == "gpu03");
   auto named = step;
   named["MASTER_ADDR"] = "head";
   named["MASTER_PORT"] = "777";

@@ -71,7 +71,8 @@ TEST_CASE("shards are parts of the problems, batches stay together") {
 TEST_CASE("a shard is written as i/n") {
   CHECK(ShardFromText("2/3") == Shard{2, 3});
   CHECK(ToString(Shard{2, 3}) == "2/3");
-  for (const char* text : {"", "2", "0/3", "4/3", "1/0", "1/-2", "-1/2", "1/2/3", "a/b", "1.5/2", "1/2 ", "/", "9999999999/9999999999"})
+  for (const char* text :
+       {"", "2", "0/3", "4/3", "1/0", "1/-2", "-1/2", "1/2/3", "a/b", "1.5/2", "1/2 ", "/", "9999999999/9999999999"})
     CHECK_THROWS_WITH(ShardFromText(text), Contains("--shard") && Contains("1 <= i <= n"));
 }
 
@@ -179,7 +180,8 @@ TEST_CASE("damaged records are one clear line") {
   const std::string text = ShardRecords(RunExperiment(SmallExperiment(), inputs), "");
   for (const std::string& damaged :
        {std::string(), std::string("x"), std::string("{}"), std::string("[1]\n"), text.substr(0, text.size() / 2),
-        text.substr(0, text.rfind('\n', text.size() - 2) + 1), text + "[1,2]\n", text + "[99,0,0,\"\",\"\",\"ok\",false]\n"})
+        text.substr(0, text.rfind('\n', text.size() - 2) + 1), text + "[1,2]\n",
+        text + "[99,0,0,\"\",\"\",\"ok\",false]\n"})
     CHECK_THROWS_WITH(ReadShardRecords(damaged, "folder"), Contains("folder: not a shard's records.jsonl"));
 }
 

@@ -28,7 +28,8 @@ struct Folder {
   std::string operator/(const std::string& name) const { return (path / name).string(); }
 };
 
-// Problems of different sizes and a weight of positives: what makes the mean of ranks' means another than the joint mean.
+// Problems of different sizes and a weight of positives: what makes the mean of ranks' means another than the joint
+// mean.
 const char* kTiny = R"(
 name: tiny
 task: line
@@ -102,7 +103,8 @@ TEST_CASE("processes with different configurations don't train") {
   CHECK(RunRanks("worker: trains", 2,
                  {{"DIFFSAC_TEST_OUTPUT", folder / "run"},
                   {"DIFFSAC_TEST_CHANGE", "train.learning_rate=0.002"},
-                  {"DIFFSAC_TEST_ERROR", "processes 0 and 1 have different configurations"}}) == std::vector<int>{0, 0});
+                  {"DIFFSAC_TEST_ERROR", "processes 0 and 1 have different configurations"}}) ==
+        std::vector<int>{0, 0});
   CHECK(RunRanks("worker: trains", 5,
                  {{"DIFFSAC_TEST_OUTPUT", folder / "run"},
                   {"DIFFSAC_TEST_ERROR", "4 problems a step for 5 processes"}}) == std::vector<int>(5, 0));

@@ -54,8 +54,7 @@ struct ProcessGroup::Impl {
   c10d::Backend* BackendOf(const ProcessPlace& place, const torch::Tensor& tensor) {
     if (!tensor.is_cuda()) return gloo.get();
     if (!nccl_tried) nccl = MakeNcclBackend(store, place.rank, place.size, timeout);
-    if (!nccl_tried && !nccl)
-      LogInfo("built without NCCL: gradients travel through the processors' memory");
+    if (!nccl_tried && !nccl) LogInfo("built without NCCL: gradients travel through the processors' memory");
     nccl_tried = true;
     return nccl ? nccl.get() : nullptr;
   }
@@ -82,8 +81,8 @@ ProcessGroup::ProcessGroup(const ProcessPlace& place, double timeout_s) : place_
     std::vector<torch::Tensor> all_here = {torch::zeros({1})};
     impl_->gloo->allreduce(all_here)->wait();
   } catch (const std::exception& error) {
-    throw Error(Who(place) + ": cannot join the others at " + place.address + ":" + std::to_string(place.port) +
-                " (" + FirstLine(error.what()) + ")");
+    throw Error(Who(place) + ": cannot join the others at " + place.address + ":" + std::to_string(place.port) + " (" +
+                FirstLine(error.what()) + ")");
   }
 }
 

@@ -20,8 +20,8 @@ class GroupLost : public Error {
 };
 
 /// Processes that work together: LibTorch's c10d over Gloo and, for sums of tensors on GPUs, over NCCL where the build
-/// has it. All processes make the same calls in the same order; each call waits for the others, at most for the timeout,
-/// and throws GroupLost when one of them is gone.
+/// has it. All processes make the same calls in the same order; each call waits for the others, at most for the
+/// timeout, and throws GroupLost when one of them is gone.
 class ProcessGroup {
  public:
   /// Waits until all processes have come. Throws Error when they don't within the timeout.

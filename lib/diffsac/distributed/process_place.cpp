@@ -18,6 +18,7 @@ struct Names {
   const char* size;
   const char* local_rank;
   const char* local_size;
+  bool local_size_is_exact = true;  // SLURM's is the most that a machine may have.
 };
 
 constexpr Names kLaunchers[] = {
@@ -26,8 +27,8 @@ constexpr Names kLaunchers[] = {
     {"PMI_RANK", "PMI_SIZE", "MPI_LOCALRANKID", "MPI_LOCALNRANKS"},
 };
 // Last: mpirun starts its daemons with srun, so that SLURM's variables are those of the daemons.
-constexpr Names kSlurmStep = {"SLURM_PROCID", "SLURM_STEP_NUM_TASKS", "SLURM_LOCALID", "SLURM_NTASKS_PER_NODE"};
-constexpr Names kSlurm = {"SLURM_PROCID", "SLURM_NTASKS", "SLURM_LOCALID", "SLURM_NTASKS_PER_NODE"};
+constexpr Names kSlurmStep = {"SLURM_PROCID", "SLURM_STEP_NUM_TASKS", "SLURM_LOCALID", "SLURM_NTASKS_PER_NODE", false};
+constexpr Names kSlurm = {"SLURM_PROCID", "SLURM_NTASKS", "SLURM_LOCALID", "SLURM_NTASKS_PER_NODE", false};
 
 int Number(const Environment& environment, const std::string& name, int otherwise, int low, int high) {
   const auto text = environment(name);
@@ -51,9 +52,9 @@ std::optional<Names> FindLauncher(const Environment& environment) {
   return std::nullopt;
 }
 
-std::string Address(const Environment& environment, const ProcessPlace& place) {
+std::string Address(const Environment& environment, const ProcessPlace& place, bool local_size_is_exact) {
   if (const auto address = environment("MASTER_ADDR"); address && !address->empty()) return *address;
-  if (place.local_size == place.size) return place.address;
+  if (local_size_is_exact && place.local_size == place.size) return place.address;
   for (const char* name : {"SLURM_STEP_NODELIST", "SLURM_JOB_NODELIST", "SLURM_NODELIST"})
     if (const auto nodes = environment(name); nodes && !nodes->empty()) return FirstHost(*nodes);
   throw Error("environment: process " + std::to_string(place.rank) + " of " + std::to_string(place.size) +
@@ -85,7 +86,7 @@ ProcessPlace FindProcessPlace(const Environment& environment) {
   place.rank = Number(environment, names->rank, 0, 0, place.size - 1);
   place.local_rank = Number(environment, names->local_rank, 0, 0, kMost);
   place.local_size = Number(environment, names->local_size, 1, 1, kMost);
-  place.address = Address(environment, place);
+  place.address = Address(environment, place, names->local_size_is_exact);
   place.port = Port(environment, place.port);
   place.launcher_keeps_store = environment("TORCHELASTIC_USE_AGENT_STORE").value_or("") == "True";
   if (place.launcher_keeps_store)

@@ -10,8 +10,8 @@ namespace diffsac {
 struct ProcessPlace {
   int rank = 0;  ///< In [0, size).
   int size = 1;
-  int local_rank = 0;  ///< On its machine: which GPU is its own.
-  int local_size = 1;  ///< Processes on its machine; 1 where the launcher does not tell.
+  int local_rank = 0;                 ///< On its machine: which GPU is its own.
+  int local_size = 1;                 ///< Processes on its machine; 1 where the launcher does not tell.
   std::string address = "127.0.0.1";  ///< Of the process of rank 0.
   int port = 29500;
   /// The launcher itself keeps the addresses of the processes (torchrun); else the process of rank 0 does.
@@ -30,8 +30,8 @@ Environment ProcessEnvironment();
 /// - Open MPI's mpirun: OMPI_COMM_WORLD_RANK, _SIZE, _LOCAL_RANK, _LOCAL_SIZE;
 /// - mpiexec of MPICH and Intel MPI: PMI_RANK, PMI_SIZE, MPI_LOCALRANKID, MPI_LOCALNRANKS;
 /// - srun, inside a step: SLURM_PROCID, SLURM_STEP_NUM_TASKS or SLURM_NTASKS, SLURM_LOCALID, SLURM_NTASKS_PER_NODE.
-/// MASTER_ADDR and MASTER_PORT count with every launcher; without them the address is the first host of SLURM's list or,
-/// where all processes are on one machine, that machine's own, and the port follows from SLURM_JOB_ID or is 29500.
+/// MASTER_ADDR and MASTER_PORT count with every launcher; without them the address is the first host of SLURM's list
+/// or, where all processes are on one machine, that machine's own, and the port follows from SLURM_JOB_ID or is 29500.
 /// One process, or none of these variables: the default place. Throws Error for values that are no numbers or out of
 /// range, and where the address of rank 0 cannot be known.
 ProcessPlace FindProcessPlace(const Environment& environment = ProcessEnvironment());

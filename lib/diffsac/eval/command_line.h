@@ -37,8 +37,8 @@ inline constexpr int kExitInterrupted = 130;
 ExperimentOptions ReadRequest(const EvalRequest& request);
 
 /// Runs the experiment, writes the folder and prints the tables to `out`. A shard's folder holds its part of
-/// problems.csv and what MergeFolders needs instead of tables. Returns kExitOk, or kExitInterrupted after writing partial
-/// results when `stop` turned true. Throws Error for bad input.
+/// problems.csv and what MergeFolders needs instead of tables. Returns kExitOk, or kExitInterrupted after writing
+/// partial results when `stop` turned true. Throws Error for bad input.
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out);
 

@@ -38,8 +38,8 @@ void CheckAlike(const ShardContent& first, const ShardContent& other) {
   if (other.results.shard.count != first.results.shard.count)
     throw Error("--merge: " + both + " are parts of different splits");
   if (other.experiment != first.experiment)
-    throw Error("--merge: " + both + " have different configurations: " +
-                FirstDifference(first.experiment, other.experiment));
+    throw Error("--merge: " + both +
+                " have different configurations: " + FirstDifference(first.experiment, other.experiment));
   if (other.setup != first.setup)
     throw Error("--merge: " + both + " were run differently: " + FirstDifference(first.setup, other.setup));
   if (other.results.problems != first.results.problems || other.results.dataset != first.results.dataset)
@@ -111,7 +111,8 @@ ShardContent ReadShardFolder(const std::string& folder) {
   const std::string path = (fs::path(folder) / kShardRecords).string();
   if (!fs::is_directory(folder)) throw Error("--merge: no folder '" + folder + "'");
   if (!fs::exists(path))
-    throw Error("--merge: '" + folder + "' holds no finished shard (" + kShardRecords + "), as diffsac_eval --shard i/n "
+    throw Error("--merge: '" + folder + "' holds no finished shard (" + kShardRecords +
+                "), as diffsac_eval --shard i/n "
                 "leaves it");
   return ReadShardRecords(ReadFile(path), folder);
 }

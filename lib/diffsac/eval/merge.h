@@ -13,8 +13,8 @@ namespace diffsac {
 /// data, and where records are missing. `partial_allowed`: where some were interrupted the results are partial.
 ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_allowed = false);
 
-/// `diffsac_eval --merge`: reads the shards' folders, writes the whole run's folder (empty: runs/<name>), with pictures,
-/// and prints the tables. Pictures of examples are copied from the first shard's folder. Throws Error.
+/// `diffsac_eval --merge`: reads the shards' folders, writes the whole run's folder (empty: runs/<name>), with
+/// pictures, and prints the tables. Pictures of examples are copied from the first shard's folder. Throws Error.
 void MergeFolders(const std::vector<std::string>& folders, const std::string& output, std::ostream& out);
 
 }  // namespace diffsac

@@ -16,8 +16,8 @@ std::string ShardRecords(const ExperimentResults& results, const std::string& se
 
 /// What the text of a shard says.
 struct ShardContent {
-  std::string name;         ///< For messages: the folder.
-  std::string experiment;   ///< YAML; number of threads left out, as it changes no result.
+  std::string name;        ///< For messages: the folder.
+  std::string experiment;  ///< YAML; number of threads left out, as it changes no result.
   std::string setup;
   ExperimentResults results;  ///< Without kept fits and traces.
 };
