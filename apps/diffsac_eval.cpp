@@ -9,6 +9,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
+#include "diffsac/distributed/process_group.h"
 #include "diffsac/eval/command_line.h"
 #include "diffsac/methods/diffsac_method.h"
 
@@ -35,8 +36,9 @@ std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, con
 int main(int argc, char** argv) {
   CLI::App app{"Evaluates robust estimators and prints a table"};
   diffsac::EvalRequest request;
+  double timeout_s = diffsac::kGroupTimeoutSeconds;
   app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
-  app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)")->required();
+  app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)");
   app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
   app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of every diffsac row");
   app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
@@ -45,8 +47,15 @@ int main(int argc, char** argv) {
   app.add_option("--device", request.context.device, "auto, cpu or cuda");
   app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
+  app.add_option("--shard", request.shard, "i/n: only this part of the problems; join all n with --merge");
+  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
+      ->check(CLI::PositiveNumber);
+  auto* merge = app.add_option("--merge", request.merge, "Joins the folders of all shards into --output");
+  for (auto* option : app.get_options({}))
+    if (option != merge && !option->check_name("--output")) merge->excludes(option);
   try {
     app.parse(argc, argv);
+    if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
@@ -56,7 +65,9 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
   try {
-    diffsac::InitLogging();
+    const auto group = diffsac::JoinProcessGroup(timeout_s);
+    request.group = group.get();
+    diffsac::InitLogging("", group && !group->main());
     return diffsac::Evaluate(request, Trace, stop_requested, std::cout);
   } catch (const std::exception& error) {
     std::cerr << "diffsac_eval: " << error.what() << std::endl;

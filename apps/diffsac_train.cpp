@@ -9,6 +9,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
+#include "diffsac/distributed/process_group.h"
 #include "diffsac/train/trainer.h"
 
 namespace {
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> assignments;
   diffsac::TrainRequest request;
   std::int64_t seed = -1;
+  double timeout_s = diffsac::kGroupTimeoutSeconds;
   app.set_version_flag("--version", diffsac::VersionText("diffsac_train"));
   app.add_option("--config", config_path, "Configuration (YAML)")->required();
   app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
@@ -33,6 +35,8 @@ int main(int argc, char** argv) {
   app.add_option("--device", request.device, "auto, cpu or cuda");
   app.add_option("--threads", request.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
+  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
+      ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
@@ -42,8 +46,11 @@ int main(int argc, char** argv) {
     if (seed >= 0) request.config.Set("train.seed=" + std::to_string(seed));
     const auto options = diffsac::ReadOptions<diffsac::TrainConfig>(request.config);
     request.output = output.empty() ? "runs/" + options.name : output;
-    diffsac::MakeWritableFolder(request.output);
-    diffsac::InitLogging(request.output + "/log.txt");
+    const auto group = diffsac::JoinProcessGroup(timeout_s);
+    request.group = group.get();
+    const bool main_process = !group || group->main();
+    if (main_process) diffsac::MakeWritableFolder(request.output);
+    diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
     return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
   } catch (const std::exception& error) {
     std::cerr << "diffsac_train: " << error.what() << std::endl;

@@ -7,6 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/tables.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -94,10 +95,22 @@ TEST_CASE("rows with different numbers of problems are compared on the common on
   CHECK_NOTHROW(ResultsJson(results));
 }
 
+TEST_CASE("table.csv has the printed tables, methods by conditions") {
+  const ExperimentResults results = MadeUpResults();
+  const std::string csv = TablesCsv(results);
+  CHECK(csv.starts_with(MakeTables(results).front().heading.find(',') == std::string::npos
+                            ? MakeTables(results).front().heading + "\n"
+                            : "\"" + MakeTables(results).front().heading + "\"\n"));
+  CHECK_THAT(csv, Contains("\nFirst,"));
+  CHECK_THAT(csv, Contains("\n\n"));
+  CHECK_THAT(csv, !Contains("**") && !Contains("–"));
+  CHECK_THAT(csv, Contains("RANSAC"));
+}
+
 TEST_CASE("all files are written, and a folder that is not there is an error") {
   const TemporaryFolder folder;
   WriteResults(MadeUpResults(), folder.path());
-  for (const char* name : {"results.json", "results.csv", "problems.csv", "table.md", "table.tex"})
+  for (const char* name : {"results.json", "results.csv", "problems.csv", "table.csv", "table.md", "table.tex"})
     CHECK_FALSE(ReadFile(folder.File(name)).empty());
   CHECK_THROWS_AS(WriteResults(MadeUpResults(), folder.File("absent")), Error);
 }

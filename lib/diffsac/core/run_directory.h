@@ -18,6 +18,8 @@ class RunDirectory {
  public:
   RunDirectory(const std::string& path, const std::string& program, const std::string& resolved_config,
                std::uint64_t seed);
+  /// The folder of a run that another process writes: nothing is created.
+  explicit RunDirectory(const std::string& path) : path_(path) {}
   const std::string& path() const { return path_; }
   /// `path()/name`.
   std::string File(const std::string& name) const;

@@ -1,11 +1,16 @@
 #include "diffsac/eval/command_line.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 #include <ostream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/status.h"
+#include "diffsac/distributed/process_group.h"
+#include "diffsac/eval/merge.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
 #include "diffsac/eval/tables.h"
@@ -24,24 +29,98 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   return experiment;
 }
 
-int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
-             std::ostream& out) {
-  const ExperimentOptions experiment = ReadRequest(request);
-  const std::vector<std::string> missing = MissingData(experiment);
-  if (experiment.optional_data && !missing.empty()) {
-    out << experiment.name << ": skipped, its data is not here: " << missing.front() << std::endl;
-    return kExitOk;
-  }
-  MethodContext context = request.context;
-  context.threads = experiment.threads;
-  const std::string folder = request.output.empty() ? "runs/" + experiment.name : request.output;
-  // Before the work, so that a read-only folder is not found out afterwards.
-  const RunDirectory run(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
-  const RunInputs inputs{[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, trace, &stop};
-  const ExperimentResults results = RunExperiment(experiment, inputs);
+namespace {
+
+// What shards must have in common beside the experiment.
+std::string Setup(const EvalRequest& request) {
+  return "checkpoint: " + request.context.checkpoint_override + "\ndevice: " + request.context.device + "\n";
+}
+
+std::string Folder(const EvalRequest& request, const ExperimentOptions& experiment, const Shard& shard) {
+  if (!request.output.empty()) return request.output;
+  const std::string part = "-shard-" + std::to_string(shard.index) + "-of-" + std::to_string(shard.count);
+  return "runs/" + experiment.name + (shard.whole() ? "" : part);
+}
+
+void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
+                std::ostream& out) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
+  if (!results.partial) DrawExamples(results, folder);
+  WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
+  out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
+      << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
+}
+
+void WriteWhole(const ExperimentResults& results, const std::string& folder, std::ostream& out) {
   WriteResults(results, folder);
   if (!results.partial) DrawFigures(results, folder);
   out << MarkdownReport(results) << std::endl;
+}
+
+Shard ShardOf(const EvalRequest& request) {
+  if (request.group != nullptr) return {request.group->rank() + 1, request.group->size()};
+  return request.shard.empty() ? Shard() : ShardFromText(request.shard);
+}
+
+ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, const Shard& shard,
+                      const TraceConfidence& trace, const std::atomic<bool>& stop) {
+  MethodContext context = request.context;
+  if (request.group != nullptr) {
+    const ProcessPlace& place = request.group->place();
+    context.device = LocalDevice(place, context.device);
+    if (experiment.threads == 0) experiment.threads = DefaultThreads(place);
+  }
+  context.threads = experiment.threads;
+  return RunExperiment(
+      experiment, {[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, trace, &stop, shard});
+}
+
+// At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
+bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults* results) {
+  const std::vector<std::string> texts = group.Gather(ShardRecords(*results, setup));
+  if (!group.main()) return false;
+  std::vector<ShardContent> shards;
+  for (std::size_t r = 0; r < texts.size(); ++r)
+    shards.push_back(ReadShardRecords(texts[r], "process " + std::to_string(r)));
+  ExperimentResults joined = MergeShards(std::move(shards), true);
+  joined.fits = std::move(results->fits);
+  joined.traces = std::move(results->traces);
+  *results = std::move(joined);
+  return true;
+}
+
+}  // namespace
+
+int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
+             std::ostream& out) {
+  if (request.group != nullptr && (!request.merge.empty() || !request.shard.empty()))
+    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
+  if (!request.merge.empty()) {
+    MergeFolders(request.merge, request.output, out);
+    return kExitOk;
+  }
+  const bool main = request.group == nullptr || request.group->main();
+  const ExperimentOptions experiment = ReadRequest(request);
+  const std::vector<std::string> missing = MissingData(experiment);
+  if (experiment.optional_data && !missing.empty()) {
+    if (main) out << experiment.name << ": skipped, its data is not here: " << missing.front() << std::endl;
+    return kExitOk;
+  }
+  const Shard shard = ShardOf(request);
+  const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
+  std::optional<RunDirectory> run;
+  if (main) {
+    // Before the work, so that a read-only folder is not found out afterwards.
+    run.emplace(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
+    std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
+  }
+  ExperimentResults results = Run(request, experiment, shard, trace, stop);
+  if (request.group != nullptr && !JoinShards(*request.group, Setup(request), &results))
+    return results.partial ? kExitInterrupted : kExitOk;
+  if (request.shard.empty())
+    WriteWhole(results, folder, out);
+  else
+    WriteShard(results, Setup(request), folder, out);
   if (results.partial) LogWarning("interrupted: partial results are in " + folder);
   return results.partial ? kExitInterrupted : kExitOk;
 }

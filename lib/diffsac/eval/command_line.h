@@ -11,6 +11,8 @@
 
 namespace diffsac {
 
+class ProcessGroup;
+
 /// What the command line of diffsac_eval says.
 struct EvalRequest {
   std::string config_path;
@@ -19,7 +21,11 @@ struct EvalRequest {
   int limit = 0;                         ///< --limit: at most so many problems a condition; 0: as configured
   std::string output;                    ///< --output; empty: runs/<name>
   std::int64_t seed = -1;                ///< --seed; negative: as configured
+  std::string shard;                     ///< --shard i/n; empty: all problems
+  std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
   MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+  /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
+  ProcessGroup* group = nullptr;
 };
 
 /// Exit codes of the programs.
@@ -30,8 +36,9 @@ inline constexpr int kExitInterrupted = 130;
 /// Reads the configuration with the command line on top. Throws Error.
 ExperimentOptions ReadRequest(const EvalRequest& request);
 
-/// Runs the experiment, writes the folder and prints the tables to `out`. Returns kExitOk, or kExitInterrupted after
-/// writing partial results when `stop` turned true. Throws Error for bad input.
+/// Runs the experiment, writes the folder and prints the tables to `out`. A shard's folder holds its part of
+/// problems.csv and what MergeFolders needs instead of tables. Returns kExitOk, or kExitInterrupted after writing
+/// partial results when `stop` turned true. Throws Error for bad input.
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out);
 

@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/run_directory.h"
 #include "diffsac/eval/tables.h"
 
 namespace diffsac {
@@ -142,18 +141,34 @@ std::string ResultsJson(const ExperimentResults& results) {
                      {"seed", experiment.seed},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},
-                     {"git_revision", GitRevision()},
-                     {"machine", MachineText()},
+                     {"git_revision", results.git_revision},
+                     {"machine", results.machine},
                      {"results", cells},
                      {"differences", ComparisonsJson(results)},
                      {"paper", PaperJson(results)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string TablesCsv(const ExperimentResults& results) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      text += (i == 0 ? "" : ",") + (cells[i] == "–" ? std::string() : CsvText(cells[i]));
+    return text + "\n";
+  };
+  std::string text;
+  for (const Table& table : MakeTables(results)) {
+    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
+    for (const Table::Row& row : table.rows) text += line(row.cells);
+  }
+  return text;
+}
+
 void WriteResults(const ExperimentResults& results, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(results));
   WriteFileAtomically(folder + "/results.json", ResultsJson(results));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(results));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(results));
   WriteFileAtomically(folder + "/table.tex", LatexReport(results));
 }

@@ -18,6 +18,10 @@ std::string ProblemsCsv(const ExperimentResults& results);
 /// and that of the reference method's mAA minus its own, and the experiment's comparisons. Unknown values are null.
 std::string ResultsJson(const ExperimentResults& results);
 
+/// table.csv: the tables as they are printed, methods by conditions, one below the other: a line with the heading, one
+/// with the columns, a line a row, an empty line. Unknown values are empty.
+std::string TablesCsv(const ExperimentResults& results);
+
 /// Writes all of these, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
 void WriteResults(const ExperimentResults& results, const std::string& folder);
 

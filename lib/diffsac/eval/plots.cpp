@@ -170,14 +170,18 @@ bool PlotTime(const ExperimentResults& results, const std::string& folder) {
   return PlotCost(results, folder, "ms_total", "milliseconds (median)", "time");
 }
 
-void DrawFigures(const ExperimentResults& results, const std::string& folder) {
-  if (results.experiment.figures.curve) PlotCurve(results, folder);
-  PlotBudget(results, folder);
-  PlotTime(results, folder);
+void DrawExamples(const ExperimentResults& results, const std::string& folder) {
   PlotFits(results, folder);
   PlotMatches(results, folder);
   for (const KeptTrace& kept : results.traces)
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
+}
+
+void DrawFigures(const ExperimentResults& results, const std::string& folder) {
+  if (results.experiment.figures.curve) PlotCurve(results, folder);
+  PlotBudget(results, folder);
+  PlotTime(results, folder);
+  DrawExamples(results, folder);
 }
 
 }  // namespace diffsac

@@ -29,6 +29,9 @@ bool PlotMatches(const ExperimentResults& results, const std::string& folder);
 /// `path` (ending in .png). Matches of two views are shown where they are in image 1.
 bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path);
 
+/// Pictures of examples, which need more than records: fits, matches, reverse steps.
+void DrawExamples(const ExperimentResults& results, const std::string& folder);
+
 /// Every picture that the experiment has something for.
 void DrawFigures(const ExperimentResults& results, const std::string& folder);
 

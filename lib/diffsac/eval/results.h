@@ -10,6 +10,7 @@
 #include "diffsac/eval/confidence_trace.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/eval/shard.h"
 
 namespace diffsac {
 
@@ -54,9 +55,13 @@ struct ExperimentResults {
   std::string dataset;      ///< The data's type.
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
-  std::string fits_label;         ///< The method of `fits` (lines, planes).
-  std::vector<KeptTrace> traces;  ///< At most one.
-  bool partial = false;           ///< An interrupt stopped the run.
+  std::string fits_label;             ///< The method of `fits` (lines, planes).
+  std::vector<KeptTrace> traces;      ///< At most one.
+  bool partial = false;               ///< An interrupt stopped the run.
+  Shard shard;                        ///< Which problems these are.
+  std::vector<std::size_t> problems;  ///< By condition: how many there are, those of other shards included.
+  std::string git_revision;           ///< Of the program that ran.
+  std::string machine;                ///< Where it ran; of joined shards all of them.
 
   const Cell* Find(std::size_t condition, std::size_t method) const;
 };

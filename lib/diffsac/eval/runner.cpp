@@ -7,6 +7,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/random.h"
+#include "diffsac/core/run_directory.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/methods/oracle.h"
 
@@ -38,21 +39,27 @@ std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& expe
   return datasets;
 }
 
+using Methods = std::vector<std::unique_ptr<Method>>;
+
 // Null for the oracle, which is no Method.
-std::vector<std::unique_ptr<Method>> MakeMethods(const ExperimentOptions& experiment, const MethodFactory& make) {
-  std::vector<std::unique_ptr<Method>> methods;
+Methods MakeMethods(const ExperimentOptions& experiment, const MethodFactory& make) {
+  Methods methods;
   const Task task = TaskFromString(experiment.task);
   for (const MethodRow& row : experiment.methods)
     methods.push_back(row.type == "oracle" ? nullptr : make(row.config, task));
   return methods;
 }
 
-std::vector<Example> LoadExamples(const Dataset& dataset, const ExperimentOptions& experiment) {
-  std::int64_t count = experiment.problems;
-  if (dataset.size() >= 0) count = std::min(count, dataset.size());
-  std::vector<Example> examples(static_cast<std::size_t>(count));
-  ParallelFor(count, experiment.threads, [&](std::int64_t i) { examples[i] = dataset.Get(i); });
-  return examples;
+std::size_t ProblemCount(const Dataset& dataset, const ExperimentOptions& experiment) {
+  const std::int64_t count = experiment.problems;
+  return static_cast<std::size_t>(dataset.size() < 0 ? count : std::min(count, dataset.size()));
+}
+
+// The problems of one row on one condition that are this shard's.
+std::vector<std::size_t> RowPositions(const MethodRow& row, const Method* method, std::size_t problems,
+                                      const Shard& shard) {
+  if (row.max_problems > 0) problems = std::min(problems, static_cast<std::size_t>(row.max_problems));
+  return ShardPositions(problems, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()), shard);
 }
 
 double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>& inliers) {
@@ -82,8 +89,8 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 struct CellRun {
   const ExperimentOptions& experiment;
   const RunInputs& inputs;
-  const std::vector<Example>& examples;
-  const Method* method;  // null: the oracle
+  const std::vector<Example>& examples;  // Of all problems; those that are not needed are empty.
+  const Method* method;                  // null: the oracle
   Progress& progress;
 
   Estimate EstimateOne(const Example& example) const {
@@ -92,41 +99,41 @@ struct CellRun {
   }
 };
 
-void RunOneByOne(const CellRun& run, std::vector<ProblemRecord>* records) {
+void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<ProblemRecord>* records) {
   ParallelFor(static_cast<std::int64_t>(records->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
-    (*records)[i] = MakeRecord(run.experiment, run.examples[i], run.EstimateOne(run.examples[i]));
+    const Example& example = run.examples[positions[i]];
+    (*records)[i] = MakeRecord(run.experiment, example, run.EstimateOne(example));
     run.progress.Advance();
   });
 }
 
-void RunInBatches(const CellRun& run, std::vector<ProblemRecord>* records) {
+void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<ProblemRecord>* records) {
   const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
   for (std::size_t first = 0; first < records->size() && !Stopped(run.inputs); first += batch) {
     const std::size_t last = std::min(first + batch, records->size());
     std::vector<Problem> problems;
     std::vector<std::uint64_t> seeds;
     for (std::size_t i = first; i < last; ++i) {
-      problems.push_back(run.examples[i].problem);
-      seeds.push_back(ProblemSeed(run.experiment.seed, run.examples[i].index));
+      const Example& example = run.examples[positions[i]];
+      problems.push_back(example.problem);
+      seeds.push_back(ProblemSeed(run.experiment.seed, example.index));
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i)
-      (*records)[i] = MakeRecord(run.experiment, run.examples[i], estimates[i - first]);
+      (*records)[i] = MakeRecord(run.experiment, run.examples[positions[i]], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }
 
-std::vector<ProblemRecord> RunCell(const CellRun& run, int max_problems) {
-  std::size_t count = run.examples.size();
-  if (max_problems > 0) count = std::min(count, static_cast<std::size_t>(max_problems));
-  std::vector<ProblemRecord> records(count);
+std::vector<ProblemRecord> RunCell(const CellRun& run, const std::vector<std::size_t>& positions) {
+  std::vector<ProblemRecord> records(positions.size());
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
-  if (count > 0 && !Stopped(run.inputs)) run.EstimateOne(run.examples.front());
+  if (!positions.empty() && !Stopped(run.inputs)) run.EstimateOne(run.examples[positions.front()]);
   if (run.method != nullptr && run.method->PreferredBatch() > 1) {
-    RunInBatches(run, &records);
+    RunInBatches(run, positions, &records);
   } else {
-    RunOneByOne(run, &records);
+    RunOneByOne(run, positions, &records);
   }
   std::erase_if(records, [](const ProblemRecord& record) { return !record.done; });
   return records;
@@ -178,12 +185,18 @@ bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
 }
 
 // The first problems; of two views, whose data comes scene by scene, evenly spread ones.
+std::vector<std::size_t> FitPositions(const ExperimentOptions& experiment, std::size_t problems) {
+  const std::size_t count = std::min<std::size_t>(experiment.figures.qualitative, problems);
+  const bool spread = IsTwoView(TaskFromString(experiment.task));
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i) positions.push_back(spread ? i * problems / count : i);
+  return positions;
+}
+
 void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, ExperimentResults* results) {
-  const std::size_t count = std::min<std::size_t>(run.experiment.figures.qualitative, run.examples.size());
-  const bool spread = IsTwoView(TaskFromString(run.experiment.task));
-  for (std::size_t i = 0; i < count && !Stopped(run.inputs); ++i) {
-    const Example& example = run.examples[spread ? i * run.examples.size() / count : i];
-    results->fits.push_back({condition, example, run.EstimateOne(example), method});
+  for (const std::size_t i : FitPositions(run.experiment, run.examples.size())) {
+    if (Stopped(run.inputs)) return;
+    results->fits.push_back({condition, run.examples[i], run.EstimateOne(run.examples[i]), method});
   }
 }
 
@@ -194,17 +207,34 @@ void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* 
   if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
 }
 
-std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets) {
-  std::int64_t total = 0;
+std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets,
+                       const Methods& methods, const Shard& shard) {
+  std::size_t total = 0;
   for (std::size_t c = 0; c < datasets.size(); ++c) {
-    for (const MethodRow& row : experiment.methods) {
-      std::int64_t count = experiment.problems;
-      if (datasets[c]->size() >= 0) count = std::min(count, datasets[c]->size());
-      if (row.max_problems > 0) count = std::min<std::int64_t>(count, row.max_problems);
-      if (row.RunsOn(experiment.conditions[c].name)) total += count;
-    }
+    const std::size_t problems = ProblemCount(*datasets[c], experiment);
+    for (std::size_t m = 0; m < methods.size(); ++m)
+      if (experiment.methods[m].RunsOn(experiment.conditions[c].name))
+        total += RowPositions(experiment.methods[m], methods[m].get(), problems, shard).size();
   }
-  return total;
+  return static_cast<std::int64_t>(total);
+}
+
+// The examples that any row of the condition takes, and those of pictures; the others stay empty.
+std::vector<Example> LoadExamples(const ExperimentOptions& experiment, std::size_t condition, const Dataset& dataset,
+                                  const Methods& methods, const Shard& shard) {
+  std::vector<Example> examples(ProblemCount(dataset, experiment));
+  std::vector<char> needed(examples.size(), 0);
+  const auto need = [&](const std::vector<std::size_t>& positions) {
+    for (const std::size_t i : positions) needed[i] = 1;
+  };
+  for (std::size_t m = 0; m < methods.size(); ++m)
+    if (experiment.methods[m].RunsOn(experiment.conditions[condition].name))
+      need(RowPositions(experiment.methods[m], methods[m].get(), examples.size(), shard));
+  if (shard.index == 1) need(FitPositions(experiment, examples.size()));
+  ParallelFor(static_cast<std::int64_t>(examples.size()), experiment.threads, [&](std::int64_t i) {
+    if (needed[i] != 0) examples[i] = dataset.Get(i);
+  });
+  return examples;
 }
 
 // A group without a scene is most likely a misspelt name, but data that is not here may have it.
@@ -218,17 +248,18 @@ void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Ex
 }
 
 void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
-                  const Dataset& dataset, const std::vector<std::unique_ptr<Method>>& methods, Progress& progress,
-                  ExperimentResults* results) {
-  const std::vector<Example> examples = LoadExamples(dataset, experiment);
-  if (condition == 0) WarnOfEmptyGroups(experiment, examples);
+                  const Dataset& dataset, const Methods& methods, Progress& progress, ExperimentResults* results) {
+  const std::vector<Example> examples = LoadExamples(experiment, condition, dataset, methods, inputs.shard);
+  results->problems.push_back(examples.size());
+  if (condition == 0 && inputs.shard.whole()) WarnOfEmptyGroups(experiment, examples);
   const std::vector<std::size_t> fits_rows = FitsRows(experiment);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const MethodRow& row = experiment.methods[m];
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
     const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
-    Cell cell{condition, m, RunCell(run, row.max_problems)};
+    Cell cell{condition, m, RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard))};
     if (!cell.records.empty()) results->cells.push_back(std::move(cell));
+    if (inputs.shard.index != 1) continue;  // Pictures of examples are the first shard's.
     if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))
       KeepFits(run, condition, m, results);
     if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
@@ -253,12 +284,15 @@ std::vector<std::string> MissingData(const ExperimentOptions& experiment) {
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
   ExperimentResults results;
   results.experiment = experiment;
+  results.shard = inputs.shard;
+  results.git_revision = GitRevision();
+  results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
   const auto methods = MakeMethods(experiment, inputs.make_method);
   results.dataset = PeekData(experiment.conditions.front().data).type;
   const int fits_row = FitsRow(experiment);
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
-  Progress progress(experiment.name, TotalWork(experiment, datasets));
+  Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));
   for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
     RunCondition(experiment, inputs, c, *datasets[c], methods, progress, &results);
   progress.Finish();

@@ -16,6 +16,7 @@ struct RunInputs {
   MethodFactory make_method;
   TraceConfidence trace;                    ///< May be empty.
   const std::atomic<bool>* stop = nullptr;  ///< Polled before each problem or batch.
+  Shard shard = {};                         ///< Only these problems; pictures of examples are kept by the first shard.
 };
 
 /// The seed of a problem: the same for every method, condition, batch and thread count, and whatever else runs.

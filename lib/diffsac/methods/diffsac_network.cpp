@@ -46,6 +46,7 @@ std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task 
 
 torch::Device DeviceFromString(const std::string& name) {
   if (name == "cpu") return torch::kCPU;
+  if (name.starts_with("cuda:") && torch::cuda::is_available()) return torch::Device(name);
   if (name != "auto" && name != "cuda") throw Error("device '" + name + "': expected auto, cpu or cuda");
   if (torch::cuda::is_available()) return torch::kCUDA;
   if (name == "cuda")

@@ -41,7 +41,7 @@ struct DiffsacNetwork {
 /// trained for another task.
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device);
 
-/// "auto" (CUDA where LibTorch has it and a device is there), "cpu" or "cuda". Throws Error when CUDA is asked for in vain.
+/// "auto" (CUDA where LibTorch has it and a device is there), "cpu", "cuda" or "cuda:1". Throws Error when CUDA is asked for in vain.
 torch::Device DeviceFromString(const std::string& name);
 
 }  // namespace diffsac

@@ -29,7 +29,8 @@ class ClnetLearner : public Learner {
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
   }
-  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+               const std::vector<double>& shares) override;
   std::unique_ptr<Method> AveragedMethod() const override {
     return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
   }
@@ -77,7 +78,8 @@ torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, C
   return RegressionLoss(weights, fits, !IsTwoView(task_));
 }
 
-Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+                                    const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
   auto& network = dynamic_cast<ClnetNetwork&>(*weights_->network);
   const auto output = network.Run(points.To(device_));
@@ -96,7 +98,7 @@ Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std:
     total = total + train.regression_weight * regression;
   const auto kept = truth.inliers.gather(1, output.index) * output.mask.to(torch::kFloat);
   const double share = (kept.sum() / truth.inliers.sum().clamp_min(1.0)).item<double>();
-  return {total, {pruning.item<double>(), candidates.item<double>(), regression.item<double>(), share}};
+  return {shares[0] * total, {pruning.item<double>(), candidates.item<double>(), regression.item<double>(), share}};
 }
 
 }  // namespace

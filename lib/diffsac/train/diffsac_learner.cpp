@@ -6,6 +6,7 @@
 
 #include "diffsac/diffusion/losses.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/train/distributed.h"
 #include "diffsac/train/learner.h"
 
 namespace diffsac {
@@ -86,7 +87,11 @@ class DiffsacLearner : public Learner {
   int copies() const override { return options_.train.noise_copies; }
   int schedule_steps() const override { return options_.network.schedule.steps; }
   std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
-  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const override {
+    return diffsac::LossWeights(items, options_.train.positive_weight);
+  }
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+               const std::vector<double>& shares) override;
   std::unique_ptr<Method> AveragedMethod() const override {
     return std::make_unique<DiffsacMethod>(averaged_, options_.inference, threads_);
   }
@@ -139,10 +144,11 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int
   return losses;
 }
 
-Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+                                      const std::vector<double>& shares) {
   const auto losses = Forward(Collate(items, options_.train.noise_copies, device_), iteration);
-  auto total = losses.diffusion;
-  if (losses.inlier.defined()) total = total + options_.train.inlier_weight * losses.inlier;
+  auto total = shares[0] * losses.diffusion;
+  if (losses.inlier.defined()) total = total + options_.train.inlier_weight * shares[1] * losses.inlier;
   return {total, {losses.diffusion.item<double>(), losses.inlier.defined() ? losses.inlier.item<double>() : 0.0}};
 }
 

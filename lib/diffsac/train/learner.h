@@ -33,13 +33,19 @@ class Learner {
   virtual double RateFactor(std::int64_t) const { return 1.0; }
 
   struct Loss {
-    torch::Tensor total;        ///< what is differentiated
-    std::vector<double> parts;  ///< of loss_names; NaN for what was not computed
+    torch::Tensor total;        ///< what is differentiated, each part times its share
+    std::vector<double> parts;  ///< of loss_names, without the shares; NaN for what was not computed
   };
   /// Columns of metrics.csv.
   virtual std::vector<std::string> loss_names() const = 0;
-  /// Randomness comes from (train.seed, iteration) alone.
-  virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) = 0;
+  /// The sum of weights that each part of the loss is a mean over; items weigh the same unless a method says otherwise.
+  virtual std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const {
+    return std::vector<double>(loss_names().size(), static_cast<double>(items.size()));
+  }
+  /// Randomness comes from (train.seed, iteration) alone. shares: of these items in what each part of the loss is a mean
+  /// over (TrainingTeam::Shares), 1 for a process alone.
+  virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+                       const std::vector<double>& shares) = 0;
   /// The estimator with the averaged network, for validation; valid as long as the learner.
   virtual std::unique_ptr<Method> AveragedMethod() const = 0;
 };

@@ -49,7 +49,8 @@ class NgRansacLearner : public Learner {
   double RateFactor(std::int64_t iteration) const override {
     return IsInitialization(iteration) ? 1.0 : options_.ng_ransac.rate_factor;
   }
-  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) override;
+  Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+               const std::vector<double>& shares) override;
   std::unique_ptr<Method> AveragedMethod() const override {
     return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
   }
@@ -119,14 +120,17 @@ Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& ite
   return {ExpectedLossSurrogate(log_probability, losses.to(device_)), {target, losses.mean().item<double>()}};
 }
 
-Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration) {
+Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+                                       const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
   const auto log_weights = dynamic_cast<NgRansacNetwork&>(*weights_->network).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
   for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
-  if (IsInitialization(iteration)) return {divergence, {divergence.item<double>(), kNotANumber}};
-  return ExpectedLoss(items, log_weights, divergence.item<double>(), iteration);
+  auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotANumber}}
+                                          : ExpectedLoss(items, log_weights, divergence.item<double>(), iteration);
+  loss.total = shares[0] * loss.total;
+  return loss;
 }
 
 }  // namespace

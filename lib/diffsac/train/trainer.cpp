@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "diffsac/core/logging.h"
@@ -17,6 +18,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/train/distributed.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/learning_rate.h"
 #include "diffsac/train/metrics_log.h"
@@ -40,6 +42,7 @@ class Trainer {
   TrainOutcome Run(const std::atomic<bool>& stop);
 
  private:
+  TrainOutcome RunSteps(const std::atomic<bool>& stop);
   double Rate(std::int64_t iteration) const {
     const auto& train = options_.train;
     return learner_->RateFactor(iteration) *
@@ -53,6 +56,7 @@ class Trainer {
 
   TrainRequest request_;
   TrainConfig options_;
+  TrainingTeam team_;
   Task task_;
   std::string resolved_;
   RunDirectory directory_;
@@ -70,26 +74,32 @@ class Trainer {
 Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
     : request_(request),
       options_(options),
+      team_(request.group, options.train.batch_size),
       task_(TaskFromString(options.task)),
       resolved_(ResolvedConfig(options, request.config)),
-      directory_(request.output, "diffsac_train", resolved_, options.train.seed),
-      device_(DeviceFromString(request.device)),
+      directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options.train.seed)
+                              : RunDirectory(request.output)),
+      device_(DeviceFromString(team_.Device(request.device))),
       parts_(MakeTrainingParts(request.config.Sub("data"), options.train.seed)) {
   const Task data_task = parts_.front().dataset->task();
   if (data_task != task_)
     throw Error(request.config.Where("data") + ": data of task '" + ToString(data_task) + "', but task is '" +
                 options.task + "'");
-  std::filesystem::create_directories(directory_.File("checkpoints"));
-  torch::set_num_threads(request.threads > 0 ? request.threads : HardwareThreads());
+  if (team_.main()) std::filesystem::create_directories(directory_.File("checkpoints"));
+  torch::set_num_threads(request.threads > 0 ? request.threads : team_.threads());
   learner_ = MakeLearner(options, device_, request.threads);
   loss_sums_.assign(learner_->loss_names().size(), 0.0);
   if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, learner_->network());
   average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), options.train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
                                                     torch::optim::AdamOptions(options.train.learning_rate));
-  validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
+  if (team_.main())
+    validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
   info_ = {resolved_, GitRevision(), 0, options.train.seed, -1.0};
   if (request.resume) Resume();
+  team_.CheckSame("configurations", resolved_);
+  team_.CheckSame("iterations or weights",
+                  std::to_string(info_.iteration) + " " + WeightsText(learner_->network().parameters()));
 }
 
 void Trainer::Resume() {
@@ -104,6 +114,7 @@ void Trainer::Resume() {
 
 // best.pt is for inference: without the optimiser's state it is half the size.
 void Trainer::Save(const std::string& name, bool with_optimizer) {
+  if (!team_.main()) return;
   SaveCheckpoint(CheckpointPath(name), info_, learner_->network(), *average_,
                  with_optimizer ? optimizer_.get() : nullptr);
 }
@@ -113,16 +124,21 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   const double rate = Rate(iteration);
   for (auto& group : optimizer_->param_groups()) group.options().set_lr(rate);
   optimizer_->zero_grad();
-  const auto loss = learner_->Compute(items, iteration);
-  if (!std::isfinite(loss.total.item<double>()))
+  const auto shares = team_.Shares(learner_->LossWeights(items));
+  const auto loss = learner_->Compute(items, iteration, shares);
+  std::vector<double> joint = {loss.total.item<double>()};
+  for (std::size_t i = 0; i < shares.size(); ++i) joint.push_back(shares[i] * loss.parts[i]);
+  joint = team_.Sum(std::move(joint));
+  if (!std::isfinite(joint.front()))
     throw Error("the loss is not finite at iteration " + std::to_string(iteration) + "; the last good checkpoint is " +
                 CheckpointPath("last.pt") + " (iteration " + std::to_string(info_.iteration) +
                 "). A smaller train.learning_rate may help");
   loss.total.backward();
+  team_.SumGradients(learner_->network().parameters());
   if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(learner_->network().parameters(), train.clip_norm);
   optimizer_->step();
   average_->Update(learner_->network());
-  for (std::size_t i = 0; i < loss_sums_.size(); ++i) loss_sums_[i] += loss.parts[i];
+  for (std::size_t i = 0; i < loss_sums_.size(); ++i) loss_sums_[i] += joint[i + 1];
   ++losses_;
 }
 
@@ -132,38 +148,52 @@ std::vector<double> Trainer::Validate() {
 }
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
+  try {
+    return RunSteps(stop);
+  } catch (const GroupLost& lost) {
+    // A step changes the network only after the last exchange, so what is here is that of a whole number of steps.
+    Save("last.pt", true);
+    throw Error(std::string(lost.what()) + "; training stopped at iteration " + std::to_string(info_.iteration) +
+                ", continue from " + CheckpointPath("last.pt") + " with --resume");
+  }
+}
+
+TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(learner_->network())) +
           " parameters, device " + device_.str() + ", " + MachineText());
   std::vector<std::string> columns = learner_->loss_names();
   columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
-  columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
-  MetricsLog log(directory_.path(), columns, info_.iteration);
+  if (team_.main()) columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
+  std::optional<MetricsLog> log;
+  if (team_.main()) log.emplace(directory_.path(), columns, info_.iteration);
 
   const TrainingSource source(parts_, learner_->features(), options_.labels, train.two_view, learner_->copies(),
                               learner_->schedule_steps(), train.seed);
-  Prefetcher<TrainingItem> items([&source](std::uint64_t index) { return source.Make(index); }, train.workers,
-                                 4 * train.batch_size,
-                                 static_cast<std::uint64_t>(info_.iteration) * train.batch_size);
-  Progress progress("training", train.iterations - info_.iteration);
+  Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
+                                 4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
+  std::optional<Progress> progress;
+  if (team_.main()) progress.emplace("training", train.iterations - info_.iteration);
   auto window_start = std::chrono::steady_clock::now();
   double waited = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
-    if (stop.load()) {
+    if (team_.Any(stop.load())) {
       Save("last.pt", true);
       LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
       return TrainOutcome::kStopped;
     }
     std::vector<TrainingItem> batch;
-    for (int b = 0; b < train.batch_size; ++b) batch.push_back(items.Next());
+    for (int b = 0; b < team_.batch(); ++b) batch.push_back(items.Next());
     Step(batch, iteration);
     const std::int64_t done = info_.iteration = iteration + 1;
+    if (!team_.main()) continue;
     const bool last = done == train.iterations;
     std::vector<double> accuracies(validation_->names().size(), kNotANumber);
     if (done % train.validate_every == 0 || last) {
       accuracies = Validate();
       const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
-      if (mean > info_.best_validation) {
+      // Where validation is saturated, the longer trained.
+      if (mean >= info_.best_validation) {
         info_.best_validation = mean;
         Save("best.pt", false);
       }
@@ -171,24 +201,23 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
               Text("%.4f", info_.best_validation) + ")");
     }
     if (done % train.log_every == 0 || last) {
-      const double seconds =
-          std::chrono::duration<double>(std::chrono::steady_clock::now() - window_start).count();
+      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - window_start).count();
       const double share = seconds > 0 ? (items.wait_seconds() - waited) / seconds : 0.0;
       std::vector<double> row;
       for (double& sum : loss_sums_) row.push_back(std::exchange(sum, 0.0) / losses_);
       row.push_back(Rate(iteration));
       row.push_back(share);
       row.insert(row.end(), accuracies.begin(), accuracies.end());
-      log.Append(done, row);
+      log->Append(done, row);
       losses_ = 0;
       window_start = std::chrono::steady_clock::now();
       waited = items.wait_seconds();
     }
     if (done % train.checkpoint_every == 0 || last) Save("last.pt", true);
-    if (done % train.validate_every == 0 || last) log.Draw();
-    progress.Advance();
+    if (done % train.validate_every == 0 || last) log->Draw();
+    progress->Advance();
   }
-  progress.Finish();
+  if (progress) progress->Finish();
   return TrainOutcome::kFinished;
 }
 

@@ -8,19 +8,23 @@
 
 namespace diffsac {
 
+class ProcessGroup;
+
 struct TrainRequest {
   Config config;
   std::string output;             ///< run folder
   bool resume = false;            ///< continue from output/checkpoints/last.pt
   std::string device = "auto";
   int threads = 0;                ///< of LibTorch and of validation; 0: all cores
+  ProcessGroup* group = nullptr;  ///< processes that train together (train/distributed.h); null: this one alone
 };
 
 enum class TrainOutcome { kFinished, kStopped };
 
 /// Trains a denoiser (the paper's Algorithm 1) and writes config.yaml, metrics.csv, training_curve.png, log.txt and
 /// checkpoints/{last,best}.pt under request.output. `stop` ends it at the next step with a checkpoint written. Throws Error
-/// on bad configuration, and when the loss is not finite: the last good checkpoint is kept.
+/// on bad configuration, and when the loss is not finite: the last good checkpoint is kept. In a group the process of rank
+/// 0 writes; when another ends, the rest save what was done (rank 0) and throw Error.
 TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop);
 
 }  // namespace diffsac

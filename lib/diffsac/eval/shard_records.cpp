@@ -1,0 +1,182 @@
+#include "diffsac/eval/shard_records.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "diffsac shard 1";
+
+// The text of a record's numbers, in one place for both directions.
+class Fields {
+ public:
+  virtual ~Fields() = default;
+  virtual void Number(double& value) = 0;
+  virtual void Count(int& value) = 0;
+};
+
+void Visit(ProblemRecord& record, Fields& fields) {
+  fields.Number(record.error.angle_deg);
+  fields.Number(record.error.offset);
+  fields.Number(record.error.rotation_deg);
+  fields.Number(record.error.translation_deg);
+  fields.Number(record.error.error_px);
+  fields.Count(record.points);
+  fields.Count(record.inliers);
+  fields.Number(record.all_inlier_sets);
+  fields.Count(record.report.hypotheses);
+  fields.Count(record.report.unique_minimal_sets);
+  fields.Number(record.report.ms_features);
+  fields.Number(record.report.ms_denoise);
+  fields.Number(record.report.ms_consensus);
+  fields.Number(record.report.ms_total);
+}
+
+class Writer : public Fields {
+ public:
+  explicit Writer(Json* line) : line_(*line) {}
+  void Number(double& value) override {
+    if (std::isfinite(value))
+      line_.push_back(value);
+    else
+      line_.push_back(std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
+  }
+  void Count(int& value) override { line_.push_back(value); }
+
+ private:
+  Json& line_;
+};
+
+class Reader : public Fields {
+ public:
+  Reader(const Json& line, std::size_t next) : line_(line), next_(next) {}
+  void Number(double& value) override {
+    const Json& item = line_.at(next_++);
+    value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
+  }
+  void Count(int& value) override { value = line_.at(next_++).get<int>(); }
+  bool done() const { return next_ == line_.size(); }
+
+ private:
+  const Json& line_;
+  std::size_t next_;
+};
+
+std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+// Cells, rather than names, which would be most of the file.
+Json RecordLine(const Cell& cell, ProblemRecord record) {
+  Json line = {cell.condition,     cell.method,  record.index,
+               record.id,          record.scene, std::string(ToString(record.status)),
+               record.error.failed};
+  Writer writer(&line);
+  Visit(record, writer);
+  return line;
+}
+
+Status StatusOf(const std::string& text) {
+  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel})
+    if (ToString(status) == text) return status;
+  throw Error("unknown status");
+}
+
+void ReadRecord(const Json& line, ExperimentResults* results) {
+  const auto condition = line.at(0).get<std::size_t>(), method = line.at(1).get<std::size_t>();
+  if (condition >= results->experiment.conditions.size() || method >= results->experiment.methods.size())
+    throw Error("no such row");
+  ProblemRecord record;
+  record.index = line.at(2).get<std::uint64_t>();
+  record.id = line.at(3).get<std::string>();
+  record.scene = line.at(4).get<std::string>();
+  record.status = StatusOf(line.at(5).get<std::string>());
+  record.error.failed = line.at(6).get<bool>();
+  record.done = true;
+  Reader reader(line, 7);
+  Visit(record, reader);
+  if (!reader.done()) throw Error("too many values");
+  auto& cells = results->cells;
+  if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
+    cells.push_back({condition, method, {}});
+  cells.back().records.push_back(std::move(record));
+}
+
+std::size_t RecordCount(const ExperimentResults& results) {
+  std::size_t count = 0;
+  for (const Cell& cell : results.cells) count += cell.records.size();
+  return count;
+}
+
+Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
+  ExperimentOptions experiment = results.experiment;
+  experiment.threads = 0;
+  return {{"format", kFormat},
+          {"shard", results.shard.index},
+          {"shards", results.shard.count},
+          {"complete", !results.partial},
+          {"records", RecordCount(results)},
+          {"problems", results.problems},
+          {"dataset", results.dataset},
+          {"fits_label", results.fits_label},
+          {"git_revision", results.git_revision},
+          {"machine", results.machine},
+          {"setup", setup},
+          {"experiment", WriteExperiment(experiment)}};
+}
+
+ShardContent ReadHeader(const Json& header, const std::string& name) {
+  ShardContent content;
+  content.name = name;
+  if (header.at("format") != kFormat) throw Error("another format");
+  content.experiment = header.at("experiment").get<std::string>();
+  content.setup = header.at("setup").get<std::string>();
+  ExperimentResults& results = content.results;
+  results.experiment = ReadExperiment(Config::FromString(content.experiment, name));
+  results.shard = {header.at("shard").get<int>(), header.at("shards").get<int>()};
+  results.partial = !header.at("complete").get<bool>();
+  results.problems = header.at("problems").get<std::vector<std::size_t>>();
+  results.dataset = header.at("dataset").get<std::string>();
+  results.fits_label = header.at("fits_label").get<std::string>();
+  results.git_revision = header.at("git_revision").get<std::string>();
+  results.machine = header.at("machine").get<std::string>();
+  return content;
+}
+
+}  // namespace
+
+std::string ShardRecords(const ExperimentResults& results, const std::string& setup) {
+  std::string text = Dump(HeaderJson(results, setup));
+  for (const Cell& cell : results.cells)
+    for (const ProblemRecord& record : cell.records) text += Dump(RecordLine(cell, record));
+  return text;
+}
+
+ShardContent ReadShardRecords(const std::string& text, const std::string& name) {
+  const auto fail = [&](const std::string& why) {
+    return Error(name + ": not a shard's " + kShardRecords + ", or damaged (" + why + ")");
+  };
+  std::istringstream lines(text);
+  std::string line;
+  std::size_t number = 1;
+  try {
+    if (!std::getline(lines, line)) throw Error("empty");
+    const Json header = Json::parse(line);
+    ShardContent content = ReadHeader(header, name);
+    for (++number; std::getline(lines, line); ++number) ReadRecord(Json::parse(line), &content.results);
+    if (RecordCount(content.results) != header.at("records").get<std::size_t>()) throw Error("records are missing");
+    return content;
+  } catch (const Json::exception& error) {
+    throw fail("line " + std::to_string(number) + " is not as it was written");
+  } catch (const Error& error) {
+    throw fail("line " + std::to_string(number) + ": " + error.what());
+  }
+}
+
+}  // namespace diffsac

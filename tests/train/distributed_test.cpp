@@ -1,0 +1,131 @@
+#include "diffsac/train/distributed.h"
+
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/diffsac_network.h"
+#include "diffsac/train/trainer.h"
+#include "distributed/spawn_ranks.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using testing::RunRanks;
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("diffsac_distributed_test_" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
+
+// Problems of different sizes and a weight of positives: what makes the mean of ranks' means another than the joint
+// mean.
+const char* kTiny = R"(
+name: tiny
+task: line
+data: {type: synthetic_line, num_points: [12, 60], outlier_ratio: [0.1, 0.5]}
+network:
+  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, self_conditioning: true}
+train: {iterations: 20, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 10,
+        checkpoint_every: 10, learning_rate: 0.001, precision: float32, positive_weight: 4}
+validation: {problems: 8, outlier_ratios: [0.2]}
+inference: {copies: 4, sampler: {steps: 2}}
+)";
+
+TrainRequest Request(const std::string& output) {
+  TrainRequest request;
+  request.config = Config::FromString(kTiny, "tiny.yaml");
+  request.output = output;
+  request.device = "cpu";
+  request.threads = 1;
+  return request;
+}
+
+const std::atomic<bool> kNever{false};
+
+// The largest difference of two runs' weights, and the largest weight.
+std::pair<double, double> Compare(const std::string& a, const std::string& b) {
+  const auto x = LoadNetwork(a + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto y = LoadNetwork(b + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  double difference = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i) {
+    const auto p = x->denoiser->parameters()[i], q = y->denoiser->parameters()[i];
+    difference = std::max(difference, (p - q).abs().max().item<double>());
+    largest = std::max(largest, p.abs().max().item<double>());
+  }
+  return {difference, largest};
+}
+
+}  // namespace
+
+TEST_CASE("worker: trains", "[.]") {
+  const auto group = JoinProcessGroup(60.0);
+  TrainRequest request = Request(std::getenv("DIFFSAC_TEST_OUTPUT"));
+  request.group = group.get();
+  if (const char* change = std::getenv("DIFFSAC_TEST_CHANGE"); change != nullptr && group->rank() == 1)
+    request.config.Set(change);
+  if (const char* error = std::getenv("DIFFSAC_TEST_ERROR")) {
+    CHECK_THROWS_WITH(Train(request, kNever), Contains(error));
+    return;
+  }
+  CHECK(Train(request, kNever) == TrainOutcome::kFinished);
+}
+
+TEST_CASE("processes train what one process does with the joint batch") {
+  const Folder folder;
+  const auto alone = folder / "alone";
+  REQUIRE(Train(Request(alone), kNever) == TrainOutcome::kFinished);
+  for (const int size : {2, 3}) {  // Three processes have one, one and two of the four problems.
+    const auto together = folder / std::to_string(size);
+    REQUIRE(RunRanks("worker: trains", size, {{"DIFFSAC_TEST_OUTPUT", together}}) == std::vector<int>(size, 0));
+    const auto [difference, largest] = Compare(alone, together);
+    // Sums of floats in another order, after 20 steps of 0.001.
+    INFO(difference << " of " << largest);
+    CHECK(difference < 1e-4);
+    CHECK(fs::exists(together + "/checkpoints/best.pt"));
+    CHECK(fs::exists(together + "/metrics.csv"));
+  }
+}
+
+TEST_CASE("processes with different configurations don't train") {
+  const Folder folder;
+  CHECK(RunRanks("worker: trains", 2,
+                 {{"DIFFSAC_TEST_OUTPUT", folder / "run"},
+                  {"DIFFSAC_TEST_CHANGE", "train.learning_rate=0.002"},
+                  {"DIFFSAC_TEST_ERROR", "processes 0 and 1 have different configurations"}}) ==
+        std::vector<int>{0, 0});
+  CHECK(RunRanks("worker: trains", 5,
+                 {{"DIFFSAC_TEST_OUTPUT", folder / "run"},
+                  {"DIFFSAC_TEST_ERROR", "4 problems a step for 5 processes"}}) == std::vector<int>(5, 0));
+}
+
+TEST_CASE("a process alone takes every item with its full weight") {
+  const TrainingTeam team(nullptr, 6);
+  CHECK(team.main());
+  CHECK(team.batch() == 6);
+  for (std::uint64_t k = 0; k < 20; ++k) CHECK(team.ItemIndex(k) == k);
+  CHECK(team.Shares({3.0, 0.25}) == std::vector<double>{1.0, 1.0});
+  CHECK(team.Any(true));
+  CHECK_FALSE(team.Any(false));
+}
+
+TEST_CASE("loss weights count what the losses average over") {
+  TrainingItem item;
+  item.inliers = {1, 0, 1};
+  item.labels = {1, -1, 1, -1, -1, 1};
+  CHECK(LossWeights({item, item}, 1.0) == std::vector<double>{12.0, 6.0});
+  CHECK(LossWeights({item, item}, 4.0) == std::vector<double>{30.0, 6.0});
+}
+
+}  // namespace diffsac
