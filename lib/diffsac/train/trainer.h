@@ -18,9 +18,10 @@ struct TrainRequest {
 
 enum class TrainOutcome { kFinished, kStopped };
 
-/// Trains a denoiser (the paper's Algorithm 1) and writes config.yaml, metrics.csv, training_curve.png, log.txt and
-/// checkpoints/{last,best}.pt under request.output. `stop` ends it at the next step with a checkpoint written. Throws Error
-/// on bad configuration, and when the loss is not finite: the last good checkpoint is kept.
+/// Trains the method that the configuration names (diffsac: the paper's Algorithm 1) and writes config.yaml,
+/// metrics.csv, training_curve.png, log.txt and checkpoints/{last,best}.pt under request.output. `stop` ends it at the
+/// next step with a checkpoint written. Throws Error on bad configuration, and when the loss is not finite: the last good
+/// checkpoint is kept.
 TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop);
 
 }  // namespace diffsac
