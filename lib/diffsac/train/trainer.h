@@ -21,10 +21,11 @@ struct TrainRequest {
 
 enum class TrainOutcome { kFinished, kStopped };
 
-/// Trains a denoiser (the paper's Algorithm 1) and writes config.yaml, metrics.csv, training_curve.png, log.txt and
-/// checkpoints/{last,best}.pt under request.output. `stop` ends it at the next step with a checkpoint written. Throws Error
-/// on bad configuration, and when the loss is not finite: the last good checkpoint is kept. In a group the process of rank
-/// 0 writes; when another ends, the rest save what was done (rank 0) and throw Error.
+/// Trains the method that the configuration names (diffsac: the paper's Algorithm 1) and writes config.yaml,
+/// metrics.csv, training_curve.png, log.txt and checkpoints/{last,best}.pt under request.output. `stop` ends it at the
+/// next step with a checkpoint written. Throws Error on bad configuration, and when the loss is not finite: the last good
+/// checkpoint is kept. In a group the process of rank 0 writes; when another ends, the rest save what was done (rank 0)
+/// and throw Error.
 TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop);
 
 }  // namespace diffsac
