@@ -137,14 +137,21 @@ class DgsacRun {
     return {model, DescribeHypothesis(Density(model), Model::kMinimalSize)};
   }
 
-  /// The hypotheses that some point prefers.
+  /// The clear ones among the hypotheses that some point prefers; where none is, the one of greatest evidence. The
+  /// others are not kept: there can be thousands.
   std::vector<Candidate> Candidates() const {
-    std::vector<Candidate> result;
+    std::vector<Candidate> clear, evident;
     for (const int h : guide_.Preferred()) {
       Candidate candidate = Describe(models_[h]);
-      if (candidate.density.inliers.count > 0) result.push_back(std::move(candidate));
+      const InlierExtent& inliers = candidate.density.inliers;
+      if (inliers.count == 0) continue;
+      if (IsClear(candidate)) {
+        clear.push_back(std::move(candidate));
+      } else if (evident.empty() || inliers.evidence > evident[0].density.inliers.evidence) {
+        evident.assign(1, std::move(candidate));
+      }
     }
-    return result;
+    return clear.empty() ? evident : clear;
   }
 
   bool IsClear(const Candidate& candidate) const { return candidate.density.inliers.contrast >= options_.min_contrast; }
