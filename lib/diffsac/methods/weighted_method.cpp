@@ -2,21 +2,14 @@
 
 #include <torch/torch.h>
 
-#include <chrono>
 #include <utility>
 
 #include "diffsac/consensus/weighted_source.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/methods/task_dispatch.h"
+#include "diffsac/methods/network_batch.h"
 
 namespace diffsac {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 PointFeatures FeaturesOf(const LearnedWeights& weights, int preference_draws) {
   auto options = weights.feature_options;
@@ -61,7 +54,7 @@ std::vector<WeightedMethod::Prediction> WeightedMethod::Predict(std::span<const 
                                                                 std::span<const std::uint64_t> seeds,
                                                                 double* ms_features, double* ms_network) const {
   const c10::InferenceMode inference;
-  const auto start = Clock::now();
+  const auto start = MethodClock::now();
   const std::int64_t count = static_cast<std::int64_t>(problems.size());
   std::vector<Prediction> predictions(problems.size());
   ParallelFor(count, threads_, [&](std::int64_t b) {
@@ -69,7 +62,7 @@ std::vector<WeightedMethod::Prediction> WeightedMethod::Predict(std::span<const 
   });
   *ms_features = MillisecondsSince(start);
 
-  const auto network_start = Clock::now();
+  const auto network_start = MethodClock::now();
   std::vector<const FeatureSet*> sets;
   for (const auto& prediction : predictions) sets.push_back(&prediction.features);
   const auto batch = MakePointBatch(sets);
@@ -100,52 +93,22 @@ ConsensusResult WeightedMethod::Consensus(const Problem& problem, const Predicti
 
 diffsac::Estimate WeightedMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
                                                std::uint64_t seed) const {
-  const auto start = Clock::now();
+  const auto start = MethodClock::now();
   const Rng rng(seed);
-  const auto result =
-      problem.task == Task::kFundamental && options_.fundamental_points == 8
-          ? Consensus<Fundamental8>(problem, prediction, rng)
-          : DispatchTask(problem.task, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
-  diffsac::Estimate estimate;
-  estimate.status = result.status;
-  estimate.model = result.model;
-  estimate.inliers = result.inliers;
-  estimate.score = result.score;
-  estimate.minimal_sets = result.first_sets;
-  estimate.report.hypotheses = prediction.features.hypotheses + result.hypotheses;
-  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
-  estimate.report.ms_consensus = MillisecondsSince(start);
-  return estimate;
+  auto result = DispatchSetSize(problem.task, options_.fundamental_points,
+                                [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
+  return EstimateOf(std::move(result), prediction.features.hypotheses, start);
 }
 
 std::vector<diffsac::Estimate> WeightedMethod::EstimateBatch(std::span<const Problem> problems,
                                                              std::span<const std::uint64_t> seeds) const {
-  const auto start = Clock::now();
-  std::vector<diffsac::Estimate> estimates(problems.size());
-  std::vector<const Problem*> good;
-  std::vector<std::uint64_t> good_seeds;
-  std::vector<std::size_t> place;
-  for (std::size_t i = 0; i < problems.size(); ++i) {
-    estimates[i].status = CheckProblem(problems[i]);
-    if (estimates[i].status != Status::kOk) continue;
-    good.push_back(&problems[i]);
-    good_seeds.push_back(seeds[i]);
-    place.push_back(i);
-  }
-  if (good.empty()) return estimates;
-
-  double ms_features = 0.0, ms_network = 0.0;
-  const auto predictions = Predict(good, good_seeds, &ms_features, &ms_network);
-  ParallelFor(static_cast<std::int64_t>(good.size()), threads_,
-              [&](std::int64_t b) { estimates[place[b]] = EstimateFrom(*good[b], predictions[b], good_seeds[b]); });
-  const double share = 1.0 / static_cast<double>(good.size());
-  const double ms_total = MillisecondsSince(start);
-  for (const std::size_t i : place) {
-    estimates[i].report.ms_features = ms_features * share;
-    estimates[i].report.ms_denoise = ms_network * share;
-    estimates[i].report.ms_total = ms_total * share;
-  }
-  return estimates;
+  const auto predict = [&](std::span<const Problem* const> good, std::span<const std::uint64_t> good_seeds,
+                           double* ms_features,
+                           double* ms_network) { return Predict(good, good_seeds, ms_features, ms_network); };
+  const auto finish = [&](const Problem& problem, const Prediction& prediction, std::uint64_t seed) {
+    return EstimateFrom(problem, prediction, seed);
+  };
+  return EstimateTogether(problems, seeds, threads_, predict, finish);
 }
 
 }  // namespace diffsac
