@@ -35,6 +35,8 @@ function(diffsac_test name)
   add_executable(${name}_test ${ARG_SOURCES})
   target_link_libraries(${name}_test PRIVATE diffsac_catch_main diffsac_compiler ${ARG_DEPENDS})
   target_include_directories(${name}_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  # What is tested is compiled at -O3 in its library; the tests themselves build a fifth faster at -O1.
+  target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_TORCH)
     diffsac_use_torch(${name}_test)
   endif()
