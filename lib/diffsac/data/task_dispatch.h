@@ -24,4 +24,11 @@ auto DispatchTask(Task task, Body&& body) {
   return body.template operator()<Line>();
 }
 
+/// As DispatchTask; fundamental matrices of 7 or 8 points.
+template <class Body>
+auto DispatchSetSize(Task task, int fundamental_points, const Body& body) {
+  if (task == Task::kFundamental && fundamental_points == 8) return body.template operator()<Fundamental8>();
+  return DispatchTask(task, body);
+}
+
 }  // namespace diffsac

@@ -6,34 +6,20 @@
 namespace diffsac {
 namespace {
 
-using GetError = double (*)(const ProblemRecord&);
-
-// One of the paper's metrics: its value, and the error that ours is made of.
+// One of the paper's metrics: its value, and the error that ours is made of; null: the task's main one.
 struct PaperMetric {
   const char* name;
   double PaperValue::*paper;
-  GetError error;
+  double EstimateError::*error;
 };
 
-constexpr PaperMetric kMetrics[] = {
-    {"mAA", &PaperValue::accuracy, [](const ProblemRecord& r) { return r.error.angle_deg; }},
-    {"mAA of R", &PaperValue::rotation, [](const ProblemRecord& r) { return r.error.rotation_deg; }},
-    {"mAA of t", &PaperValue::translation, [](const ProblemRecord& r) { return r.error.translation_deg; }}};
+constexpr PaperMetric kMetrics[] = {{"mAA", &PaperValue::accuracy, nullptr},
+                                    {"mAA of R", &PaperValue::rotation, &EstimateError::rotation_deg},
+                                    {"mAA of t", &PaperValue::translation, &EstimateError::translation_deg}};
 
-SceneValues Accuracies(const Cell& cell, const Tolerance& tolerance, GetError error) {
-  std::vector<std::string> scenes;
-  SceneValues values;
-  for (const ProblemRecord& record : cell.records) {
-    if (std::isnan(error(record))) continue;
-    std::size_t at = 0;
-    while (at < scenes.size() && scenes[at] != record.scene) ++at;
-    if (at == scenes.size()) {
-      scenes.push_back(record.scene);
-      values.emplace_back();
-    }
-    values[at].push_back(AverageAccuracy(error(record), tolerance.value));
-  }
-  return values;
+SceneValues AccuraciesOf(const Cell& cell, const Tolerance& tolerance, const PaperMetric& metric) {
+  if (metric.error == nullptr) return SceneAccuracies(cell, tolerance);
+  return SceneAccuracies(cell, tolerance, [&](const EstimateError& error) { return error.*metric.error; });
 }
 
 template <class... Values>
@@ -49,7 +35,7 @@ void AddRow(const ExperimentResults& results, const PaperRow& paper, std::size_t
   const auto value = paper.values.find(experiment.conditions[condition].name);
   const Cell* cell = results.Find(condition, experiment.RowOf(paper.ours));
   if (value == paper.values.end() || std::isnan(value->second.*metric.paper) || cell == nullptr) return;
-  const SceneValues values = Accuracies(*cell, experiment.tolerance(), metric.error);
+  const SceneValues values = AccuraciesOf(*cell, experiment.tolerance(), metric);
   if (values.empty()) return;
   const ConfidenceInterval ours = BootstrapMean(values, BootstrapRng(results));
   const double theirs = value->second.*metric.paper;
@@ -70,7 +56,8 @@ void AddRow(const ExperimentResults& results, const PaperRow& paper, std::size_t
 Table PaperTable(const ExperimentResults& results) {
   Table table;
   table.heading = "ours beside the paper's, which was measured on other data";
-  table.columns = {"ours / the paper's row", results.experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
+  table.columns = {
+      "ours / the paper's row", results.experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
   for (const PaperRow& paper : results.experiment.paper)
     for (std::size_t c = 0; c < results.experiment.conditions.size() && !paper.ours.empty(); ++c)
       for (const PaperMetric& metric : kMetrics) AddRow(results, paper, c, metric, &table);

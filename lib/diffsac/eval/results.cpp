@@ -110,8 +110,9 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const bool poses = !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(),
-                                 [](const ProblemRecord& r) { return !std::isnan(r.error.rotation_deg); });
+  const bool poses =
+      !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(),
+                                       [](const ProblemRecord& r) { return !std::isnan(r.error.rotation_deg); });
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)
@@ -140,13 +141,18 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
 }
 
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit) {
+  return SceneAccuracies(
+      cell, tolerance, [&](const EstimateError& error) { return MainError(error, tolerance); }, limit);
+}
+
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit) {
   SceneValues values;
   const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
   for (const std::string& scene : Scenes(cell)) {
     std::vector<double> accuracies;
     for (std::size_t i = 0; i < count; ++i) {
       const ProblemRecord& record = cell.records[i];
-      const double error = MainError(record.error, tolerance);
+      const double error = error_of(record.error);
       if (record.scene != scene || std::isnan(error)) continue;
       accuracies.push_back(AverageAccuracyWithin(error, tolerance));
     }

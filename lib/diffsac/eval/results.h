@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -90,6 +91,10 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
 
 /// Each problem's AverageAccuracy by scene; empty when no problem has ground truth. `limit` > 0: first problems only.
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
+
+/// The same of another error than the task's main one: rotation alone, say. Problems whose error is NaN are left out.
+using ErrorOf = std::function<double(const EstimateError&)>;
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit = 0);
 
 /// mAA of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
 /// (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.

@@ -52,15 +52,7 @@ Estimate EstimateModel(const Problem& problem, const ClassicalOptions& options, 
   estimate.status = CheckProblem(problem);
   if (estimate.status != Status::kOk) return estimate;
   const SolverSpace space(problem);
-  ConsensusResult result = Search<Model>(problem, space, options, Rng(seed));
-  estimate.status = result.status;
-  estimate.model = std::move(result.model);
-  estimate.inliers = std::move(result.inliers);
-  estimate.score = result.score;
-  estimate.minimal_sets = std::move(result.first_sets);
-  estimate.report.hypotheses = result.hypotheses;
-  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
-  return estimate;
+  return EstimateOf(Search<Model>(problem, space, options, Rng(seed)));
 }
 
 /// MSAC, local optimisation and refits: what every searching row but `ransac` starts from.

@@ -1,42 +1,20 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/methods/method.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
 
-using MethodClock = std::chrono::steady_clock;
-
-inline double MillisecondsSince(MethodClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(MethodClock::now() - start).count();
-}
-
-/// As DispatchTask; fundamental matrices of 7 or 8 points.
-template <class Body>
-auto DispatchSetSize(Task task, int fundamental_points, const Body& body) {
-  if (task == Task::kFundamental && fundamental_points == 8) return body.template operator()<Fundamental8>();
-  return DispatchTask(task, body);
-}
-
-/// What a row with a network returns: the consensus' result, the hypotheses of the features counted, and the time since
+/// What a row with a network returns: EstimateOf, the hypotheses of the features counted as well, and the time since
 /// `start` as that of consensus.
 inline Estimate EstimateOf(ConsensusResult result, int feature_hypotheses, MethodClock::time_point start) {
-  Estimate estimate;
-  estimate.status = result.status;
-  estimate.model = std::move(result.model);
-  estimate.inliers = std::move(result.inliers);
-  estimate.score = result.score;
-  estimate.minimal_sets = std::move(result.first_sets);
-  estimate.report.hypotheses = feature_hypotheses + result.hypotheses;
-  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
+  Estimate estimate = EstimateOf(std::move(result));
+  estimate.report.hypotheses += feature_hypotheses;
   estimate.report.ms_consensus = MillisecondsSince(start);
   return estimate;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <utility>
 
 #include "diffsac/data/task_dispatch.h"
 #include "diffsac/methods/method.h"
@@ -8,13 +9,31 @@
 
 namespace diffsac {
 
+using MethodClock = std::chrono::steady_clock;
+
+inline double MillisecondsSince(MethodClock::time_point start) {
+  return std::chrono::duration<double, std::milli>(MethodClock::now() - start).count();
+}
+
 /// DispatchTask for a body that returns an Estimate and does all its work in the consensus stage; reports the time.
 template <class Body>
 Estimate TimedEstimate(Task task, Body&& body) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = MethodClock::now();
   Estimate estimate = DispatchTask(task, body);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  estimate.report.ms_consensus = estimate.report.ms_total = elapsed.count();
+  estimate.report.ms_consensus = estimate.report.ms_total = MillisecondsSince(start);
+  return estimate;
+}
+
+/// What consensus found, without times.
+inline Estimate EstimateOf(ConsensusResult result) {
+  Estimate estimate;
+  estimate.status = result.status;
+  estimate.model = std::move(result.model);
+  estimate.inliers = std::move(result.inliers);
+  estimate.score = result.score;
+  estimate.minimal_sets = std::move(result.first_sets);
+  estimate.report.hypotheses = result.hypotheses;
+  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
   return estimate;
 }
 

@@ -7,33 +7,22 @@
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/consensus_loss.h"
 #include "diffsac/train/expected_loss.h"
-#include "diffsac/train/learner.h"
+#include "diffsac/train/weights_learner.h"
 
 namespace diffsac {
 namespace {
 
-class ClnetLearner : public Learner {
+class ClnetLearner : public WeightsLearner {
  public:
   ClnetLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : options_(options), task_(TaskFromString(options.task)), device_(device), threads_(threads) {
-    const Rng rng(options.train.seed);
-    weights_ = MakeClnetWeights(task_, options.clnet_network, rng);
-    averaged_ = MakeClnetWeights(task_, options.clnet_network, rng);
-    weights_->MoveTo(device_);
-    averaged_->MoveTo(device_);
-    averaged_->network->eval();
-  }
-  torch::nn::Module& network() override { return *weights_->network; }
-  torch::nn::Module& averaged() override { return *averaged_->network; }
-  const PointFeatures& features() const override { return weights_->features; }
+      : WeightsLearner(options, device, threads, [&] {
+          return MakeClnetWeights(TaskFromString(options.task), options.clnet_network, Rng(options.train.seed));
+        }) {}
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
-  std::unique_ptr<Method> AveragedMethod() const override {
-    return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
-  }
 
  private:
   struct Truth {
@@ -42,13 +31,6 @@ class ClnetLearner : public Learner {
   Truth MakeTruth(const std::vector<TrainingItem>& items, std::int64_t points) const;
   torch::Tensor Regression(const std::vector<TrainingItem>& items, ClnetNetwork& network, const ClnetOutput& output,
                            std::int64_t points) const;
-
-  TrainConfig options_;
-  Task task_;
-  torch::Device device_;
-  int threads_;
-  std::shared_ptr<LearnedWeights> weights_;
-  std::shared_ptr<LearnedWeights> averaged_;
 };
 
 ClnetLearner::Truth ClnetLearner::MakeTruth(const std::vector<TrainingItem>& items, std::int64_t points) const {

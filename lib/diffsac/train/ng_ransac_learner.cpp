@@ -6,12 +6,11 @@
 #include <limits>
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/data/task_dispatch.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/solver_space.h"
+#include "diffsac/methods/task_dispatch.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
-#include "diffsac/train/learner.h"
+#include "diffsac/train/weights_learner.h"
 
 namespace diffsac {
 namespace {
@@ -23,37 +22,21 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
     std::sort(set, set + Model::kMinimalSize);
   const SolverSpace space(problem);
-  const auto result = SampleConsensus<Model>(space.points(), space.threshold(), sets, options, rng);
-  Estimate estimate;
-  estimate.status = result.status;
-  estimate.model = result.model;
-  estimate.inliers = result.inliers;
-  return estimate;
+  return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), sets, options, rng));
 }
 
-class NgRansacLearner : public Learner {
+class NgRansacLearner : public WeightsLearner {
  public:
   NgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : options_(options), task_(TaskFromString(options.task)), device_(device), threads_(threads) {
-    const Rng rng(options.train.seed);
-    weights_ = MakeNgRansacWeights(task_, options.ng_ransac_network, rng);
-    averaged_ = MakeNgRansacWeights(task_, options.ng_ransac_network, rng);
-    weights_->MoveTo(device_);
-    averaged_->MoveTo(device_);
-    averaged_->network->eval();
-  }
-  torch::nn::Module& network() override { return *weights_->network; }
-  torch::nn::Module& averaged() override { return *averaged_->network; }
-  const PointFeatures& features() const override { return weights_->features; }
+      : WeightsLearner(options, device, threads, [&] {
+          return MakeNgRansacWeights(TaskFromString(options.task), options.ng_ransac_network, Rng(options.train.seed));
+        }) {}
   std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
   double RateFactor(std::int64_t iteration) const override {
     return IsInitialization(iteration) ? 1.0 : options_.ng_ransac.rate_factor;
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
-  std::unique_ptr<Method> AveragedMethod() const override {
-    return std::make_unique<WeightedMethod>(averaged_, options_.weighted_inference, threads_);
-  }
 
  private:
   Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target,
@@ -65,23 +48,15 @@ class NgRansacLearner : public Learner {
     return task_ == Task::kFundamental ? options_.weighted_inference.fundamental_points : MinimalSetSize(task_);
   }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
-
-  TrainConfig options_;
-  Task task_;
-  torch::Device device_;
-  int threads_;
-  std::shared_ptr<LearnedWeights> weights_;
-  std::shared_ptr<LearnedWeights> averaged_;
 };
 
 // ℓ of the hypothesis that the consensus selects from a pool, in [0, 1] (of "inliers": in [−1, 0]).
 double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
   const auto& consensus = options_.weighted_inference.consensus;
   const auto& problem = example.problem;
-  const auto estimate =
-      task_ == Task::kFundamental && SetSize() == 8
-          ? Select<Fundamental8>(problem, std::move(sets), consensus, rng)
-          : DispatchTask(task_, [&]<class Model>() { return Select<Model>(problem, std::move(sets), consensus, rng); });
+  const auto estimate = DispatchSetSize(task_, options_.weighted_inference.fundamental_points, [&]<class Model>() {
+    return Select<Model>(problem, std::move(sets), consensus, rng);
+  });
   if (options_.ng_ransac.loss == "inliers")
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());
