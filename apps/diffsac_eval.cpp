@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "diffsac/core/logging.h"
+#include "diffsac/core/memory.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -34,6 +35,7 @@ std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, con
 }  // namespace
 
 int main(int argc, char** argv) {
+  diffsac::KeepFreedMemory();
   CLI::App app{"Evaluates robust estimators and prints a table"};
   diffsac::EvalRequest request;
   double timeout_s = diffsac::kGroupTimeoutSeconds;

@@ -7,6 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/core/memory.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -21,6 +22,7 @@ void RequestStop(int) { stop_requested = true; }
 }  // namespace
 
 int main(int argc, char** argv) {
+  diffsac::KeepFreedMemory();
   CLI::App app{"Trains DiffSAC and other learned methods"};
   std::string config_path, output;
   std::vector<std::string> assignments;

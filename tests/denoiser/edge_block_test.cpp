@@ -43,13 +43,24 @@ TEST_CASE("an edge convolution equals its formula") {
     std::vector<torch::Tensor> edges;
     for (int k = 0; k < 3; ++k) {
       const auto difference = u[nearest[i][k].item<int>()] - u[i];
-      edges.push_back(torch::gelu(
+      edges.push_back(torch::leaky_relu(
           parameters["own.weight"].mv(u[i]) + parameters["own.bias"] + parameters["difference.weight"].mv(difference),
-          "tanh"));
+          0.2));
     }
     expected[i] = x[0][i] + parameters["output.weight"].mv(torch::stack(edges).amax(0)) + parameters["output.bias"];
   }
   CHECK(MaxDifference(block.Forward(x, {})[0], expected) < 1e-5);
+}
+
+TEST_CASE("padding is no neighbour of an edge convolution, and gradients pass to the neighbours") {
+  EdgeBlock block(4, 8, Rng(2));
+  const auto real = RandomTensor({1, 5, 4}, Rng(3)).requires_grad_();
+  const auto padded = torch::cat({real, torch::full({1, 4, 4}, 7.0)}, 1);
+  const auto mask = torch::arange(9).unsqueeze(0) < 5;
+  const auto output = block.Forward(padded, mask).slice(1, 0, 5);
+  CHECK(MaxDifference(output, block.Forward(real, {})) < 1e-6);
+  output[0][0].sum().backward();
+  CHECK(real.grad()[0].abs().amax(1).gt(0).sum().item<int>() > 1);
 }
 
 TEST_CASE("a set of one point, and fewer points than neighbours, make no trouble") {

@@ -9,6 +9,10 @@
 namespace diffsac {
 namespace nn = torch::nn;
 
+namespace {
+constexpr double kLeakySlope = 0.2;  // as published
+}
+
 torch::Tensor NearestRows(const torch::Tensor& u, const torch::Tensor& mask, std::int64_t k) {
   const torch::NoGradGuard no_grad;
   const auto squares = u.square().sum(-1);
@@ -29,22 +33,40 @@ EdgeBlock::EdgeBlock(std::int64_t width, std::int64_t neighbors, Rng rng) : neig
   InitializeLinear(*output_, LinearStart::kDefault, 0.0, rng.Fork("output"));
 }
 
+namespace {
+
+// For each point and channel the largest value among the point's neighbours, [S, N, C]. Which neighbour has it is found
+// without a graph, one neighbour after the other, and only its value is taken with one: k times less to differentiate.
+torch::Tensor LargestOfNeighbors(const torch::Tensor& values, const torch::Tensor& nearest, const torch::Tensor& mask) {
+  torch::Tensor winners;
+  {
+    const torch::NoGradGuard no_grad;
+    const std::int64_t sets = values.size(0), points = values.size(1), channels = values.size(2);
+    auto known = values;
+    if (mask.defined()) known = known.masked_fill(mask.logical_not().unsqueeze(-1), -1e9);
+    known = known.reshape({-1, channels});
+    const auto first = torch::arange(sets, nearest.options()).mul_(points).unsqueeze(1);
+    torch::Tensor largest;
+    for (std::int64_t k = 0; k < nearest.size(2); ++k) {
+      const auto neighbor = nearest.select(2, k);  // [S, N]
+      const auto value = known.index_select(0, (neighbor + first).flatten()).view(values.sizes());
+      const auto index = neighbor.unsqueeze(2).expand(values.sizes());
+      winners = k == 0 ? index : torch::where(value > largest, index, winners);
+      largest = k == 0 ? value : torch::maximum(largest, value);
+    }
+  }
+  return values.gather(1, winners);
+}
+
+}  // namespace
+
 torch::Tensor EdgeBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
   const auto u = norm_(x);
-  const auto nearest = NearestRows(u, mask, neighbors_);  // [S, N, k]
-  const std::int64_t sets = u.size(0), points = u.size(1), k = nearest.size(2);
-  // A linear layer of a difference is the difference of the layer's outputs: N products instead of N · k.
+  // A linear layer of a difference is the difference of the layer's outputs (N products instead of N · k), and a maximum
+  // behind an activation that rises everywhere is the activation of the maximum.
   const auto mapped = difference_(u);  // [S, N, 2W]
-  const std::int64_t columns = mapped.size(2);
-  const auto others = mapped.gather(1, nearest.reshape({sets, points * k, 1}).expand({-1, -1, columns}))
-                          .view({sets, points, k, columns});
-  // gelu is not monotonic: the maximum is taken behind it, as published, and padding is left out there, too.
-  auto edges = torch::gelu((own_(u) - mapped).unsqueeze(2) + others, "tanh");
-  if (mask.defined()) {
-    const auto real = mask.unsqueeze(1).expand({-1, points, -1}).gather(2, nearest);
-    edges = edges.masked_fill(real.logical_not().unsqueeze(-1), -1e9);
-  }
-  return x + output_(edges.amax(2));
+  const auto largest = LargestOfNeighbors(mapped, NearestRows(u, mask, neighbors_), mask);
+  return x + output_(torch::leaky_relu(own_(u) - mapped + largest, kLeakySlope));
 }
 
 }  // namespace diffsac

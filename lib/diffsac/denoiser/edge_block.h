@@ -10,9 +10,9 @@ namespace diffsac {
 /// A residual edge convolution over the k nearest points in the space of the layer's own features, so that the graph
 /// changes from layer to layer (Wang et al., "Dynamic graph CNN for learning on point clouds", ACM TOG 2019):
 ///
-///   x_i + B max_{j ∈ kNN(i)} gelu(A u_i + C (u_j − u_i)),  u = norm(x),
+///   x_i + B max_{j ∈ kNN(i)} lrelu(A u_i + C (u_j − u_i)),  u = norm(x),
 ///
-/// A and C to twice the width. A point counts among its own neighbours. Quadratic in N.
+/// A and C to twice the width, lrelu with slope 0.2. A point counts among its own neighbours. Quadratic in N.
 class EdgeBlock : public PointBlock {
  public:
   EdgeBlock(std::int64_t width, std::int64_t neighbors, Rng rng);
