@@ -137,6 +137,13 @@ TEST_CASE("two-view descriptors are scaled for each image, whatever their unit")
   CHECK(Difference(set, features.Compute(scaled, Rng(1))) < 1e-5f);
   problem.descriptors.resize(0, 0);
   CHECK(Has(ErrorOf([&] { features.Compute(problem, Rng(1)); }), "descriptors.h5"));
+  PointFeaturesOptions lenient;
+  lenient.kinds = {"coordinates_descriptors"};
+  lenient.descriptor_size = 32;
+  lenient.descriptors_required = false;
+  const FeatureSet without = PointFeatures(lenient, Task::kFundamental).Compute(problem, Rng(1));
+  CHECK(without.values.leftCols(4) == set.values.leftCols(4));
+  CHECK(without.values.rightCols(64).isZero(0.0f));
   const Problem other = MakeExample(Task::kFundamental, 1, 16).problem;
   CHECK(Has(ErrorOf([&] { features.Compute(other, Rng(1)); }), "64"));
 }

@@ -45,6 +45,21 @@ TEST_CASE("Matches are filtered by ratio and number, in their order") {
   CHECK(best.problem.quality.maxCoeff() <= sorted[9]);
 }
 
+TEST_CASE("Noise of descriptors is as strong as asked for, for each image, and the same whenever a pair is read") {
+  TwoViewExample pair = OnePair();
+  pair.problem.descriptors.resize(pair.problem.points.rows(), 256);
+  pair.problem.descriptors.leftCols(128).setConstant(2.0f);
+  pair.problem.descriptors.rightCols(128).setConstant(10.0f);
+  CorrespondencesOptions options;
+  options.descriptor_noise = 0.5;
+  const DescriptorMatrix noisy = ToExample(pair, Task::kFundamental, options).problem.descriptors;
+  const DescriptorMatrix noise = noisy - pair.problem.descriptors;
+  const double values = static_cast<double>(noise.size()) / 2.0;
+  CHECK(noise.leftCols(128).norm() / std::sqrt(values) == Approx(1.0).epsilon(0.05));
+  CHECK(noise.rightCols(128).norm() / std::sqrt(values) == Approx(5.0).epsilon(0.05));
+  CHECK(ToExample(pair, Task::kFundamental, options).problem.descriptors == noisy);
+}
+
 TEST_CASE("Scenes of a folder are read through the factory; what is missing is named") {
   const TemporaryFolder folder;
   WriteCorrespondences(folder / "a", SyntheticSet(3, 40, Rng(1)));

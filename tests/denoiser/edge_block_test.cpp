@@ -63,6 +63,16 @@ TEST_CASE("padding is no neighbour of an edge convolution, and gradients pass to
   CHECK(real.grad()[0].abs().amax(1).gt(0).sum().item<int>() > 1);
 }
 
+TEST_CASE("an edge convolution in double precision, which goes another way, is the same") {
+  EdgeBlock block(8, 5, Rng(2));
+  const auto x = RandomTensor({3, 20, 8}, Rng(3));
+  const auto mask = torch::arange(20).unsqueeze(0) < torch::tensor({20, 13, 2}).unsqueeze(1);
+  const auto expected = block.Forward(x, mask);
+  block.to(torch::kDouble);
+  const auto difference = (block.Forward(x.to(torch::kDouble), mask) - expected).masked_select(mask.unsqueeze(-1));
+  CHECK(difference.abs().max().item<double>() < 1e-5);
+}
+
 TEST_CASE("a set of one point, and fewer points than neighbours, make no trouble") {
   EdgeBlock block(4, 16, Rng(2));
   for (const int points : {1, 2, 5})

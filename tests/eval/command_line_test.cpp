@@ -101,5 +101,16 @@ TEST_CASE("optional data that is not there is skipped, other data is not") {
   CHECK_THROWS_AS(Evaluate(Request(folder, yaml), {}, stop, out), Error);
 }
 
+TEST_CASE("optional data below a root that is not there was an error") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  const std::string yaml =
+      "task: essential\noptional_data: true\ndata: {type: ransac_tutorial, task: essential, root: nowhere/tutorial}\n"
+      "methods: [{type: ransac}]\n";
+  CHECK(Evaluate(Request(folder, yaml), {}, stop, out) == kExitOk);
+  CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/tutorial"));
+}
+
 }  // namespace
 }  // namespace diffsac

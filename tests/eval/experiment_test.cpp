@@ -84,6 +84,41 @@ TEST_CASE("an optional row without its checkpoint is left out, and named") {
   CHECK(experiment.left_out.empty());
 }
 
+TEST_CASE("an optional condition without its data is left out with the rows for it alone, and named") {
+  const char* text = R"(
+name: descriptors
+task: fundamental
+data: {type: synthetic_two_view, task: fundamental}
+conditions:
+  - {name: here}
+  - {name: absent, label: Absent, optional: true, data: {type: correspondences, paths: [no/such/pairs]}}
+methods:
+  - {name: both, type: ransac}
+  - {name: here_alone, type: ransac, conditions: [here]}
+  - {name: absent_alone, type: ransac, label: Lost, conditions: [absent]}
+reference: absent_alone
+compare: [[both, absent_alone]]
+figures: {qualitative_conditions: [absent], confidence_condition: absent}
+paper: {Theirs: {ours: absent_alone, here: 0.5, absent: 0.6}}
+)";
+  ExperimentOptions experiment = Read(text);
+  CHECK(Read(WriteExperiment(experiment)).conditions[1].optional);
+  LeaveOutUnavailable(&experiment);
+  REQUIRE(experiment.conditions.size() == 1);
+  REQUIRE(experiment.methods.size() == 2);
+  CHECK(experiment.methods[1].name == "here_alone");
+  REQUIRE(experiment.left_out.size() == 2);
+  CHECK_THAT(experiment.left_out[0], Contains("Absent") && Contains("no/such/pairs"));
+  CHECK_THAT(experiment.left_out[1], Contains("Lost"));
+  CHECK(experiment.compare.empty());
+  CHECK(experiment.paper[0].values.size() == 1);
+  CHECK_NOTHROW(Read(WriteExperiment(experiment)));  // nothing refers to what is left out
+
+  experiment = Read(text);
+  experiment.conditions.erase(experiment.conditions.begin());
+  CHECK_THROWS_WITH(LeaveOutUnavailable(&experiment), Contains("no condition is left"));
+}
+
 TEST_CASE("rows are selected by name, in the experiment's order") {
   ExperimentOptions experiment = SmallExperiment();
   SelectMethods({"oracle", "first"}, &experiment);

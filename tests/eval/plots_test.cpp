@@ -25,6 +25,7 @@ TEST_CASE("pictures are drawn where gnuplot is") {
   const TemporaryFolder folder;
   ExperimentOptions experiment = SmallExperiment();
   experiment.figures.budget = {{"Two points", {"first", "second"}}};
+  experiment.figures.bars = {"first", "second"};
   ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
   // These methods report no time, which is no place on a logarithmic axis.
   CHECK_FALSE(PlotTime(results, folder.path()));
@@ -32,7 +33,7 @@ TEST_CASE("pictures are drawn where gnuplot is") {
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) record.report.ms_total = 0.5;
   DrawFigures(results, folder.path());
-  for (const char* name : {"curve", "budget", "time", "fits"}) {
+  for (const char* name : {"curve", "bars", "budget", "time", "fits"}) {
     INFO(name);
     CHECK(std::filesystem::exists(folder.File(name + std::string(".gp"))));
     CHECK(IsPng(folder.File(name + std::string(".png"))) == HasGnuplot());
@@ -181,12 +182,40 @@ figures: {qualitative: 3, images: [{scenes: "x*", folder: images}]}
   CHECK(WriteExperiment(ReadExperiment(Config::FromString(once))) == once);
 }
 
+TEST_CASE("bars are the table's means with their intervals; poses have rotation and translation") {
+  const TemporaryFolder folder;
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.figures.bars = {"second"};
+  ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
+  REQUIRE(PlotBars(results, folder.path()) == HasGnuplot());
+  const auto data = [&] {
+    const std::string script = ReadFile(folder.File("bars.gp"));
+    return script.substr(script.find("$bars << EOD\n") + 13, script.find("EOD\n", script.find("$bars << EOD\n") + 13) -
+                                                               script.find("$bars << EOD\n") - 13);
+  };
+  const auto lines = data();
+  CHECK(std::count(lines.begin(), lines.end(), '\n') == static_cast<int>(experiment.conditions.size()));
+  const Cell* cell = results.Find(0, experiment.RowOf("second"));
+  const Tolerance c = experiment.tolerance();
+  const double mean = FindMetric(CellMetrics(*cell, c), "mean", MetricName("mAA", c));
+  CHECK(std::stod(lines.substr(lines.find('"', 1) + 1)) == Approx(mean).margin(1e-6));
+
+  for (Cell& known : results.cells)
+    for (ProblemRecord& record : known.records) record.error.rotation_deg = record.error.translation_deg = 0.1;
+  PlotBars(results, folder.path());
+  const auto poses = data();
+  CHECK(std::count(poses.begin(), poses.end(), '\n') == 2 * static_cast<int>(experiment.conditions.size()));
+  CHECK(poses.find(", R\"") != std::string::npos);
+}
+
 TEST_CASE("nothing to draw is no picture") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();
   results.cells.clear();
   CHECK_FALSE(PlotCurve(results, folder.path()));
   CHECK_FALSE(PlotBudget(results, folder.path()));
+  results.experiment.figures.bars = {"first"};
+  CHECK_FALSE(PlotBars(results, folder.path()));
   CHECK_FALSE(PlotFits(results, folder.path()));
   CHECK(std::filesystem::is_empty(folder.path()));
 }

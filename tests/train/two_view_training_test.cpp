@@ -176,6 +176,50 @@ TEST_CASE("augmentation keeps distances from the principal point and ratios") {
   CHECK((swapped > 0 && swapped < 12));
 }
 
+// A dataset whose descriptors say which image they are of.
+class MarkedImages : public Dataset {
+ public:
+  explicit MarkedImages(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}
+  Task task() const override { return inner_->task(); }
+  std::int64_t size() const override { return inner_->size(); }
+  Example Get(std::uint64_t index) const override {
+    Example example = inner_->Get(index);
+    example.problem.descriptors = DescriptorMatrix::Zero(example.problem.points.rows(), 4);
+    example.problem.descriptors.col(0).setOnes();
+    example.problem.descriptors.col(3).setOnes();
+    return example;
+  }
+
+ private:
+  std::unique_ptr<Dataset> inner_;
+};
+
+TEST_CASE("augmentation exchanges descriptors with the images") {
+  const MarkedImages data(
+      MakeDataset(Config::FromString("{type: synthetic_two_view, num_points: 60, task: essential}"), 1));
+  PointFeaturesOptions features;
+  features.kinds = {"coordinates_ratio", "coordinates_descriptors"};
+  features.descriptor_size = 2;
+  LabelOptions labels;
+  labels.draws = 30;
+  TwoViewTrainingOptions augmented;
+  augmented.augment = true;
+  const auto source = [&](const TwoViewTrainingOptions& two_view) {
+    return TrainingSource({{std::shared_ptr<const Dataset>(std::shared_ptr<const Dataset>(), &data), 1.0}},
+                          PointFeatures(features, Task::kEssential), labels, two_view, 1, 10, 1);
+  };
+  const auto plain = source({}), changed = source(augmented);
+  int swapped = 0;
+  for (std::uint64_t index = 0; index < 12; ++index) {
+    const auto before = plain.Make(index).features.values, after = changed.Make(index).features.values;
+    const bool marked = after(0, 5) == 0.0f;  // image 1's descriptor came first, with its first value set
+    const auto radius = [](const auto& values, int image) { return values.row(0).segment(2 * image, 2).norm(); };
+    CHECK(radius(after, 0) == Approx(radius(before, marked ? 1 : 0)).epsilon(1e-4));
+    swapped += marked;
+  }
+  CHECK((swapped > 0 && swapped < 12));
+}
+
 TEST_CASE("a mixture draws its parts by weight") {
   const auto data = Config::FromString(R"(
 type: mixture

@@ -235,6 +235,7 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Choices("kinds", kinds,
             {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"});
   b.Field("descriptor_size", descriptor_size, Within(1, 4096));
+  b.Field("descriptors_required", descriptors_required);
   b.Field("preference_draws", preference_draws, AtLeast(1));
   b.Field("preference_kept", preference_kept, AtLeast(1));
   b.Require(!kinds.empty(), "kinds",
@@ -254,6 +255,12 @@ int PointFeatures::width() const {
   return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0) +
          (columns.neighborhood ? kNeighborhoodColumns : 0) + (columns.descriptors ? 2 * options_.descriptor_size : 0) +
          (columns.preference ? kColumnsPerHypothesis * options_.preference_kept : 0);
+}
+
+int PointFeatures::first_descriptor() const {
+  const Columns columns = ColumnsOf(options_);
+  if (!columns.descriptors) return -1;
+  return PointDimension(task_) + (columns.ratio ? 1 : 0) + (columns.neighborhood ? kNeighborhoodColumns : 0);
 }
 
 FeatureSet PointFeatures::Compute(const Problem& problem, Rng rng) const {
@@ -288,7 +295,10 @@ FeatureSet PointFeatures::ComputeFromSets(const Problem& problem, const std::vec
     column += kNeighborhoodColumns;
   }
   if (columns.descriptors) {
-    WriteDescriptors(problem, options_.descriptor_size, column, &features.values);
+    if (!options_.descriptors_required && problem.descriptors.size() == 0)
+      features.values.middleCols(column, 2 * options_.descriptor_size).setZero();
+    else
+      WriteDescriptors(problem, options_.descriptor_size, column, &features.values);
     column += 2 * options_.descriptor_size;
   }
   if (columns.preference)

@@ -28,6 +28,9 @@ struct PointFeaturesOptions {
   std::vector<std::string> kinds = {"preference"};
   /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
   int descriptor_size = 128;
+  /// coordinates_descriptors: whether a problem without any is an error; else its columns are 0, for generated problems
+  /// in a mixture.
+  bool descriptors_required = true;
   /// Preference: how many minimal sets are drawn, and how many of the best-scored are kept as columns (M).
   int preference_draws = 100;
   int preference_kept = 16;
@@ -48,7 +51,8 @@ struct PointFeaturesOptions {
 /// (data/neighborhood_features.h). They need all matches: training computes them before it draws a subset.
 ///
 /// `coordinates_descriptors`, two views, 4 + 2 · descriptor_size columns: these and the descriptors of image 1, then of
-/// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors.
+/// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors (see
+/// descriptors_required).
 ///
 /// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
 /// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:
@@ -64,6 +68,9 @@ class PointFeatures {
   PointFeatures(PointFeaturesOptions options, Task task);
   /// D, the number of columns.
   int width() const;
+  /// First column of image 1's descriptor, image 2's stands behind it; -1 without descriptors.
+  int first_descriptor() const;
+  int descriptor_size() const { return options_.descriptor_size; }
   /// `problem` must have at least γ finite points (callers check; see CheckProblem). rng decides the drawn hypotheses.
   FeatureSet Compute(const Problem& problem, Rng rng) const;
   /// The same from given minimal sets (γ ascending indices each) instead of drawn ones. The features of permuted points

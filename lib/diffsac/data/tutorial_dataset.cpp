@@ -99,6 +99,7 @@ CorrespondencesOptions AsCorrespondences(const PairStreamOptions& options) {
   result.shuffle_points = options.shuffle_points;
   result.refine_truth_px = options.refine_truth_px;
   result.dominant_plane = options.dominant_plane;
+  result.descriptor_noise = options.descriptor_noise;
   return result;
 }
 
@@ -169,6 +170,7 @@ void PairStreamOptions::Bind(OptionsBinder& b) {
   b.Field("shuffle", shuffle);
   b.Choice("empty_pairs", empty_pairs, {"error", "keep"});
   b.Field("descriptors", descriptors);
+  b.Field("descriptor_noise", descriptor_noise, AtLeast(0.0));
 }
 
 void RansacTutorialOptions::Bind(OptionsBinder& b) {

@@ -29,6 +29,7 @@ struct PairStreamOptions {
   /// reports as too few.
   std::string empty_pairs = "error";
   bool descriptors = false;  ///< Whether descriptors.h5 is read where it is there.
+  double descriptor_noise = 0.0;  ///< As of CorrespondencesOptions.
   void Bind(OptionsBinder& b);
 };
 

@@ -67,6 +67,17 @@ std::vector<std::int64_t> PairsOf(std::int64_t size, const CorrespondencesOption
   return positions;
 }
 
+// Each image's descriptor of each match by itself.
+void AddDescriptorNoise(double strength, Rng rng, DescriptorMatrix* descriptors) {
+  const Eigen::Index size = descriptors->cols() / 2;
+  for (Eigen::Index i = 0; i < descriptors->rows(); ++i)
+    for (int image = 0; image < 2; ++image) {
+      auto values = descriptors->row(i).segment(image * size, size);
+      const double deviation = strength * values.norm() / std::sqrt(static_cast<double>(size));
+      for (float& value : values) value += static_cast<float>(deviation * rng.Normal());
+    }
+}
+
 class CorrespondenceDataset : public Dataset {
  public:
   CorrespondenceDataset(Task task, std::vector<Example> examples) : task_(task), examples_(std::move(examples)) {}
@@ -98,20 +109,22 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0));
   b.Field("dominant_plane", dominant_plane);
   b.Field("descriptors", descriptors);
+  b.Field("descriptor_noise", descriptor_noise, AtLeast(0.0));
 }
 
 Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOptions& options) {
-  const std::vector<int> rows = KeptRows(pair.problem, options, Rng(0).Fork("matches/" + pair.scene + "/" + pair.id));
+  const std::string name = pair.scene + "/" + pair.id;
+  const std::vector<int> rows = KeptRows(pair.problem, options, Rng(0).Fork("matches/" + name));
   TwoViewTruth truth = pair.truth;
   if (options.refine_truth_px > 0.0) RefineEpipolarTruth(pair.problem, options.refine_truth_px, &truth);
   if (task == Task::kHomography && options.dominant_plane) {
-    truth.homography = DominantHomography(pair.problem, truth, options.inlier_threshold_px, pair.scene + "/" + pair.id);
+    truth.homography = DominantHomography(pair.problem, truth, options.inlier_threshold_px, name);
     truth.labels.clear();
     if (!truth.homography) truth.fundamental.reset();
   }
   const std::vector<std::uint8_t> inliers = TrueInliers(pair.problem, truth, options.inlier_threshold_px);
   Example example;
-  example.id = pair.scene + "/" + pair.id;
+  example.id = name;
   example.scene = pair.scene;
   example.problem.task = task;
   example.problem.inlier_threshold = options.inlier_threshold_px;
@@ -122,6 +135,8 @@ Example ToExample(const TwoViewExample& pair, Task task, const CorrespondencesOp
   example.problem.size2 = pair.problem.size2;
   if (pair.problem.descriptors.rows() == pair.problem.points.rows())
     example.problem.descriptors = pair.problem.descriptors(rows, Eigen::all);
+  if (options.descriptor_noise > 0.0)
+    AddDescriptorNoise(options.descriptor_noise, Rng(0).Fork("descriptors/" + name), &example.problem.descriptors);
   example.truth.model = TrueModel(truth, task);
   if (truth.motion) {
     const double length = truth.motion->translation.norm();

@@ -39,6 +39,9 @@ struct CorrespondencesOptions {
   bool dominant_plane = false;
   /// Whether descriptors.h5 is read where it is there.
   bool descriptors = false;
+  /// Standard deviation of the normal noise that is added to each descriptor's values, in multiples of their root mean
+  /// square; decided by the pair's scene and id.
+  double descriptor_noise = 0.0;
   void Bind(OptionsBinder& b);
 };
 

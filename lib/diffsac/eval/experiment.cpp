@@ -92,6 +92,7 @@ Condition ReadCondition(const Config& config, const YamlTree& base) {
     b.Field("name", condition.name);
     b.Field("label", condition.label);
     b.Field("value", condition.value);
+    b.Field("optional", condition.optional);
     b.Ignore("data");
   });
   if (condition.label.empty()) condition.label = condition.name;
@@ -249,6 +250,7 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   const FigureOptions& figures = experiment.figures;
   CheckKnown(config, "figures.qualitative_method", "method", {figures.qualitative_method}, methods);
   CheckKnown(config, "figures.qualitative_methods", "method", figures.qualitative_methods, methods);
+  CheckKnown(config, "figures.bars", "method", figures.bars, methods);
   CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
   CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
   for (const BudgetSeries& series : figures.budget)
@@ -267,6 +269,7 @@ YamlTree ConditionTree(const Condition& condition) {
   Put(&tree, "name", Text(condition.name));
   Put(&tree, "label", Text(condition.label));
   if (!std::isnan(condition.value)) Put(&tree, "value", Number(condition.value));
+  if (condition.optional) Put(&tree, "optional", Flag(true));
   Put(&tree, "data", ParseYaml(WriteDatasetOptions(condition.data), {}));
   return tree;
 }
@@ -372,6 +375,7 @@ void FigureOptions::Bind(OptionsBinder& b) {
   b.Field("qualitative_methods", qualitative_methods);
   b.Field("qualitative_conditions", qualitative_conditions);
   b.Field("confidence_condition", confidence_condition);
+  b.Field("bars", bars);
   b.Ignore("budget");
   b.Ignore("images");
 }
@@ -404,7 +408,7 @@ ExperimentOptions ReadExperiment(const Config& config) {
     throw Error(config.Where("name") + ": expected a name without '/'");
   const YamlTree base = TreeOf(config.Sub("data"));
   for (const Config& item : config.Sequence("conditions")) experiment.conditions.push_back(ReadCondition(item, base));
-  if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nan(""), ConfigOf(base)});
+  if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nan(""), false, ConfigOf(base)});
   for (const Config& item : config.Sequence("methods")) experiment.methods.push_back(ReadMethodRow(item));
   if (experiment.methods.empty()) throw Error(config.Where("methods") + ": expected a list of methods");
   CheckNames(config, "conditions", experiment.conditions);
@@ -418,7 +422,42 @@ ExperimentOptions ReadExperiment(const Config& config) {
   return experiment;
 }
 
+namespace {
+
+void RemoveCondition(const std::string& name, ExperimentOptions* experiment) {
+  std::erase_if(experiment->conditions, [&](const Condition& condition) { return condition.name == name; });
+  auto& figures = experiment->figures;
+  std::erase(figures.qualitative_conditions, name);
+  if (figures.confidence_condition == name) figures.confidence_condition.clear();
+  for (PaperRow& row : experiment->paper) row.values.erase(name);
+  // A row that has no condition left would pass for one of all conditions.
+  std::erase_if(experiment->methods, [&](MethodRow& row) {
+    const bool named = std::erase(row.conditions, name) > 0;
+    if (named && row.conditions.empty()) experiment->left_out.push_back(row.label + " (none of its conditions is left)");
+    return named && row.conditions.empty();
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> Condition::MissingPaths() const {
+  std::vector<std::string> places;
+  for (const Config& path : data.Sequence("paths")) places.push_back(path.Text());
+  if (data.Has("root")) places.push_back(data.Text("root"));
+  std::erase_if(places, [](const std::string& place) { return std::filesystem::exists(place); });
+  return places;
+}
+
 void LeaveOutUnavailable(ExperimentOptions* experiment) {
+  const std::vector<Condition> all = experiment->conditions;
+  for (const Condition& condition : all) {
+    const auto missing = condition.MissingPaths();
+    if (!condition.optional || missing.empty()) continue;
+    experiment->left_out.push_back(condition.label + " (needs " + missing.front() + ")");
+    RemoveCondition(condition.name, experiment);
+  }
+  if (experiment->conditions.empty())
+    throw Error(experiment->name + ": no condition is left: " + experiment->left_out.front());
   std::vector<std::string> available;
   for (const MethodRow& row : experiment->methods) {
     const std::string checkpoint = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
@@ -445,7 +484,8 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   std::erase_if(experiment->methods, [&](const MethodRow& row) { return !kept(row.name); });
   if (!kept(experiment->reference)) experiment->reference.clear();
   if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
-  std::erase_if(experiment->figures.qualitative_methods, [&](const std::string& name) { return !kept(name); });
+  for (auto* rows : {&experiment->figures.qualitative_methods, &experiment->figures.bars})
+    std::erase_if(*rows, [&](const std::string& name) { return !kept(name); });
   for (PaperRow& row : experiment->paper)
     if (!kept(row.ours)) row.ours.clear();
   std::erase_if(experiment->compare, [&](const Comparison& pair) { return !kept(pair.a) || !kept(pair.b); });

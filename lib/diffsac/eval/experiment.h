@@ -17,7 +17,10 @@ struct Condition {
   std::string name;                                         ///< Short and unique: "0.5".
   std::string label;                                        ///< Heading; the name when empty.
   double value = std::numeric_limits<double>::quiet_NaN();  ///< Position on the curve's axis; NaN: not on it.
-  Config data;                                              ///< The base data merged with this condition's overrides.
+  bool optional = false;  ///< Left out, and named under the table, where its data is not there.
+  Config data;            ///< The base data merged with this condition's overrides.
+  /// Those of the data's `paths` and `root` that don't exist; empty for generated data.
+  std::vector<std::string> MissingPaths() const;
 };
 
 /// A row of the table.
@@ -82,6 +85,7 @@ struct FigureOptions {
   std::vector<std::string> qualitative_methods;     ///< Two views: whose matches; empty: the first three but `oracle`.
   std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
   std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
+  std::vector<std::string> bars;                    ///< Rows in the picture of bars; empty: none.
   std::vector<BudgetSeries> budget;                 ///< `figures.budget.series`.
   std::vector<ImageFolder> images;                  ///< Two views: `figures.images`, the first that fits a scene.
   void Bind(OptionsBinder& b);
@@ -118,7 +122,7 @@ struct ExperimentOptions {
   std::vector<PaperRow> paper;
   std::vector<SceneGroup> scene_groups;
   std::vector<Comparison> compare;
-  std::vector<std::string> left_out;  ///< Optional rows that could not be run, each with what it needs.
+  std::vector<std::string> left_out;  ///< Optional rows and conditions that could not be run, with what they need.
   /// The first group that holds the scene, or the scene itself.
   std::string GroupOf(const std::string& scene) const;
   /// The index of a row of this name; the number of rows when there is none.
@@ -129,7 +133,8 @@ struct ExperimentOptions {
 /// and conditions that don't exist.
 ExperimentOptions ReadExperiment(const Config& config);
 
-/// Takes the optional rows whose checkpoint is not there into `left_out`. Throws Error when no row is left.
+/// Takes the optional conditions whose data is not there, the rows that are for these alone, and the optional rows
+/// whose checkpoint is not there into `left_out`. Throws Error when no row or no condition is left.
 void LeaveOutUnavailable(ExperimentOptions* experiment);
 
 /// Keeps the named rows, in the experiment's order. Throws Error naming the nearest row for an unknown name.

@@ -179,6 +179,7 @@ void DrawExamples(const ExperimentResults& results, const std::string& folder) {
 
 void DrawFigures(const ExperimentResults& results, const std::string& folder) {
   if (results.experiment.figures.curve) PlotCurve(results, folder);
+  PlotBars(results, folder);
   PlotBudget(results, folder);
   PlotTime(results, folder);
   DrawExamples(results, folder);

@@ -10,6 +10,10 @@ namespace diffsac {
 /// (fewer than two conditions with a value, no ground truth) is no picture and no warning; so for all of these.
 bool PlotCurve(const ExperimentResults& results, const std::string& folder);
 
+/// mAA of the rows in `figures.bars` with its 95 % interval, a cluster of bars a condition; where poses are known two, for
+/// rotation and translation on their own: `bars.png`.
+bool PlotBars(const ExperimentResults& results, const std::string& folder);
+
 /// mAA against the number of hypotheses, one panel a condition, one curve a series: `budget.png`.
 bool PlotBudget(const ExperimentResults& results, const std::string& folder);
 /// The same against the median time: `time.png`.

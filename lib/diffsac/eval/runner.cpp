@@ -1,7 +1,6 @@
 #include "diffsac/eval/runner.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -15,18 +14,6 @@ namespace diffsac {
 namespace {
 
 bool Stopped(const RunInputs& inputs) { return inputs.stop != nullptr && inputs.stop->load(); }
-
-struct DataType {
-  std::string type;
-  std::vector<std::string> paths;
-};
-
-DataType PeekData(const Config& data) {
-  DataType peek;
-  if (data.Has("type")) peek.type = data.Text("type");
-  for (const Config& item : data.Sequence("paths")) peek.paths.push_back(item.Text());
-  return peek;
-}
 
 std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& experiment) {
   std::vector<std::unique_ptr<Dataset>> datasets;
@@ -275,9 +262,8 @@ std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_i
 std::vector<std::string> MissingData(const ExperimentOptions& experiment) {
   std::vector<std::string> missing;
   for (const Condition& condition : experiment.conditions)
-    for (const std::string& path : PeekData(condition.data).paths)
-      if (!std::filesystem::exists(path) && std::find(missing.begin(), missing.end(), path) == missing.end())
-        missing.push_back(path);
+    for (const std::string& path : condition.MissingPaths())
+      if (std::find(missing.begin(), missing.end(), path) == missing.end()) missing.push_back(path);
   return missing;
 }
 
@@ -289,7 +275,8 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
   const auto methods = MakeMethods(experiment, inputs.make_method);
-  results.dataset = PeekData(experiment.conditions.front().data).type;
+  const Config& data = experiment.conditions.front().data;
+  if (data.Has("type")) results.dataset = data.Text("type");
   const int fits_row = FitsRow(experiment);
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));

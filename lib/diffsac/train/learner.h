@@ -42,7 +42,7 @@ class Learner {
   virtual std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const {
     return std::vector<double>(loss_names().size(), static_cast<double>(items.size()));
   }
-  /// Randomness comes from (train.seed, iteration) alone. shares: of these items in what each part of the loss is a mean
+  /// Randomness comes from train.seed and the iteration or the items' indices alone. shares: of these items in what each part of the loss is a mean
   /// over (TrainingTeam::Shares), 1 for a process alone.
   virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                        const std::vector<double>& shares) = 0;

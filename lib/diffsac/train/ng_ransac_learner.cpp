@@ -39,8 +39,7 @@ class NgRansacLearner : public WeightsLearner {
                const std::vector<double>& shares) override;
 
  private:
-  Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target,
-                    std::int64_t iteration) const;
+  Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target) const;
   bool IsInitialization(std::int64_t iteration) const {
     return iteration < options_.ng_ransac.initialization_iterations;
   }
@@ -68,19 +67,19 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
 }
 
 Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights,
-                                            double target, std::int64_t iteration) const {
+                                            double target) const {
   const auto& train = options_.ng_ransac;
   const std::int64_t batch = static_cast<std::int64_t>(items.size()), pools = train.pools, sets = train.hypotheses;
   const std::int64_t set_size = SetSize(), pool_size = sets * set_size;
   const auto weights = log_weights.detach().to(torch::kCPU).contiguous();
   auto chosen = torch::zeros({batch, pools * sets, set_size}, torch::kLong);
   auto losses = torch::zeros({batch, pools});
-  const Rng step = Rng(options_.train.seed).Fork("ng_ransac", static_cast<std::uint64_t>(iteration));
+  const Rng draws(options_.train.seed);
   ParallelFor(batch, threads_, [&](std::int64_t b) {
     const auto& example = *items[b].example;
     const auto length = static_cast<std::size_t>(example.problem.points.rows());
     const std::span<const float> own(weights.data_ptr<float>() + b * weights.size(1), length);
-    const Rng rng = step.Fork("problem", static_cast<std::uint64_t>(b));
+    const Rng rng = draws.Fork("ng_ransac", items[b].index);
     const auto drawn =
         DrawOrderedSets(own, static_cast<int>(set_size), static_cast<int>(pools * sets), rng.Fork("minimal_sets"));
     std::copy(drawn.begin(), drawn.end(), chosen.data_ptr<std::int64_t>() + b * pools * pool_size);
@@ -103,7 +102,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
   auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotANumber}}
-                                          : ExpectedLoss(items, log_weights, divergence.item<double>(), iteration);
+                                          : ExpectedLoss(items, log_weights, divergence.item<double>());
   loss.total = shares[0] * loss.total;
   return loss;
 }

@@ -81,13 +81,19 @@ void Turn(double degrees, int first, FeatureSet* features) {
   features->values.middleCols(first, 2) = (features->values.middleCols(first, 2) * turn).eval();
 }
 
-// Of the coordinates' columns, which are the first four; they are about the principal point.
-void Augment(Rng rng, FeatureSet* features) {
+void ExchangeColumns(int first, int size, FeatureSet* features) {
+  const auto kept = features->values.middleCols(first, size).eval();
+  features->values.middleCols(first, size) = features->values.middleCols(first + size, size).eval();
+  features->values.middleCols(first + size, size) = kept;
+}
+
+// The coordinates' columns are the first four, about the principal point. Descriptors are exchanged with the images;
+// that they do not see an image turn or mirror is what they are made for, as far as turns go.
+void Augment(const PointFeatures& kinds, Rng rng, FeatureSet* features) {
   auto& values = features->values;
   if (rng.Uniform() < 0.5) {
-    const auto first = values.leftCols(2).eval();
-    values.leftCols(2) = values.middleCols(2, 2).eval();
-    values.middleCols(2, 2) = first;
+    ExchangeColumns(0, 2, features);
+    if (kinds.first_descriptor() >= 0) ExchangeColumns(kinds.first_descriptor(), kinds.descriptor_size(), features);
   }
   if (rng.Uniform() < 0.5) {
     values.col(0) *= -1.0f;
@@ -215,10 +221,12 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   for (const int i : subset)
     places.push_back(static_cast<int>(std::lower_bound(within.begin(), within.end(), i) - within.begin()));
   TrainingItem item;
+  item.index = index;
   item.features = features_.Compute(full.problem, rng.Fork("features"));
   item.features.values = decltype(item.features.values)(item.features.values(places, Eigen::all));
   KeepPoints(subset, &example);
-  if (two_view && two_view_.augment && item.features.values.cols() >= 4) Augment(rng.Fork("augment"), &item.features);
+  if (two_view && two_view_.augment && item.features.values.cols() >= 4)
+    Augment(features_, rng.Fork("augment"), &item.features);
   const std::size_t points = static_cast<std::size_t>(example.problem.points.rows());
   item.inliers.assign(points, 0.0f);
   std::copy(example.truth.inliers.begin(), example.truth.inliers.end(), item.inliers.begin());

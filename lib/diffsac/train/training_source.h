@@ -15,6 +15,7 @@ namespace diffsac {
 
 /// One problem with everything a training step draws for it.
 struct TrainingItem {
+  std::uint64_t index = 0;      ///< in the training run
   FeatureSet features;
   std::vector<float> inliers;   ///< N, 1 for a true inlier
   std::vector<float> labels;    ///< copies × N, ±1
