@@ -94,12 +94,10 @@ TrainConfig ReadTrainConfig(const Config& config) {
   if (config.Has("method")) defaults.weighted_inference = DefaultWeightedOptions(config.Text("method"));
   TrainConfig options = ReadOptions<TrainConfig>(config, defaults);
   const auto& kinds = options.Features().kinds;
-  const bool plain = std::all_of(kinds.begin(), kinds.end(), [](const std::string& kind) {
-    return kind == "coordinates" || kind == "coordinates_ratio" || kind == "neighborhood";
-  });
-  if (options.train.two_view.augment && !plain)
+  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
+  if (options.train.two_view.augment && preference)
     throw Error(config.Where("train.two_view.augment") +
-                ": only for network.features.kinds coordinates, coordinates_ratio and neighborhood");
+                ": not for network.features.kinds preference, whose hypotheses are those of the images as they are");
   if (options.method == "diffsac" && task == "fundamental" &&
       options.labels.fundamental_points != options.inference.fundamental_points)
     throw Error(config.Where("inference.fundamental_points") + ": " +
