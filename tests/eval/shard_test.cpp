@@ -107,6 +107,7 @@ TEST_CASE("methods see the same batches in any sharding") {
 TEST_CASE("a shard's records read back to the same bits") {
   ExperimentResults results = MadeUpResults();
   results.problems = {4, 4};
+  results.learned = {{1, {1234, 50, 100, "start"}}};
   ProblemRecord& record = results.cells[1].records[2];
   record.id = "a \"b\", c\n|\u00e9";
   record.status = Status::kDegenerate;
@@ -132,6 +133,8 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(read.report.ms_total == record.report.ms_total);
   CHECK(ResultsCsv(content.results) == ResultsCsv(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
+  CHECK(MarkdownReport(content.results) == MarkdownReport(results));
+  CHECK_THAT(MarkdownReport(results), Contains("1234") && Contains("100") && Contains("start"));
 }
 
 TEST_CASE("shards that are not one whole run are one clear line") {

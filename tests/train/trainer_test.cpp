@@ -86,6 +86,11 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   const auto network = LoadNetwork(output + "/checkpoints/best.pt", Task::kLine, torch::kCPU);
   CHECK(network->options.denoiser.width == 16);
   CHECK(ReadCheckpointInfo(output + "/checkpoints/last.pt").iteration == 60);
+  const auto facts = LoadNetwork(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU)->facts;
+  CHECK(facts.parameters == CountParameters(*network->denoiser));
+  CHECK(facts.samples == 240);
+  CHECK(facts.run_samples == 240);
+  CHECK(facts.start.empty());
 }
 
 TEST_CASE("a run that was stopped and resumed equals one that was not") {

@@ -12,6 +12,7 @@
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/eval/shard.h"
+#include "diffsac/methods/method.h"
 
 namespace diffsac {
 
@@ -51,9 +52,16 @@ struct KeptTrace {
   std::string method_label;
 };
 
+/// What a learned row's network was made by.
+struct LearnedRow {
+  std::size_t method = 0;
+  TrainingFacts facts;
+};
+
 struct ExperimentResults {
   ExperimentOptions experiment;
   std::string dataset;      ///< The data's type.
+  std::vector<LearnedRow> learned;
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
   std::string fits_label;             ///< The method of `fits` (lines, planes).

@@ -277,6 +277,8 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   const auto methods = MakeMethods(experiment, inputs.make_method);
   const Config& data = experiment.conditions.front().data;
   if (data.Has("type")) results.dataset = data.Text("type");
+  for (std::size_t m = 0; m < methods.size(); ++m)
+    if (const auto facts = methods[m] ? methods[m]->Training() : std::nullopt) results.learned.push_back({m, *facts});
   const int fits_row = FitsRow(experiment);
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));

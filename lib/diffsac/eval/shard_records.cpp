@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 1";
+constexpr const char* kFormat = "diffsac shard 2";
 
 // The text of a record's numbers, in one place for both directions.
 class Fields {
@@ -114,6 +114,22 @@ std::size_t RecordCount(const ExperimentResults& results) {
   return count;
 }
 
+Json LearnedJson(const std::vector<LearnedRow>& rows) {
+  Json list = Json::array();
+  for (const LearnedRow& row : rows)
+    list.push_back({row.method, row.facts.parameters, row.facts.samples, row.facts.run_samples, row.facts.start});
+  return list;
+}
+
+std::vector<LearnedRow> ReadLearned(const Json& list) {
+  std::vector<LearnedRow> rows;
+  for (const Json& row : list)
+    rows.push_back({row.at(0).get<std::size_t>(),
+                    {row.at(1).get<std::int64_t>(), row.at(2).get<std::int64_t>(), row.at(3).get<std::int64_t>(),
+                     row.at(4).get<std::string>()}});
+  return rows;
+}
+
 Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
   ExperimentOptions experiment = results.experiment;
   experiment.threads = 0;
@@ -125,6 +141,7 @@ Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
           {"problems", results.problems},
           {"dataset", results.dataset},
           {"fits_label", results.fits_label},
+          {"learned", LearnedJson(results.learned)},
           {"git_revision", results.git_revision},
           {"machine", results.machine},
           {"setup", setup},
@@ -144,6 +161,9 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
   results.problems = header.at("problems").get<std::vector<std::size_t>>();
   results.dataset = header.at("dataset").get<std::string>();
   results.fits_label = header.at("fits_label").get<std::string>();
+  results.learned = ReadLearned(header.at("learned"));
+  for (const LearnedRow& row : results.learned)
+    if (row.method >= results.experiment.methods.size()) throw Error("no such row");
   results.git_revision = header.at("git_revision").get<std::string>();
   results.machine = header.at("machine").get<std::string>();
   return content;

@@ -372,6 +372,21 @@ std::string Setting(const ExperimentResults& results) {
          std::to_string(experiment.seed);
 }
 
+// What the networks of learned rows were made by; their hypotheses are in the first table.
+Table LearnedTable(const ExperimentResults& results) {
+  Table table;
+  table.heading = "learned rows";
+  table.columns = {"method", "parameters", "training problems", "of a run of", "began with"};
+  for (const LearnedRow& row : results.learned) {
+    const TrainingFacts& facts = row.facts;
+    table.rows.push_back({{results.experiment.methods[row.method].label, std::to_string(facts.parameters),
+                           std::to_string(facts.samples), std::to_string(facts.run_samples),
+                           facts.start.empty() ? kUnknown : facts.start},
+                          std::vector<bool>(5, false)});
+  }
+  return table;
+}
+
 }  // namespace
 
 std::vector<Table> MakeTables(const ExperimentResults& results) {
@@ -401,6 +416,7 @@ std::vector<Table> MakeTables(const ExperimentResults& results) {
   if (truth && !experiment.compare.empty()) tables.push_back(DifferenceTable(results));
   Table paper = PaperTable(results);
   if (!paper.rows.empty()) tables.push_back(std::move(paper));
+  if (!results.learned.empty()) tables.push_back(LearnedTable(results));
   return tables;
 }
 

@@ -27,6 +27,7 @@ class DiffsacMethod : public Method {
   std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem> problems,
                                                std::span<const std::uint64_t> seeds) const override;
   int PreferredBatch() const override { return options_.batch; }
+  std::optional<TrainingFacts> Training() const override { return network_->facts; }
 
   /// Runs the reverse process on one problem and keeps every step. Throws Error for points that cannot be estimated.
   ConfidenceSteps Trace(const Problem& problem, std::uint64_t seed) const;

@@ -40,6 +40,8 @@ std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task 
                                                   Rng(trained.seed));
   LoadAverage(checkpoint, *network->denoiser);
   network->denoiser->eval();
+  network->facts = trained.facts;
+  network->facts.parameters = CountParameters(*network->denoiser);
   network->MoveTo(device);
   return network;
 }

@@ -7,6 +7,7 @@
 #include "diffsac/data/point_features.h"
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/diffusion/noise_schedule.h"
+#include "diffsac/methods/method.h"
 
 namespace diffsac {
 
@@ -30,6 +31,7 @@ struct DiffsacNetwork {
   NoiseSchedule schedule;
   std::shared_ptr<Denoiser> denoiser;
   torch::Device device = torch::kCPU;
+  TrainingFacts facts;  ///< Of a loaded network.
 
   DiffsacNetwork(Task task, const NetworkOptions& options, Rng rng);
   void MoveTo(const torch::Device& device);

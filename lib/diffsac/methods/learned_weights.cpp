@@ -3,6 +3,7 @@
 #include <torch/torch.h>
 
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/denoiser/denoiser.h"
 #include "diffsac/methods/trained_config.h"
 
 namespace diffsac {
@@ -37,6 +38,8 @@ std::shared_ptr<LearnedWeights> LoadLearnedWeights(const std::string& method, co
                      : MakeNgRansacWeights(task, ReadOptions<NgRansacNetworkOptions>(options), Rng(trained.seed));
   LoadAverage(checkpoint, *weights->network);
   weights->network->eval();
+  weights->facts = trained.facts;
+  weights->facts.parameters = CountParameters(*weights->network);
   weights->MoveTo(device);
   return weights;
 }

@@ -8,6 +8,7 @@
 #include "diffsac/denoiser/clnet_network.h"
 #include "diffsac/denoiser/ng_ransac_network.h"
 #include "diffsac/denoiser/weight_network.h"
+#include "diffsac/methods/method.h"
 
 namespace diffsac {
 
@@ -18,6 +19,7 @@ struct LearnedWeights {
   PointFeatures features;
   std::shared_ptr<WeightNetwork> network;
   torch::Device device = torch::kCPU;
+  TrainingFacts facts;  ///< Of a loaded network.
 
   LearnedWeights(Task task_value, const PointFeaturesOptions& options, std::shared_ptr<WeightNetwork> weights)
       : task(task_value), feature_options(options), features(options, task_value), network(std::move(weights)) {}

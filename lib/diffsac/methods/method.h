@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,14 @@ struct Estimate {
   EstimateReport report;
 };
 
+/// What a learned row's network was made by.
+struct TrainingFacts {
+  std::int64_t parameters = 0;
+  std::int64_t samples = 0;      ///< Problems that these weights were trained on: steps times the batch.
+  std::int64_t run_samples = 0;  ///< The same of the whole run, of which they are the best.
+  std::string start;             ///< The network that the run began with, by its folder's name; empty: none.
+};
+
 /// Every row of every table. Thread-safe: `Estimate` is const and all randomness comes from `seed`.
 class Method {
  public:
@@ -44,6 +53,8 @@ class Method {
                                                        std::span<const std::uint64_t> seeds) const;
   /// Problems that a batch should hold; 1 when batching brings nothing.
   virtual int PreferredBatch() const { return 1; }
+  /// Nothing for rows that don't learn.
+  virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
 };
 
 }  // namespace diffsac

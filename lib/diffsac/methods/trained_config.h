@@ -5,6 +5,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/data/problem.h"
+#include "diffsac/methods/method.h"
 
 namespace diffsac {
 
@@ -12,6 +13,7 @@ namespace diffsac {
 struct TrainedConfig {
   Config config;
   std::uint64_t seed = 0;
+  TrainingFacts facts;  ///< Without the number of parameters, which the network knows.
 };
 
 /// Throws Error naming the file when it is no checkpoint, or was trained by another method ("diffsac" where it does not

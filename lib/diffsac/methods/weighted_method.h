@@ -42,6 +42,7 @@ class WeightedMethod : public Method {
   std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem> problems,
                                                std::span<const std::uint64_t> seeds) const override;
   int PreferredBatch() const override { return options_.batch; }
+  std::optional<TrainingFacts> Training() const override { return weights_->facts; }
 
   /// What the network said of one problem; consensus is a function of this alone, bit for bit.
   struct Prediction {
