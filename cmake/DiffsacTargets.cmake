@@ -29,18 +29,6 @@ function(diffsac_use_torch target)
   target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
 endfunction()
 
-# One precompiled header with what nearly every test includes: two of six seconds a file.
-function(diffsac_use_test_headers target)
-  if(NOT TARGET diffsac_test_pch)
-    file(WRITE ${CMAKE_BINARY_DIR}/test_pch.cpp "// Holds the precompiled header.\n")
-    add_library(diffsac_test_pch OBJECT ${CMAKE_BINARY_DIR}/test_pch.cpp)
-    target_link_libraries(diffsac_test_pch PRIVATE diffsac_catch_main diffsac_compiler Eigen3::Eigen)
-    target_compile_options(diffsac_test_pch PRIVATE $<$<CONFIG:Release>:-O1>)
-    target_precompile_headers(diffsac_test_pch PRIVATE <catch2/catch.hpp> <Eigen/Dense> <filesystem> <string> <vector>)
-  endif()
-  target_precompile_headers(${target} REUSE_FROM diffsac_test_pch)
-endfunction()
-
 # diffsac_test(NAME SOURCES ... DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
 function(diffsac_test name)
   cmake_parse_arguments(ARG "TORCH" "" "SOURCES;DEPENDS" ${ARGN})
@@ -51,8 +39,6 @@ function(diffsac_test name)
   target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_TORCH)
     diffsac_use_torch(${name}_test)
-  else()
-    diffsac_use_test_headers(${name}_test)
   endif()
   catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
