@@ -8,6 +8,8 @@
 namespace diffsac {
 namespace {
 
+constexpr std::size_t kColours = 7;  // Rows beyond so many have a colour again, hatched.
+
 // One cluster of bars, one a row.
 struct Cluster {
   std::string label;
@@ -83,7 +85,8 @@ bool PlotBars(const ExperimentResults& results, const std::string& folder) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string mean = std::to_string(2 + 3 * i), low = std::to_string(3 + 3 * i), high = std::to_string(4 + 3 * i);
     script += (i == 0 ? "" : ", \\\n  ") + ("$bars using " + mean + ":" + low + ":" + high) +
-              (i == 0 ? ":xtic(1)" : "") + " lc rgb \"" + SeriesColour(i) + "\" title " +
+              (i == 0 ? ":xtic(1)" : "") + " lc rgb \"" + SeriesColour(i) + "\"" +
+              (i < kColours ? "" : " fs pattern 5 border -1") + " title " +
               GnuplotText(experiment.methods[rows[i]].label);
   }
   const auto bars = static_cast<int>(rows.size() * clusters.size());
