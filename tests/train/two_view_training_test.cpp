@@ -239,6 +239,14 @@ parts:
   CHECK(WriteTrainingData(Config::FromString(WriteTrainingData(data))) == WriteTrainingData(data));
 }
 
+TEST_CASE("the shipped trainings of two views can be read") {
+  for (const char* name : {"essential", "fundamental", "homography"}) {
+    const Config config = Config::FromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/") + name + ".yaml");
+    CHECK_NOTHROW(ReadTrainConfig(config));
+    CHECK(WriteTrainingData(config.Sub("data")).find("refine_truth_px") != std::string::npos);
+  }
+}
+
 TEST_CASE("every shipped training can be read") {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(DIFFSAC_SOURCE_DIR + std::string("/configs"))) {

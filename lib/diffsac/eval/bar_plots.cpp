@@ -3,12 +3,11 @@
 
 #include "diffsac/eval/bootstrap.h"
 #include "diffsac/eval/gnuplot.h"
+#include "diffsac/eval/plot_texts.h"
 #include "diffsac/eval/plots.h"
 
 namespace diffsac {
 namespace {
-
-constexpr std::size_t kColours = 7;  // Rows beyond so many have a colour again, hatched.
 
 // One cluster of bars, one a row.
 struct Cluster {
@@ -26,17 +25,10 @@ ConfidenceInterval Height(const ExperimentResults& results, std::size_t conditio
   return BootstrapMean(values, BootstrapRng(results));
 }
 
-bool KnowsPoses(const ExperimentResults& results) {
-  return std::any_of(results.cells.begin(), results.cells.end(), [](const Cell& cell) {
-    return std::any_of(cell.records.begin(), cell.records.end(),
-                       [](const ProblemRecord& record) { return !std::isnan(record.error.rotation_deg); });
-  });
-}
-
 // Lines and planes: a cluster a condition. Poses: two a condition, rotation and translation.
 std::vector<Cluster> Clusters(const ExperimentResults& results, const std::vector<std::size_t>& rows) {
   std::vector<Cluster> clusters;
-  const bool poses = KnowsPoses(results);
+  const bool poses = JudgesPoses(results);
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
     const std::string label = results.experiment.conditions[c].label;
     const auto add = [&](const std::string& name, const ErrorOf& error_of) {
@@ -75,18 +67,16 @@ bool PlotBars(const ExperimentResults& results, const std::string& folder) {
   for (const std::string& name : experiment.figures.bars) rows.push_back(experiment.RowOf(name));
   const std::vector<Cluster> clusters = Clusters(results, rows);
   if (rows.empty() || clusters.empty()) return false;
-  std::string script = Data(clusters) + "set title " +
-                       GnuplotText(experiment.title.empty() ? experiment.name : experiment.title) +
-                       " font \",13\"\nset xlabel " + GnuplotText(experiment.condition_label) + "\nset ylabel " +
-                       GnuplotText(MetricName("mAA", experiment.tolerance())) +
-                       "\nset yrange [0:1]\nset grid ytics ls 100\nset tics nomirror\nset style data histograms\n"
+  std::string script = Data(clusters) + "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
+                       AccuracyAxes(results, experiment.condition_label) +
+                       "set yrange [0:1]\nset grid noxtics\nset style data histograms\n"
                        "set style histogram errorbars gap 1.5 lw 1\nset style fill solid 0.85 border -1\nset bars 0.4\n"
                        "set key outside right center samplen 1.5 spacing 1.2\nplot ";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string mean = std::to_string(2 + 3 * i), low = std::to_string(3 + 3 * i), high = std::to_string(4 + 3 * i);
     script += (i == 0 ? "" : ", \\\n  ") + ("$bars using " + mean + ":" + low + ":" + high) +
               (i == 0 ? ":xtic(1)" : "") + " lc rgb \"" + SeriesColour(i) + "\"" +
-              (i < kColours ? "" : " fs pattern 5 border -1") + " title " +
+              (i < kSeriesColours ? "" : " fs pattern 5 border -1") + " title " +
               GnuplotText(experiment.methods[rows[i]].label);
   }
   const auto bars = static_cast<int>(rows.size() * clusters.size());

@@ -87,8 +87,8 @@ std::string GnuplotNumber(double value) {
 }
 
 const char* SeriesColour(std::size_t index) {
-  static constexpr std::array<const char*, 7> kColours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                                                          "#E69F00", "#56B4E9", "#555555"};
+  static constexpr std::array<const char*, kSeriesColours> kColours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                                       "#E69F00", "#56B4E9", "#555555"};
   return kColours[index % kColours.size()];
 }
 

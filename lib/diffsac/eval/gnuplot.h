@@ -19,6 +19,9 @@ std::string GnuplotText(const std::string& text);
 /// A number that gnuplot reads ("NaN" is a missing point).
 std::string GnuplotNumber(double value);
 
+/// After so many the colours repeat.
+inline constexpr std::size_t kSeriesColours = 7;
+
 /// Colours that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008): "#0072B2", ...
 const char* SeriesColour(std::size_t index);
 

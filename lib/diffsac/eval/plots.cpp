@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "diffsac/eval/gnuplot.h"
+#include "diffsac/eval/plot_texts.h"
 
 namespace diffsac {
 namespace {
@@ -109,16 +110,6 @@ std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
   return curves;
 }
 
-std::string AxisTexts(const ExperimentResults& results, const std::string& x_label) {
-  return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " +
-         GnuplotText(MetricName("mAA", results.experiment.tolerance())) + "\nset grid ls 100\nset tics nomirror\n";
-}
-
-std::string Title(const ExperimentResults& results) {
-  const ExperimentOptions& experiment = results.experiment;
-  return (experiment.title.empty() ? experiment.name : experiment.title) + (results.partial ? " (partial)" : "");
-}
-
 // `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
 bool PlotCost(const ExperimentResults& results, const std::string& folder, const std::string& cost,
               const std::string& x_label, const std::string& name) {
@@ -137,9 +128,9 @@ bool PlotCost(const ExperimentResults& results, const std::string& folder, const
   if (panels.empty()) return false;
   const int count = static_cast<int>(panels.size()), width = 80 + 380 * count + kKeyWidth;
   const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
-  std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(Title(results)) +
+  std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(PlotTitle(results)) +
                        " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
-                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + AxisTexts(results, x_label) +
+                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + AccuracyAxes(results, x_label) +
                        "set logscale x\nset yrange [0:1]\n";
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Condition& condition = results.experiment.conditions[panels[i].condition];
@@ -155,8 +146,8 @@ bool PlotCost(const ExperimentResults& results, const std::string& folder, const
 bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
   const std::vector<Curve> curves = ConditionCurves(results);
   if (curves.empty()) return false;
-  const std::string script = "set title " + GnuplotText(Title(results)) + " font \",13\"\n" +
-                             AxisTexts(results, results.experiment.condition_label) +
+  const std::string script = "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
+                             AccuracyAxes(results, results.experiment.condition_label) +
                              "set key outside right center samplen 2 spacing 1.2\nset yrange [0:1]\n" +
                              "set offsets graph 0.02, graph 0.02, 0, 0\n" + PlotCommand("curve", curves);
   return DrawPicture(folder, "curve", script, 960, 560);

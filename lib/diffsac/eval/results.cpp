@@ -107,12 +107,21 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
   return metrics;
 }
 
+bool JudgesPoses(const Cell& cell, const Tolerance& tolerance) {
+  return !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(), [](const ProblemRecord& record) {
+    return !std::isnan(record.error.rotation_deg);
+  });
+}
+
+bool JudgesPoses(const ExperimentResults& results) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [&](const Cell& cell) { return JudgesPoses(cell, results.experiment.tolerance()); });
+}
+
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const bool poses =
-      !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(),
-                                       [](const ProblemRecord& r) { return !std::isnan(r.error.rotation_deg); });
+  const bool poses = JudgesPoses(cell, tolerance);
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)

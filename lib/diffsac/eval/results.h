@@ -90,6 +90,10 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
 /// Stands for the scene in the metrics over all pairs.
 inline constexpr const char* kAllPairs = "all_pairs";
 
+/// Whether rotation and translation are judged on their own: the errors are angles, and some problem knows its rotation.
+bool JudgesPoses(const Cell& cell, const Tolerance& tolerance);
+bool JudgesPoses(const ExperimentResults& results);
+
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
 /// scenes also those of all problems together, where large scenes weigh more: `all_pairs`.
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);

@@ -213,13 +213,6 @@ std::size_t MostScenes(const ExperimentResults& results) {
   return most;
 }
 
-bool HasPoses(const ExperimentResults& results) {
-  for (const Cell& cell : results.cells)
-    for (const ProblemRecord& record : cell.records)
-      if (!std::isnan(record.error.rotation_deg)) return true;
-  return false;
-}
-
 bool HasSets(const ExperimentResults& results) {
   if (!IsTwoView(TaskFromString(results.experiment.task))) return false;
   for (const Cell& cell : results.cells)
@@ -392,7 +385,7 @@ Table LearnedTable(const ExperimentResults& results) {
 std::vector<Table> MakeTables(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   const std::size_t scenes = MostScenes(results);
-  const bool truth = HasTruth(results), poses = HasPoses(results) && !experiment.tolerance().pixels;
+  const bool truth = HasTruth(results), poses = JudgesPoses(results);
   std::vector<Kind> kinds;
   if (truth) {
     kinds.push_back(AccuracyKind(
