@@ -13,7 +13,7 @@ usage() {
   echo "       scripts/reproduce.sh kitti|pairs --data DIR [options of diffsac_eval]"
   echo "tables: $(tables | tr '\n' ' ')all"
   echo "--size paper: networks of the paper's size (configs/paper), trained first; needs a CUDA device and the paper's data"
-  echo "--again: also tables that docs/results/ has from this revision"
+  echo "--again: also tables that were made here already"
   echo "kitti, pairs: from the images in DIR to the tables learned_*, on KITTI alone or on all sets that are there:"
   echo "  DIR/kitti, DIR/strecha/castle-P19, DIR/lund_door, DIR/oxford_graf, DIR/hpatches_v_dogman (data_tools/README.md)"
 }
@@ -118,12 +118,15 @@ publish() {
   echo "reproduce: $page"
 }
 
-# Whether docs/results has the table from this revision of a clean tree.
-is_published() {
-  local revision
-  revision=$(git rev-parse --short=8 HEAD 2>/dev/null) || return 1
-  [[ -z "$(git status --porcelain -- lib apps configs models 2>/dev/null)" ]] || return 1
-  grep -qs "^- git revision: $revision" "docs/results/$1.md"
+# Whether docs/results has what runs/ made here, and neither programs nor table nor the networks that it names have changed
+# since. (A page that came with the repository doesn't count: whoever runs this wants to see it made.)
+is_made() {
+  local config=runs/$1/config.yaml table=configs/tables/$1.yaml revision date models
+  [[ -f "$config" && -f "runs/$1/table.md" ]] || return 1
+  revision=$(sed -n 's/^# git revision: //p' "$config") date=$(sed -n 's/^# date: //p' "$config")
+  grep -qsxF -- "- date: $date" "docs/results/$1.md" || return 1
+  mapfile -t models < <(grep -o 'checkpoint: models/[^,} ]*' "$table" | sed 's/^checkpoint: //' | sort -u)
+  [[ "$revision" =~ ^[0-9a-f]+$ ]] && git diff --quiet "$revision" -- lib apps "$table" "${models[@]}" 2>/dev/null
 }
 
 joined() { local IFS=,; echo "[$*]"; }
@@ -228,8 +231,8 @@ for ((i = 1; i <= $#; ++i)); do
   if [[ "${!i}" == --threads ]]; then ((++i)); elif [[ "${!i}" != --threads=* ]]; then whole=""; fi
 done
 for table in "${wanted[@]}"; do
-  if [[ -n "$whole" && -z "$again" && "$size" == compact ]] && is_published "$table"; then
-    echo "reproduce: docs/results/$table.md is of this revision (--again makes it anew)"
+  if [[ -n "$whole" && -z "$again" && "$size" == compact ]] && is_made "$table"; then
+    echo "reproduce: docs/results/$table.md was made here, and nothing it was made from has changed (--again makes it anew)"
     continue
   fi
   output="runs/$table"
