@@ -1,33 +1,13 @@
 #pragma once
 
-#include <atomic>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
 
-#include <unistd.h>
-
+#include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
-
-/// A folder of its own for one test, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    static std::atomic<int> next{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("diffsac_data_test_" + std::to_string(::getpid()) + "_" + std::to_string(next++));
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline void WriteRaw(const std::string& path, std::string_view content) {
   std::ofstream(path, std::ios::binary) << content;

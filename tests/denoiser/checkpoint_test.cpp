@@ -5,22 +5,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include <unistd.h>
-
+#include "core/temporary_folder.h"
 #include "denoiser/test_networks.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
-
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() /
-                               ("diffsac_checkpoint_test_" + std::to_string(::getpid()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string File(const std::string& name) const { return (path / name).string(); }
-};
 
 void OneStep(Denoiser& network, torch::optim::Optimizer& optimizer) {
   optimizer.zero_grad();
@@ -33,7 +24,7 @@ void OneStep(Denoiser& network, torch::optim::Optimizer& optimizer) {
 }  // namespace
 
 TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
-  const Folder folder;
+  const TemporaryFolder folder;
   auto a = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
   FillWithWave(*a);
   ExponentialMovingAverage average(*a, 0.9);
@@ -54,7 +45,7 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
   CHECK(read.best_validation == 0.75);
   CHECK(other.updates() == 1);
   OneStep(*a, optimizer);
-  OneStep(*b, second);   // equal only if Adam's moments came back too
+  OneStep(*b, second);  // equal only if Adam's moments came back too
   for (std::size_t i = 0; i < a->parameters().size(); ++i) {
     CHECK(torch::equal(a->parameters()[i], b->parameters()[i]));
     CHECK(torch::equal(average.shadow()[i], other.shadow()[i]));
@@ -65,7 +56,7 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
 }
 
 TEST_CASE("a bad checkpoint is a clear error that names the file") {
-  const Folder folder;
+  const TemporaryFolder folder;
   auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   const auto path = folder.File("good.pt");
@@ -73,7 +64,7 @@ TEST_CASE("a bad checkpoint is a clear error that names the file") {
   const auto content = ReadFile(path);
 
   CHECK_THROWS_WITH(ReadCheckpointInfo(folder.File("none.pt")), Catch::Contains("none.pt: no such checkpoint"));
-  CHECK_THROWS_WITH(ReadCheckpointInfo(folder.path.string()), Catch::Contains("not a file"));
+  CHECK_THROWS_WITH(ReadCheckpointInfo(folder.path()), Catch::Contains("not a file"));
   for (const std::size_t size : {std::size_t{0}, std::size_t{10}, content.size() / 2, content.size() - 30}) {
     std::ofstream(folder.File("cut.pt"), std::ios::binary).write(content.data(), size);
     CHECK_THROWS_AS(ReadCheckpointInfo(folder.File("cut.pt")), Error);
@@ -89,13 +80,14 @@ TEST_CASE("a bad checkpoint is a clear error that names the file") {
 }
 
 TEST_CASE("a checkpoint of another architecture is refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   const auto path = folder.File("a.pt");
   SaveCheckpoint(path, {"", "", 0, 1, -1}, *network, average, nullptr);
   auto wider = MakeDenoiser(SmallOptions("pooled"), 5, Rng(1));
-  CHECK_THROWS_WITH(LoadAverage(path, *wider), Catch::Contains("input_points.weight") && Catch::Contains("architecture"));
+  CHECK_THROWS_WITH(LoadAverage(path, *wider),
+                    Catch::Contains("input_points.weight") && Catch::Contains("architecture"));
   auto deeper = MakeDenoiser(SmallOptions("pooled", 3), 4, Rng(1));
   CHECK_THROWS_WITH(LoadAverage(path, *deeper), Catch::Contains("architecture"));
   auto other = MakeDenoiser(SmallOptions("point_transformer"), 4, Rng(1));
@@ -103,7 +95,7 @@ TEST_CASE("a checkpoint of another architecture is refused") {
 }
 
 TEST_CASE("a checkpoint that cannot be written leaves the old one") {
-  const Folder folder;
+  const TemporaryFolder folder;
   auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   std::ofstream(folder.File("file")) << "x";

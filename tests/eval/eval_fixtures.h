@@ -2,33 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <string>
 
-#include <unistd.h>
-
+#include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
 #include "diffsac/eval/results.h"
 #include "diffsac/eval/runner.h"
 
 namespace diffsac::testing {
-
-/// A folder of its own, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    static std::atomic<int> next{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("diffsac_eval_test_" + std::to_string(::getpid()) + "_" + std::to_string(next++));
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::string path() const { return path_.string(); }
-  std::string File(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Fits the two points that its seed names: results depend on the problem and the seed alone.
 class TwoPointMethod : public Method {

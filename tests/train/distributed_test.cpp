@@ -2,11 +2,10 @@
 
 #include <catch2/catch.hpp>
 
-#include <unistd.h>
-
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
@@ -14,6 +13,7 @@
 #include "diffsac/methods/learned_weights.h"
 #include "diffsac/train/trainer.h"
 #include "distributed/spawn_ranks.h"
+#include "train/train_request.h"
 
 namespace diffsac {
 namespace {
@@ -21,13 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using Catch::Contains;
 using testing::RunRanks;
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("diffsac_distributed_test_" + std::to_string(::getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
 
 // Problems of different sizes and a weight of positives: what makes the mean of ranks' means another than the joint
 // mean.
@@ -59,15 +52,8 @@ inference: {hypotheses: 5}
 )";
 
 TrainRequest Request(const std::string& output, const char* config = kTiny) {
-  TrainRequest request;
-  request.config = Config::FromString(config, "tiny.yaml");
-  request.output = output;
-  request.device = "cpu";
-  request.threads = 1;
-  return request;
+  return OneThread(Config::FromString(config, "tiny.yaml"), output);
 }
-
-const std::atomic<bool> kNever{false};
 
 // The largest difference of two runs' weights, and the largest weight.
 std::pair<double, double> Compare(const torch::nn::Module& a, const torch::nn::Module& b) {
@@ -97,7 +83,7 @@ TEST_CASE("worker: trains", "[.]") {
 }
 
 TEST_CASE("processes train what one process does with the joint batch") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto alone = folder / "alone";
   REQUIRE(Train(Request(alone), kNever) == TrainOutcome::kFinished);
   for (const int size : {2, 3}) {  // Three processes have one, one and two of the four problems.
@@ -116,7 +102,7 @@ TEST_CASE("processes train what one process does with the joint batch") {
 }
 
 TEST_CASE("processes train ng_ransac's expected loss as one process does") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto alone = folder / "alone", together = folder / "together";
   REQUIRE(Train(Request(alone, kTinyNgRansac), kNever) == TrainOutcome::kFinished);
   REQUIRE(RunRanks("worker: trains", 2, {{"DIFFSAC_TEST_OUTPUT", together}, {"DIFFSAC_TEST_NG_RANSAC", "1"}}) ==
@@ -137,7 +123,7 @@ TEST_CASE("processes train ng_ransac's expected loss as one process does") {
 }
 
 TEST_CASE("processes with different configurations don't train") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK(RunRanks("worker: trains", 2,
                  {{"DIFFSAC_TEST_OUTPUT", folder / "run"},
                   {"DIFFSAC_TEST_CHANGE", "train.learning_rate=0.002"},

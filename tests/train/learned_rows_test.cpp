@@ -1,11 +1,10 @@
 #include <catch2/catch.hpp>
 
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
 #include <thread>
 
+#include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/synthetic.h"
@@ -14,18 +13,12 @@
 #include "diffsac/methods/registry.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/trainer.h"
+#include "train/train_request.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("diffsac_learned_rows_test_" + std::to_string(::getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
 
 const char* kCommon = R"(
 name: tiny
@@ -49,13 +42,7 @@ network: {features: {kinds: [preference], preference_draws: 20, preference_kept:
 )";
 
 TrainRequest Request(const char* method, const std::string& output, const std::vector<std::string>& changes = {}) {
-  TrainRequest request;
-  request.config = Config::FromString(std::string(kCommon) + method, "tiny.yaml");
-  for (const auto& change : changes) request.config.Set(change);
-  request.output = output;
-  request.device = "cpu";
-  request.threads = 1;
-  return request;
+  return OneThread(Config::FromString(std::string(kCommon) + method, "tiny.yaml"), output, changes);
 }
 
 // Columns of metrics.csv by name, without the measured data_wait_share.
@@ -84,12 +71,10 @@ double Mean(const std::vector<std::vector<std::string>>& table, const std::strin
   return sum / static_cast<double>(last - first + 1);
 }
 
-const std::atomic<bool> kNever{false};
-
 }  // namespace
 
 TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have more inliers than uniform ones") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(kNgRansac, output, {"ng_ransac.initialization_iterations=60"}), kNever) ==
           TrainOutcome::kFinished);
@@ -120,7 +105,7 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
 }
 
 TEST_CASE("NG-RANSAC's training by the expected loss alone lowers it") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(kNgRansac, output,
                         {"train.iterations=120", "ng_ransac.initialization_iterations=0", "ng_ransac.rate_factor=1"}),
@@ -130,7 +115,7 @@ TEST_CASE("NG-RANSAC's training by the expected loss alone lowers it") {
 }
 
 TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of the inliers than of the outliers") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(kClnet, output, {"train.iterations=100", "data.outlier_ratio=0.7"}), kNever) ==
           TrainOutcome::kFinished);
@@ -166,7 +151,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
 
 TEST_CASE("a learned row that was stopped and resumed equals one that was not") {
   for (const char* method : {kNgRansac, kClnet}) {
-    const Folder folder;
+    const TemporaryFolder folder;
     const auto whole = folder / "whole", parts = folder / "parts";
     const std::vector<std::string> brief = {"train.iterations=36", "train.validate_every=36", "train.batch_size=4"};
     REQUIRE(Train(Request(method, whole, brief), kNever) == TrainOutcome::kFinished);
@@ -187,7 +172,7 @@ TEST_CASE("a learned row that was stopped and resumed equals one that was not") 
 }
 
 TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are clear errors") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::atomic<bool> now{true};
   const auto ng = folder / "ng", cl = folder / "cl";
   REQUIRE(Train(Request(kNgRansac, ng), now) == TrainOutcome::kStopped);
@@ -221,7 +206,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
 }
 
 TEST_CASE("keys of another method are refused, and the place is named") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto run = [&](const char* method, const std::string& change) {
     Train(Request(method, folder / "a", {change}), kNever);
   };

@@ -2,26 +2,19 @@
 
 #include <catch2/catch.hpp>
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <thread>
 
+#include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "train/train_request.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("diffsac_trainer_test_" + std::to_string(::getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
 
 const char* kTiny = R"(
 name: tiny
@@ -37,13 +30,7 @@ inference: {copies: 4, sampler: {steps: 2}}
 )";
 
 TrainRequest Request(const std::string& output, const std::vector<std::string>& changes = {}) {
-  TrainRequest request;
-  request.config = Config::FromString(kTiny, "tiny.yaml");
-  for (const auto& change : changes) request.config.Set(change);
-  request.output = output;
-  request.device = "cpu";
-  request.threads = 1;
-  return request;
+  return OneThread(Config::FromString(kTiny, "tiny.yaml"), output, changes);
 }
 
 std::vector<std::string> Lines(const std::string& path) {
@@ -68,12 +55,10 @@ std::string WithoutTiming(const std::string& row) {
   return out;
 }
 
-const std::atomic<bool> kNever{false};
-
 }  // namespace
 
 TEST_CASE("training writes its files, lowers the loss and a checkpoint that evaluates") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(output), kNever) == TrainOutcome::kFinished);
   for (const char* name : {"config.yaml", "metrics.csv", "checkpoints/last.pt", "checkpoints/best.pt"})
@@ -94,12 +79,12 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
 }
 
 TEST_CASE("a run that was stopped and resumed equals one that was not") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto whole = folder / "whole", parts = folder / "parts";
   REQUIRE(Train(Request(whole, {"train.workers=2"}), kNever) == TrainOutcome::kFinished);
 
   std::atomic<bool> stop{false};
-  std::thread watcher([&] {   // stops the run once it has logged some steps
+  std::thread watcher([&] {  // stops the run once it has logged some steps
     while (!fs::exists(parts + "/metrics.csv") || Lines(parts + "/metrics.csv").size() < 8)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     stop = true;
@@ -123,10 +108,11 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
 }
 
 TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   CHECK_THROWS_WITH(
-      Train(Request(output, {"train.learning_rate=1e37", "train.checkpoint_every=1", "train.warmup_iterations=0"}), kNever),
+      Train(Request(output, {"train.learning_rate=1e37", "train.checkpoint_every=1", "train.warmup_iterations=0"}),
+            kNever),
       Catch::Contains("not finite") && Catch::Contains("last.pt"));
   const auto path = output + "/checkpoints/last.pt";
   REQUIRE(fs::exists(path));
@@ -134,7 +120,7 @@ TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") 
 }
 
 TEST_CASE("resuming with another configuration or without a checkpoint is refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto output = folder / "run";
   std::atomic<bool> now{true};
   REQUIRE(Train(Request(output), now) == TrainOutcome::kStopped);
@@ -147,7 +133,7 @@ TEST_CASE("resuming with another configuration or without a checkpoint is refuse
 }
 
 TEST_CASE("wrong configurations name their place") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"train.batch_sise=5"}), kNever), Catch::Contains("batch_size"));
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"data.type=synthetic_plane"}), kNever), Catch::Contains("plane"));
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"network.denoiser.width=15"}), kNever), Catch::Contains("even"));

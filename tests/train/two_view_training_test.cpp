@@ -1,12 +1,11 @@
 #include <catch2/catch.hpp>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <sstream>
 
+#include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_factory.h"
@@ -14,19 +13,12 @@
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"
+#include "train/train_request.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::atomic<bool> kNever{false};
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("diffsac_two_view_training_test_" + std::to_string(::getpid()));
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
 
 Config TinyConfig(const std::string& task, const std::vector<std::string>& changes = {}) {
   auto config = Config::FromString(R"(
@@ -45,15 +37,6 @@ inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score
   config.Set("data.task=" + task);
   for (const auto& change : changes) config.Set(change);
   return config;
-}
-
-TrainRequest Request(const Config& config, const std::string& output) {
-  TrainRequest request;
-  request.config = config;
-  request.output = output;
-  request.device = "cpu";
-  request.threads = 1;
-  return request;
 }
 
 std::vector<double> Column(const std::string& path, int column) {
@@ -83,10 +66,10 @@ TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& t
 }  // namespace
 
 TEST_CASE("two-view networks train and their checkpoints load for their own task alone") {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const std::string task : {"homography", "fundamental", "essential"}) {
     const std::string output = folder / task;
-    REQUIRE(Train(Request(TinyConfig(task), output), kNever) == TrainOutcome::kFinished);
+    REQUIRE(Train(OneThread(TinyConfig(task), output), kNever) == TrainOutcome::kFinished);
     const auto losses = Column(output + "/metrics.csv", 1);
     REQUIRE(losses.size() == 40);
     double first = 0.0, last = 0.0;
@@ -283,9 +266,9 @@ TEST_CASE("features are those of all matches, whatever subset is trained on") {
 }
 
 TEST_CASE("wrong two-view configurations name their place") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto fails = [&](const std::string& task, const std::vector<std::string>& changes, const std::string& message) {
-    CHECK_THROWS_WITH(Train(Request(TinyConfig(task, changes), folder / "a"), kNever), Catch::Contains(message));
+    CHECK_THROWS_WITH(Train(OneThread(TinyConfig(task, changes), folder / "a"), kNever), Catch::Contains(message));
   };
   fails("fundamental", {"labels.fundamental_points=8"}, "fundamental_points");
   fails("essential", {"network.features.kinds=[preference]"}, "augment");
