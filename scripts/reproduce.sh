@@ -61,15 +61,16 @@ train_missing() {
   done < <(grep -o 'checkpoint: runs/[^,} ]*/checkpoints/best.pt' "configs/tables/$1.yaml" | sed 's/^checkpoint: //' | sort -u)
 }
 
-# publish TABLE FOLDER COMMAND: the whole table with what it was made by and on.
+# publish TABLE FOLDER COMMAND: the whole table with what it was made by and on; of its pictures of matches the first four.
 publish() {
-  local page=docs/results/$1.md picture
+  local page=docs/results/$1.md picture matches=0
   mkdir -p docs/results
   {
     cat "$2/table.md"
     echo
     for picture in "$2"/*.png; do
       if [[ ! -f "$picture" ]]; then continue; fi
+      if [[ "$picture" == */matches_* ]] && ((++matches > 4)); then continue; fi
       cp "$picture" "docs/results/$1_$(basename "$picture")"
       echo "![$1: $(basename "$picture" .png)]($1_$(basename "$picture"))"
       echo
