@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/config.h"
+#include "diffsac/core/options.h"
 #include "diffsac/train/trainer.h"
 
 namespace diffsac {
