@@ -61,21 +61,29 @@ train_missing() {
   done < <(grep -o 'checkpoint: runs/[^,} ]*/checkpoints/best.pt' "configs/tables/$1.yaml" | sed 's/^checkpoint: //' | sort -u)
 }
 
-# publish TABLE FOLDER COMMAND: the whole table with what it was made by and on; of its pictures of matches the first four.
+# The pictures in a folder, of those of matches no more than four, from first to last.
+pictures() {
+  local all=() i most
+  find "$1" -maxdepth 1 -name '*.png' ! -name 'matches_*' | sort
+  mapfile -t all < <(find "$1" -maxdepth 1 -name 'matches_*.png' | sort)
+  most=$((${#all[@]} < 4 ? ${#all[@]} : 4))
+  for ((i = 0; i < most; ++i)); do echo "${all[i * ${#all[@]} / most]}"; done
+}
+
+# publish TABLE FOLDER COMMAND: the whole table with what it was made by and on.
 publish() {
-  local page=docs/results/$1.md picture matches=0
+  local page=docs/results/$1.md picture
   mkdir -p docs/results
   {
     cat "$2/table.md"
     echo
-    for picture in "$2"/*.png; do
-      if [[ ! -f "$picture" ]]; then continue; fi
-      if [[ "$picture" == */matches_* ]] && ((++matches > 4)); then continue; fi
+    while read -r picture; do
       cp "$picture" "docs/results/$1_$(basename "$picture")"
       echo "![$1: $(basename "$picture" .png)]($1_$(basename "$picture"))"
       echo
-    done
+    done < <(pictures "$2")
     echo "Written by \`$3\`."
+    echo
     sed -n 's/^# \(git revision\|seed\|machine\|date\): /- \1: /p' "$2/config.yaml"
   } >"$page.part"
   mv "$page.part" "$page"
