@@ -1,7 +1,8 @@
-# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH])
-# One library a folder: target diffsac_NAME, alias diffsac::NAME. TORCH precompiles torch/torch.h.
+# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH] [UNITY])
+# One library a folder: target diffsac_NAME, alias diffsac::NAME. TORCH precompiles torch/torch.h. UNITY compiles eight files
+# at a time, which takes little more than one of them where LibTorch's templates are most of the work.
 function(diffsac_library name)
-  cmake_parse_arguments(ARG "TORCH" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "TORCH;UNITY" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
   add_library(diffsac_${name} STATIC ${ARG_SOURCES})
   add_library(diffsac::${name} ALIAS diffsac_${name})
   set_target_properties(diffsac_${name} PROPERTIES EXPORT_NAME ${name})
@@ -11,6 +12,9 @@ function(diffsac_library name)
   set_property(GLOBAL APPEND PROPERTY DIFFSAC_LIBRARIES diffsac_${name})
   if(ARG_TORCH)
     diffsac_use_torch(diffsac_${name})
+  endif()
+  if(ARG_UNITY)
+    set_target_properties(diffsac_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
 endfunction()
 

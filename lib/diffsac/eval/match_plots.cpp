@@ -23,16 +23,16 @@ constexpr double kTitleScale = 0.62, kTextScale = 0.5;
 const cv::Scalar kWhite(255, 255, 255), kBlack(32, 32, 32), kBlank(238, 238, 238);  // blue, green, red
 const cv::Scalar kRight(60, 160, 0), kWrong(20, 20, 220), kMissed(240, 190, 120), kOther(160, 160, 160);
 
-enum class Kind { kOther, kMissed, kRight, kWrong };
+enum class MatchKind { kOther, kMissed, kRight, kWrong };
 
 // What the estimate makes of a match, and whether that is so.
-Kind KindOf(const KeptFit& fit, Eigen::Index i) {
+MatchKind KindOf(const KeptFit& fit, Eigen::Index i) {
   const auto at = static_cast<std::size_t>(i);
   const auto& truth = fit.example.truth.inliers;
   const bool found = at < fit.estimate.inliers.size() && fit.estimate.inliers[at] != 0;
-  if (at >= truth.size()) return found ? Kind::kRight : Kind::kOther;
-  if (found) return truth[at] ? Kind::kRight : Kind::kWrong;
-  return truth[at] ? Kind::kMissed : Kind::kOther;
+  if (at >= truth.size()) return found ? MatchKind::kRight : MatchKind::kOther;
+  if (found) return truth[at] ? MatchKind::kRight : MatchKind::kWrong;
+  return truth[at] ? MatchKind::kMissed : MatchKind::kOther;
 }
 
 struct MatchCounts {
@@ -42,10 +42,10 @@ struct MatchCounts {
 MatchCounts Count(const KeptFit& fit) {
   MatchCounts counts;
   for (Eigen::Index i = 0; i < fit.example.problem.points.rows(); ++i) {
-    const Kind kind = KindOf(fit, i);
-    counts.right += kind == Kind::kRight;
-    counts.wrong += kind == Kind::kWrong;
-    counts.missed += kind == Kind::kMissed;
+    const MatchKind kind = KindOf(fit, i);
+    counts.right += kind == MatchKind::kRight;
+    counts.wrong += kind == MatchKind::kWrong;
+    counts.missed += kind == MatchKind::kMissed;
   }
   return counts;
 }
@@ -158,14 +158,14 @@ std::string CountsText(const KeptFit& fit) {
   return text;
 }
 
-void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Panel& right, Kind kind,
+void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Panel& right, MatchKind kind,
               const cv::Scalar& colour) {
   const PointMatrix& points = fit.example.problem.points;
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < points.rows(); ++i)
     if (KindOf(fit, i) == kind && points.row(i).allFinite() && points.row(i).cwiseAbs().maxCoeff() < 1e6)
       rows.push_back(i);
-  const std::size_t lines = kind == Kind::kOther ? 0 : std::min<std::size_t>(rows.size(), kMostLines);
+  const std::size_t lines = kind == MatchKind::kOther ? 0 : std::min<std::size_t>(rows.size(), kMostLines);
   const cv::Mat below = canvas.clone();
   for (std::size_t k = 0; k < lines; ++k) {
     const auto row = points.row(rows[k * rows.size() / lines]);
@@ -191,10 +191,10 @@ cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
                  left.image.cols + right.image.cols + 3 * kGap, CV_8UC3, kWhite);
   left.image.copyTo(canvas(cv::Rect(left.origin, left.image.size())));
   right.image.copyTo(canvas(cv::Rect(right.origin, right.image.size())));
-  DrawKind(canvas, fit, left, right, Kind::kOther, kOther);
-  DrawKind(canvas, fit, left, right, Kind::kMissed, kMissed);
-  DrawKind(canvas, fit, left, right, Kind::kRight, kRight);
-  DrawKind(canvas, fit, left, right, Kind::kWrong, kWrong);
+  DrawKind(canvas, fit, left, right, MatchKind::kOther, kOther);
+  DrawKind(canvas, fit, left, right, MatchKind::kMissed, kMissed);
+  DrawKind(canvas, fit, left, right, MatchKind::kRight, kRight);
+  DrawKind(canvas, fit, left, right, MatchKind::kWrong, kWrong);
   // Points outside their image must not cover the text.
   canvas(cv::Rect(0, 0, canvas.cols, kTitleHeight)).setTo(kWhite);
   const std::string condition =

@@ -45,7 +45,8 @@ void MetricsLog::Write() const {
 void MetricsLog::Draw() const {
   std::string script =
       "set datafile separator ','\nset key outside right top\nset grid ls 100\nset title 'Training curve'\n"
-      "set xlabel 'iteration'\nset ylabel 'loss'\nset logscale y\nset format x '%.1s%c'\nset y2label 'validation mAA'\nset y2tics\nset ytics nomirror\n"
+      "set xlabel 'iteration'\nset ylabel 'loss'\nset logscale y\nset format x '%.1s%c'\nset y2label 'validation "
+      "mAA'\nset y2tics\nset ytics nomirror\n"
       "set y2range [0:1]\nplot ";
   std::string separator;
   for (std::size_t i = 0; i < columns_.size(); ++i) {

@@ -1,17 +1,21 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
 namespace diffsac {
+
+/// Leaves a cell of metrics.csv empty.
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 /// metrics.csv of a training run, and a picture of it (training_curve.png, through gnuplot when it is there).
 class MetricsLog {
  public:
   /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder.
   MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration);
-  /// values: one for each column; NaN leaves the cell empty.
+  /// values: one for each column, `kNotMeasured` where there is none.
   void Append(std::int64_t iteration, const std::vector<double>& values);
   /// Redraws the picture. Does nothing when gnuplot is missing.
   void Draw() const;

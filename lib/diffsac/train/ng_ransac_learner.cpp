@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
+#include "diffsac/train/metrics_log.h"
 #include "diffsac/train/weights_learner.h"
 
 namespace diffsac {
 namespace {
-
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
@@ -101,7 +99,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   std::vector<std::vector<float>> targets;
   for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
-  auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotANumber}}
+  auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotMeasured}}
                                           : ExpectedLoss(items, log_weights, divergence.item<double>());
   loss.total = shares[0] * loss.total;
   return loss;

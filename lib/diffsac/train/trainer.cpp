@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -27,8 +26,6 @@
 
 namespace diffsac {
 namespace {
-
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 std::string Text(const char* format, double value) {
   char text[32];
@@ -188,7 +185,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
     const std::int64_t done = info_.iteration = iteration + 1;
     if (!team_.main()) continue;
     const bool last = done == train.iterations;
-    std::vector<double> accuracies(validation_->names().size(), kNotANumber);
+    std::vector<double> accuracies(validation_->names().size(), kNotMeasured);
     if (done % train.validate_every == 0 || last) {
       accuracies = Validate();
       const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
