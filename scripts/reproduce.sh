@@ -61,12 +61,12 @@ train_missing() {
   done < <(grep -o 'checkpoint: runs/[^,} ]*/checkpoints/best.pt' "configs/tables/$1.yaml" | sed 's/^checkpoint: //' | sort -u)
 }
 
-# The pictures in a folder, of those of matches no more than four, from first to last.
+# The pictures in a folder, of those of matches no more than two, from first to last.
 pictures() {
   local all=() i most
   find "$1" -maxdepth 1 -name '*.png' ! -name 'matches_*' | sort
   mapfile -t all < <(find "$1" -maxdepth 1 -name 'matches_*.png' | sort)
-  most=$((${#all[@]} < 4 ? ${#all[@]} : 4))
+  most=$((${#all[@]} < 2 ? ${#all[@]} : 2))
   for ((i = 0; i < most; ++i)); do echo "${all[i * ${#all[@]} / most]}"; done
 }
 
