@@ -51,29 +51,30 @@ prepare_others() {
   add_set hpatches_v_dogman "$(dogman)" homographies homography hpatches_v_dogman --input "$(dogman)" --scene hpatches_v_dogman
 }
 
+# prepare_set NAME FOLDER OPTIONS...: the matches of a set when its folder is there.
+prepare_set() {
+  is_there "$1" "$2" || return 0
+  shift 2
+  prepare pairs "$@"
+}
+
 prepare_adelaidermf() {
-  is_there AdelaideRMF "$data/adelaidermf" || return 0
-  prepare pairs --format adelaidermf --input "$data/adelaidermf" --output runs/pairs/adelaidermf
+  prepare_set AdelaideRMF "$data/adelaidermf" --format adelaidermf --input "$data/adelaidermf" --output runs/pairs/adelaidermf
 }
 
 # prepare_training_scenes ROOT_OF_KITTI_00 ROOT [OPTIONS]
 prepare_training_scenes() {
   local kitti_output=$1 output=$2
   shift 2
-  if is_there "KITTI 00" "$(kitti_root)/sequences/00/image_0"; then
-    prepare pairs --format kitti --sequence 00 --steps 1,2,5,10 --input "$(kitti_root)" --output "$kitti_output" "$@"
-  fi
-  if is_there fox "$data/fox"; then
-    prepare pairs --format nerf --max-keypoints 4000 --min-true-matches 30 --max-pairs 220 --input "$data/fox" \
-      --output "$output" "$@"
-  fi
-  if is_there mobilebrick "$data/mobilebrick"; then
-    prepare pairs --format poses --max-keypoints 4000 --input "$data/mobilebrick" --output "$output" "$@"
-  fi
-  if is_there sevenscenes_redkitchen "$data/sevenscenes_redkitchen"; then
-    prepare pairs --format poses --max-keypoints 4000 --min-true-matches 30 --true-match-px 2 --max-pairs 250 --every 2 \
-      --focal 525 --center 320,240 --scene sevenscenes --input "$data/sevenscenes_redkitchen" --output "$output" "$@"
-  fi
+  prepare_set "KITTI 00" "$(kitti_root)/sequences/00/image_0" --format kitti --sequence 00 --steps 1,2,5,10 \
+    --input "$(kitti_root)" --output "$kitti_output" "$@"
+  prepare_set fox "$data/fox" --format nerf --max-keypoints 4000 --min-true-matches 30 --max-pairs 220 --input "$data/fox" \
+    --output "$output" "$@"
+  prepare_set mobilebrick "$data/mobilebrick" --format poses --max-keypoints 4000 --input "$data/mobilebrick" \
+    --output "$output" "$@"
+  prepare_set sevenscenes_redkitchen "$data/sevenscenes_redkitchen" --format poses --max-keypoints 4000 \
+    --min-true-matches 30 --true-match-px 2 --max-pairs 250 --every 2 --focal 525 --center 320,240 --scene sevenscenes \
+    --input "$data/sevenscenes_redkitchen" --output "$output" "$@"
 }
 
 # Views of images as planes: what networks for homographies are trained on.
@@ -97,15 +98,11 @@ prepare_descriptors() {
   for features in rootsift orb; do
     root=runs/descriptors/$features
     local more=(--features "$features" --descriptors)
-    if is_there "KITTI 01" "$(kitti_root)/sequences/01/image_0"; then
-      prepare pairs --format kitti --sequence 01 --steps 1,2,5,10 --input "$(kitti_root)" --output "$root/test" "${more[@]}"
-    fi
-    if is_there castle-P19 "$data/strecha/castle-P19"; then
-      prepare pairs --format strecha --min-true-matches 20 --input "$data/strecha/castle-P19" --output "$root/test" "${more[@]}"
-    fi
-    if is_there lund_door "$data/lund_door"; then
-      prepare pairs --format colmap --input "$data/lund_door" --output "$root/test" "${more[@]}"
-    fi
+    prepare_set "KITTI 01" "$(kitti_root)/sequences/01/image_0" --format kitti --sequence 01 --steps 1,2,5,10 \
+      --input "$(kitti_root)" --output "$root/test" "${more[@]}"
+    prepare_set castle-P19 "$data/strecha/castle-P19" --format strecha --min-true-matches 20 \
+      --input "$data/strecha/castle-P19" --output "$root/test" "${more[@]}"
+    prepare_set lund_door "$data/lund_door" --format colmap --input "$data/lund_door" --output "$root/test" "${more[@]}"
     prepare_training_scenes "$root/train" "$root/train" "${more[@]}"
   done
 }
@@ -119,7 +116,7 @@ on_scenes() {
   located+=(--set "data.paths=$(joined "$@")")
 }
 
-# with_pictures SCENES...: and draw the matches of two pairs a scene.
+# with_pictures SCENES...: and draw the matches of two pairs.
 with_pictures() {
   on_scenes "$@" || return 1
   located+=(--set "figures.images=$(joined "${image_folders[@]}")" --set figures.qualitative=2)
