@@ -1,9 +1,10 @@
+#include "diffsac/core/config.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <utility>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
 
@@ -75,6 +76,17 @@ YamlTree& Descend(YamlTree& tree, const std::string& step, const YamlPlace& plac
   child.place = place;
   tree.entries.push_back({step, std::move(child)});
   return tree.entries.back().value;
+}
+
+/// The same values and places in a document of its own.
+Config Detached(const Config& config) {
+  Config own;
+  YamlDocument& document = *own.impl_->document;
+  if (const YamlTree* tree = config.impl_->Get()) document.root = *tree;
+  if (document.root.kind == Kind::kNull) document.root.kind = Kind::kMap;
+  document.prefix = config.impl_->document->prefix;
+  document.prefix.insert(document.prefix.end(), config.impl_->path.begin(), config.impl_->path.end());
+  return own;
 }
 
 }  // namespace
@@ -150,6 +162,14 @@ std::vector<Config> Config::Sequence(const std::string& dotted_path) const {
   return items;
 }
 
+std::vector<std::string> Config::Keys() const {
+  std::vector<std::string> keys;
+  const YamlTree* tree = impl_->Get();
+  if (tree == nullptr) return keys;
+  for (const YamlEntry& entry : tree->entries) keys.push_back(entry.key);
+  return keys;
+}
+
 std::string Config::Text(const std::string& dotted_path) const {
   const Config value = Sub(dotted_path);
   const YamlTree* tree = value.impl_->Get();
@@ -167,7 +187,32 @@ std::string Config::Dump() const {
 std::string Config::Where(const std::string& dotted_path) const {
   std::vector<std::string> path = impl_->path;
   for (std::string& step : SplitPath(dotted_path)) path.push_back(std::move(step));
-  return WhereText(impl_->document->root, path);
+  return WhereText(*impl_->document, path);
+}
+
+Config Config::MergedWith(const Config& over) const {
+  Config merged = Detached(*this);
+  if (const YamlTree* tree = over.impl_->Get()) MergeYaml(merged.impl_->document->root, *tree);
+  return merged;
+}
+
+Config Config::With(const std::string& key, const Config& value) const {
+  Config changed = Detached(*this);
+  const YamlTree* tree = value.impl_->Get();
+  const YamlTree put = tree == nullptr ? YamlTree() : *tree;
+  YamlTree& root = changed.impl_->document->root;
+  if (YamlTree* old = root.Find(key))
+    *old = put;
+  else
+    root.entries.push_back({key, put});
+  return changed;
+}
+
+Config Config::Without(const std::vector<std::string>& keys) const {
+  Config rest = Detached(*this);
+  std::erase_if(rest.impl_->document->root.entries,
+                [&](const YamlEntry& entry) { return std::find(keys.begin(), keys.end(), entry.key) != keys.end(); });
+  return rest;
 }
 
 }  // namespace diffsac

@@ -1,198 +1,45 @@
 #include "diffsac/core/options.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <numeric>
 
-#include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/option_values.h"
+#include "diffsac/core/options_impl.h"
 
 namespace diffsac {
 
-/// Reads a map, or writes one. One object a group; groups share the document.
-struct OptionsBinder::Impl {
-  bool reading = false;
-  const YamlTree* root = nullptr;  // Reading: the whole document, for places.
-  const YamlTree* map = nullptr;   // Reading: this group's map, null pointer when absent.
-  std::vector<std::string> path;   // Reading: of this group.
-  std::vector<std::string> keys;   // Reading: every valid key.
-  std::string unmet;               // Reading: the message of the first unmet Require.
-  YamlTree written;                // Writing: this group's map.
-
-  const YamlTree* Start(const char* key) {
-    keys.push_back(key);
-    return reading && map != nullptr ? map->Find(key) : nullptr;
-  }
-
-  std::vector<std::string> PathOf(const std::string& key) const {
-    std::vector<std::string> full = path;
-    full.push_back(key);
-    return full;
-  }
-
-  void Write(const char* key, YamlTree value) { written.entries.push_back({key, std::move(value)}); }
-
-  [[noreturn]] void Fail(const std::vector<std::string>& full, const YamlTree& value, const std::string& expected,
-                         const std::string& hint = "") const;
-};
-
 namespace {
 
+using Impl = OptionsBinder::Impl;
 using Kind = YamlTree::Kind;
-
-std::string ValueText(const YamlTree& value) {
-  switch (value.kind) {
-    case Kind::kNull:
-      return "nothing";
-    case Kind::kScalar:
-      return "'" + value.scalar + "'";
-    case Kind::kMap:
-      return "a map";
-    case Kind::kSequence:
-      return "a list";
-  }
-  return "";
-}
-
-YamlTree ScalarTree(std::string text, bool quoted = false) {
-  YamlTree tree;
-  tree.kind = Kind::kScalar;
-  tree.scalar = std::move(text);
-  tree.quoted = quoted;
-  return tree;
-}
-
-template <class Number>
-bool ParseAll(std::string_view text, Number& number) {
-  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size();
-}
-
-// Each type: how a value is read (false: wrong type), written and named in messages.
-
-bool Parse(const YamlTree& tree, bool& value) {
-  if (tree.kind != Kind::kScalar) return false;
-  std::string word = tree.scalar;
-  std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-  const bool yes = word == "true" || word == "yes" || word == "on";
-  const bool no = word == "false" || word == "no" || word == "off";
-  if (yes || no) value = yes;
-  return yes || no;
-}
-
-template <class Number>
-bool ParseNumber(const YamlTree& tree, Number& value) {
-  Number parsed{};
-  if (tree.kind != Kind::kScalar || !ParseAll(tree.scalar, parsed)) return false;
-  value = parsed;
-  return true;
-}
-
-bool Parse(const YamlTree& tree, int& value) { return ParseNumber(tree, value); }
-bool Parse(const YamlTree& tree, std::int64_t& value) { return ParseNumber(tree, value); }
-bool Parse(const YamlTree& tree, std::uint64_t& value) { return ParseNumber(tree, value); }
-bool Parse(const YamlTree& tree, double& value) {
-  double parsed = 0.0;
-  if (!ParseNumber(tree, parsed) || !std::isfinite(parsed)) return false;
-  value = parsed;
-  return true;
-}
-
-bool Parse(const YamlTree& tree, std::string& value) {
-  if (tree.kind != Kind::kScalar) return false;
-  value = tree.scalar;
-  return true;
-}
-
-bool Parse(const YamlTree& tree, Range& value) {
-  if (tree.kind == Kind::kScalar) {
-    double both = 0.0;
-    if (!Parse(tree, both)) return false;
-    value = Range(both);
-    return true;
-  }
-  Range parsed;
-  if (tree.kind != Kind::kSequence || tree.items.size() != 2) return false;
-  if (!Parse(tree.items[0], parsed.low) || !Parse(tree.items[1], parsed.high)) return false;
-  value = parsed;
-  return true;
-}
-
-YamlTree ToTree(bool value) { return ScalarTree(value ? "true" : "false"); }
-YamlTree ToTree(int value) { return ScalarTree(std::to_string(value)); }
-YamlTree ToTree(std::int64_t value) { return ScalarTree(std::to_string(value)); }
-YamlTree ToTree(std::uint64_t value) { return ScalarTree(std::to_string(value)); }
-YamlTree ToTree(double value) { return ScalarTree(DoubleText(value)); }
-
-YamlTree ToTree(const std::string& value) {
-  // Words that other YAML readers would take for a number or a truth value need quotes.
-  bool truth = false;
-  double number = 0.0;
-  const YamlTree plain = ScalarTree(value);
-  return ScalarTree(value, value.empty() || Parse(plain, truth) || Parse(plain, number));
-}
-
-template <class Item>
-YamlTree ToTree(const std::vector<Item>& values) {
-  YamlTree tree;
-  tree.kind = Kind::kSequence;
-  for (const Item& value : values) tree.items.push_back(ToTree(value));
-  return tree;
-}
-
-YamlTree ToTree(const Range& value) {
-  if (value.low == value.high) return ToTree(value.low);
-  return ToTree(std::vector<double>{value.low, value.high});
-}
-
-/// " of at least 1", " above 0", " from 1 to 8".
-std::string LimitsText(const Limits& limits) {
-  const Limits none;
-  const bool has_min = limits.min > none.min || limits.exclusive_min, has_max = limits.max < none.max;
-  const std::string max = DoubleText(limits.max), min = DoubleText(limits.min);
-  if (has_min && limits.exclusive_min) return " above " + min + (has_max ? " and at most " + max : "");
-  if (has_min && has_max) return " from " + min + " to " + max;
-  if (has_min) return " of at least " + min;
-  return has_max ? " of at most " + max : "";
-}
-
-bool IsWithin(double value, const Limits& limits) {
-  return (limits.exclusive_min ? value > limits.min : value >= limits.min) && value <= limits.max;
-}
-bool IsWithin(const Range& value, const Limits& limits) {
-  return value.low <= value.high && IsWithin(value.low, limits) && IsWithin(value.high, limits);
-}
+using Mode = Impl::Mode;
+using Path = Impl::Path;
 
 template <class Value>
-void BindValue(OptionsBinder::Impl& impl, const char* key, Value& value, const std::string& expected) {
-  const YamlTree* tree = impl.Start(key);
-  if (!impl.reading) impl.Write(key, ToTree(value));
-  if (tree != nullptr && !Parse(*tree, value)) impl.Fail(impl.PathOf(key), *tree, expected);
+void BindValue(Impl& impl, const char* key, Value& value, const std::string& expected) {
+  const YamlTree* tree = impl.Start(key, expected, ValueTree(value));
+  if (tree != nullptr && !ParseValue(*tree, value)) impl.Fail(impl.PathOf(key), *tree, expected);
 }
 
 template <class Number>
-void BindLimited(OptionsBinder::Impl& impl, const char* key, Number& value, const Limits& limits,
-                 const std::string& type) {
-  const YamlTree* tree = impl.Start(key);
-  if (!impl.reading) impl.Write(key, ToTree(value));
+void BindLimited(Impl& impl, const char* key, Number& value, const Limits& limits, const std::string& type) {
+  const std::string expected = ExpectedText(type, limits);
+  const YamlTree* tree = impl.Start(key, expected, ValueTree(value));
   if (tree == nullptr) return;
-  const bool good = Parse(*tree, value) && IsWithin(value, limits);
-  if (!good) impl.Fail(impl.PathOf(key), *tree, type + LimitsText(limits));
+  const bool good = ParseValue(*tree, value) && IsWithin(value, limits);
+  if (!good) impl.Fail(impl.PathOf(key), *tree, expected);
 }
 
-/// Reads a list; `check` throws for an item, given its path and tree, that is not good.
+/// Reads a list; `check` throws for an item, given its path and tree, that is not good. `items`: of what, for the
+/// description.
 template <class Item, class Check>
-void BindList(OptionsBinder::Impl& impl, const char* key, std::vector<Item>& value, const std::string& type,
+void BindList(Impl& impl, const char* key, std::vector<Item>& value, const std::string& type, const std::string& items,
               const Check& check) {
-  const YamlTree* tree = impl.Start(key);
-  if (!impl.reading) impl.Write(key, ToTree(value));
+  const YamlTree* tree = impl.Start(key, impl.reading() ? type : type + items, ValueTree(value));
   if (tree == nullptr) return;
   if (tree->kind != Kind::kSequence) impl.Fail(impl.PathOf(key), *tree, type);
   value.clear();
   for (std::size_t i = 0; i < tree->items.size(); ++i) {
-    std::vector<std::string> path = impl.PathOf(key);
+    Path path = impl.PathOf(key);
     path.push_back(std::to_string(i));
     Item item{};
     check(path, tree->items[i], item);
@@ -201,165 +48,260 @@ void BindList(OptionsBinder::Impl& impl, const char* key, std::vector<Item>& val
 }
 
 template <class Number>
-void BindNumbers(OptionsBinder::Impl& impl, const char* key, std::vector<Number>& value, const Limits& limits,
+void BindNumbers(Impl& impl, const char* key, std::vector<Number>& value, const Limits& limits,
                  const std::string& list_type, const std::string& type) {
-  BindList(impl, key, value, list_type, [&](const std::vector<std::string>& path, const YamlTree& tree, Number& item) {
-    const bool good = Parse(tree, item) && IsWithin(item, limits);
-    if (!good) impl.Fail(path, tree, type + LimitsText(limits));
-  });
+  BindList(impl, key, value, list_type, ExpectedText("", limits),
+           [&](const Path& path, const YamlTree& tree, Number& item) {
+             const bool good = ParseValue(tree, item) && IsWithin(item, limits);
+             if (!good) impl.Fail(path, tree, ExpectedText(type, limits));
+           });
 }
 
 /// Throws unless the tree is one of the choices.
-void ParseChoice(const OptionsBinder::Impl& impl, const std::vector<std::string>& path, const YamlTree& tree,
-                 const std::vector<std::string>& choices, std::string& value) {
+void ParseChoice(const Impl& impl, const Path& path, const YamlTree& tree, const Path& choices, std::string& value) {
   std::string parsed;
-  const bool is_word = Parse(tree, parsed);
-  if (is_word && std::find(choices.begin(), choices.end(), parsed) != choices.end()) {
-    value = parsed;
-    return;
-  }
-  std::string expected = "one of ";
-  for (const std::string& choice : choices) expected += (&choice == &choices.front() ? "" : ", ") + choice;
-  impl.Fail(path, tree, expected, is_word ? "; did you mean '" + NearestWord(parsed, choices) + "'?" : "");
+  const bool is_word = ParseValue(tree, parsed);
+  const bool known = is_word && std::find(choices.begin(), choices.end(), parsed) != choices.end();
+  if (!known)
+    impl.Fail(path, tree, ExpectedText(choices),
+              is_word ? "; did you mean '" + NearestWord(parsed, choices) + "'?" : "");
+  value = parsed;
 }
 
-void CheckKeys(const OptionsBinder::Impl& impl) {
-  if (impl.map == nullptr) return;
-  for (const YamlEntry& entry : impl.map->entries) {
-    if (std::find(impl.keys.begin(), impl.keys.end(), entry.key) != impl.keys.end()) continue;
-    const std::string start = PlaceText(entry.value.place);
-    const std::string nearest = NearestWord(entry.key, impl.keys);
-    throw Error((start.empty() ? "" : start + ": ") + "unknown key '" + JoinPath(impl.PathOf(entry.key)) + "'" +
-                (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
-  }
-}
-
-/// Binds one map and checks its keys. Unmet requirements come last: a misspelt key is often their cause.
-void ReadMap(OptionsBinder::Impl& impl, const YamlTree* tree, const std::function<void(OptionsBinder&)>& bind) {
-  if (tree != nullptr && tree->kind != Kind::kNull && tree->kind != Kind::kMap) {
-    impl.Fail(impl.path, *tree, "a map of options");
-  }
-  impl.reading = true;
-  impl.map = tree != nullptr && tree->kind == Kind::kMap ? tree : nullptr;
-  OptionsBinder binder(&impl);
-  bind(binder);
-  CheckKeys(impl);
-  if (!impl.unmet.empty()) throw Error(impl.unmet);
-}
-
-YamlTree WriteMap(const std::function<void(OptionsBinder&)>& bind) {
-  OptionsBinder::Impl impl;
-  impl.written.kind = Kind::kMap;
-  OptionsBinder binder(&impl);
-  bind(binder);
-  return std::move(impl.written);
+/// "a map", or "a map or [first, second]".
+std::string MapText(const Path& positional) {
+  std::string text;
+  for (const std::string& key : positional) text += (text.empty() ? "" : ", ") + key;
+  return text.empty() ? "a map" : "a map or [" + text + "]";
 }
 
 }  // namespace
 
-void OptionsBinder::Impl::Fail(const std::vector<std::string>& full, const YamlTree& value, const std::string& expected,
-                               const std::string& hint) const {
-  // A --set shows its key and value already.
-  const bool shown = GivenBySet(*root, full);
-  throw Error(WhereText(*root, full) + ": expected " + expected + (shown ? "" : ", got " + ValueText(value)) + hint);
+OptionsBinder& OptionsBinder::Field(const char* key, bool& value) {
+  BindValue(*impl_, key, value, "true or false");
+  return *this;
 }
-
-void OptionsBinder::Field(const char* key, bool& value) { BindValue(*impl_, key, value, "true or false"); }
-void OptionsBinder::Field(const char* key, int& value, Limits limits) {
+OptionsBinder& OptionsBinder::Field(const char* key, int& value, Limits limits) {
   BindLimited(*impl_, key, value, limits, "an integer");
+  return *this;
 }
-void OptionsBinder::Field(const char* key, std::int64_t& value, Limits limits) {
+OptionsBinder& OptionsBinder::Field(const char* key, std::int64_t& value, Limits limits) {
   BindLimited(*impl_, key, value, limits, "an integer");
+  return *this;
 }
-void OptionsBinder::Field(const char* key, std::uint64_t& value) {
+OptionsBinder& OptionsBinder::Field(const char* key, std::uint64_t& value) {
   BindValue(*impl_, key, value, "an integer of at least 0");
+  return *this;
 }
-void OptionsBinder::Field(const char* key, double& value, Limits limits) {
+OptionsBinder& OptionsBinder::Field(const char* key, double& value, Limits limits) {
   BindLimited(*impl_, key, value, limits, "a number");
+  return *this;
 }
-void OptionsBinder::Field(const char* key, std::string& value) { BindValue(*impl_, key, value, "a text"); }
-
-void OptionsBinder::Field(const char* key, Range& value, Limits limits) {
-  const std::string bounds = LimitsText(limits);
-  BindLimited(*impl_, key, value, limits, "a number or a range [low, high]" + std::string(bounds.empty() ? "" : ","));
+OptionsBinder& OptionsBinder::Field(const char* key, std::string& value) {
+  BindValue(*impl_, key, value, "a text");
+  return *this;
 }
 
-void OptionsBinder::Field(const char* key, std::vector<double>& value, Limits limits) {
+OptionsBinder& OptionsBinder::Field(const char* key, Range& value, Limits limits) {
+  const bool bounded = !ExpectedText("", limits).empty();
+  BindLimited(*impl_, key, value, limits, std::string("a number or a range [low, high]") + (bounded ? "," : ""));
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<double>& value, Limits limits) {
   BindNumbers(*impl_, key, value, limits, "a list of numbers", "a number");
+  return *this;
 }
-void OptionsBinder::Field(const char* key, std::vector<int>& value, Limits limits) {
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<int>& value, Limits limits) {
   BindNumbers(*impl_, key, value, limits, "a list of integers", "an integer");
+  return *this;
 }
 
-void OptionsBinder::Field(const char* key, std::vector<std::string>& value) {
-  BindList(*impl_, key, value, "a list of texts",
-           [this](const std::vector<std::string>& path, const YamlTree& tree, std::string& item) {
-             if (!Parse(tree, item)) impl_->Fail(path, tree, "a text");
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<std::string>& value) {
+  BindList(*impl_, key, value, "a list of texts", "",
+           [this](const Path& path, const YamlTree& tree, std::string& item) {
+             if (!ParseValue(tree, item)) impl_->Fail(path, tree, "a text");
            });
+  return *this;
 }
 
-void OptionsBinder::Choice(const char* key, std::string& value, std::initializer_list<const char*> choices) {
-  const YamlTree* tree = impl_->Start(key);
-  if (!impl_->reading) impl_->Write(key, ToTree(value));
-  if (tree != nullptr) ParseChoice(*impl_, impl_->PathOf(key), *tree, {choices.begin(), choices.end()}, value);
+OptionsBinder& OptionsBinder::Field(const char* key, Config& raw) {
+  const YamlTree* held = raw.impl_->Get();
+  const YamlTree* tree = impl_->Start(key, "a map", held == nullptr ? YamlTree() : *held);
+  if (tree == nullptr) return *this;
+  if (tree->kind != Kind::kMap && tree->kind != Kind::kNull) impl_->Fail(impl_->PathOf(key), *tree, "a map of options");
+  raw = Config();
+  YamlDocument& part = *raw.impl_->document;
+  part.root = *tree;
+  part.root.kind = Kind::kMap;
+  part.prefix = impl_->document->prefix;
+  for (const std::string& step : impl_->PathOf(key)) part.prefix.push_back(step);
+  return *this;
 }
 
-void OptionsBinder::Choices(const char* key, std::vector<std::string>& value,
-                            std::initializer_list<const char*> choices) {
-  const std::vector<std::string> words(choices.begin(), choices.end());
-  BindList(*impl_, key, value, "a list",
-           [&](const std::vector<std::string>& path, const YamlTree& tree, std::string& item) {
-             ParseChoice(*impl_, path, tree, words, item);
+OptionsBinder& OptionsBinder::Choice(const char* key, std::string& value, const std::vector<std::string>& choices) {
+  const YamlTree* tree = impl_->Start(key, ExpectedText(choices), ValueTree(value));
+  if (tree != nullptr) ParseChoice(*impl_, impl_->PathOf(key), *tree, choices, value);
+  return *this;
+}
+OptionsBinder& OptionsBinder::Choice(const char* key, std::string& value, std::initializer_list<const char*> choices) {
+  return Choice(key, value, std::vector<std::string>(choices.begin(), choices.end()));
+}
+
+OptionsBinder& OptionsBinder::Choices(const char* key, std::vector<std::string>& value,
+                                      const std::vector<std::string>& choices) {
+  BindList(*impl_, key, value, "a list", " of " + ExpectedText(choices).substr(std::string("one of ").size()),
+           [&](const Path& path, const YamlTree& tree, std::string& item) {
+             ParseChoice(*impl_, path, tree, choices, item);
            });
+  return *this;
+}
+OptionsBinder& OptionsBinder::Choices(const char* key, std::vector<std::string>& value,
+                                      std::initializer_list<const char*> choices) {
+  return Choices(key, value, std::vector<std::string>(choices.begin(), choices.end()));
 }
 
-void OptionsBinder::GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind) {
-  const YamlTree* tree = impl_->Start(key);
-  if (!impl_->reading) return impl_->Write(key, WriteMap(bind));
-  Impl inner;
-  inner.root = impl_->root;
-  inner.path = impl_->PathOf(key);
-  ReadMap(inner, tree, bind);
+OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind, std::type_index options) {
+  Impl inner = impl_->Inner(key);
+  if (impl_->mode == Mode::kWrite) {
+    impl_->Start(key, "", inner.WriteMap(bind));
+  } else if (impl_->mode == Mode::kDescribe) {
+    OptionsBinder binder(&inner);
+    bind(binder);
+    impl_->Start(key, MapText(inner.positional), YamlTree());
+    impl_->described.back().options = options;
+    impl_->described.back().children = std::move(inner.described);
+  } else {
+    inner.ReadMap(impl_->Start(key, "", YamlTree()), bind);
+  }
+  return *this;
 }
 
-void OptionsBinder::Ignore(const char* key) { impl_->keys.push_back(key); }
-
-void OptionsBinder::Require(bool ok, const char* key, const std::string& expected) {
-  if (ok || !impl_->reading || !impl_->unmet.empty()) return;
-  impl_->unmet = WhereText(*impl_->root, impl_->PathOf(key)) + ": expected " + expected;
+OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
+                                       const std::function<void(std::size_t)>& resize,
+                                       const std::function<void(std::size_t, OptionsBinder&)>& bind,
+                                       std::type_index options) {
+  const auto bind_at = [&bind](std::size_t index) { return [&bind, index](OptionsBinder& b) { bind(index, b); }; };
+  if (impl_->mode == Mode::kWrite) {
+    YamlTree list;
+    list.kind = Kind::kSequence;
+    for (std::size_t i = 0; i < size; ++i) list.items.push_back(Impl(Mode::kWrite).WriteMap(bind_at(i)));
+    impl_->Start(key, "", list);
+    return *this;
+  }
+  if (impl_->mode == Mode::kDescribe) {
+    Impl inner = impl_->Inner(key);
+    OptionsBinder binder(&inner);
+    resize(1);
+    bind(0, binder);
+    impl_->Start(key, "a list, each item " + MapText(inner.positional), YamlTree());
+    impl_->described.back().options = options;
+    impl_->described.back().children = std::move(inner.described);
+    return *this;
+  }
+  const YamlTree* tree = impl_->Start(key, "", YamlTree());
+  if (tree == nullptr) return *this;
+  if (tree->kind != Kind::kSequence && tree->kind != Kind::kNull) impl_->Fail(impl_->PathOf(key), *tree, "a list");
+  resize(tree->items.size());
+  for (std::size_t i = 0; i < tree->items.size(); ++i) {
+    Impl inner = impl_->Inner(key);
+    inner.path.push_back(std::to_string(i));
+    inner.ReadMap(&tree->items[i], bind_at(i));
+  }
+  return *this;
 }
 
-void ReadOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind) {
-  OptionsBinder::Impl impl;
-  impl.root = &config.impl_->document->root;
-  impl.path = config.impl_->path;
-  ReadMap(impl, config.impl_->Get(), bind);
-}
-
-std::string WriteOptionsWith(const std::function<void(OptionsBinder&)>& bind) { return DumpYaml(WriteMap(bind)); }
-
-std::string NearestWord(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string nearest;
-  std::size_t smallest = std::string::npos;
-  for (const std::string& candidate : candidates) {
-    // Levenshtein's distance, row by row.
-    std::vector<std::size_t> row(candidate.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < word.size(); ++i) {
-      std::size_t diagonal = row[0];
-      row[0] = i + 1;
-      for (std::size_t j = 0; j < candidate.size(); ++j) {
-        const std::size_t replaced = diagonal + (word[i] != candidate[j]);
-        diagonal = row[j + 1];
-        row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-      }
-    }
-    if (row.back() < smallest) {
-      smallest = row.back();
-      nearest = candidate;
+OptionsBinder& OptionsBinder::Rest(Config& raw) {
+  if (impl_->mode == Mode::kDescribe) {
+    impl_->Start("...", "anything", YamlTree());
+  } else if (impl_->mode == Mode::kWrite) {
+    const YamlTree* held = raw.impl_->Get();
+    if (held != nullptr)
+      impl_->written.entries.insert(impl_->written.entries.end(), held->entries.begin(), held->entries.end());
+  } else {
+    raw = Config();
+    YamlDocument& part = *raw.impl_->document;
+    part.root.kind = Kind::kMap;
+    part.prefix = impl_->document->prefix;
+    part.prefix.insert(part.prefix.end(), impl_->path.begin(), impl_->path.end());
+    if (impl_->value != nullptr) part.root.place = impl_->value->place;
+    bool replace = false;
+    for (const std::string& key : StartRest({}, &replace)) {
+      part.root.entries.push_back({key, *impl_->Find(key)});
+      impl_->keys.push_back(key);
     }
   }
-  return nearest;
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::Positional(std::initializer_list<const char*> keys) {
+  impl_->positional.assign(keys.begin(), keys.end());
+  const YamlTree* given = impl_->value;
+  if (!impl_->reading() || given == nullptr || given->kind == Kind::kMap || given->kind == Kind::kNull) return *this;
+  const std::vector<YamlTree> items = given->kind == Kind::kScalar ? std::vector<YamlTree>{*given} : given->items;
+  if (items.empty() || items.size() > impl_->positional.size())
+    impl_->Fail(impl_->path, *given, MapText(impl_->positional));
+  impl_->spelled_out.kind = Kind::kMap;
+  impl_->spelled_out.place = given->place;
+  for (std::size_t i = 0; i < items.size(); ++i) impl_->spelled_out.entries.push_back({impl_->positional[i], items[i]});
+  impl_->map = &impl_->spelled_out;
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::Ignore(const char* key) {
+  impl_->keys.push_back(key);
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::Help(const std::string& text) {
+  if (impl_->mode == Mode::kDescribe) impl_->described.back().help = text;
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::OnlyIf(bool acts, const std::string& when) {
+  if (impl_->mode == Mode::kDescribe) impl_->described.back().when = when;
+  if (acts) return *this;
+  const std::string& key = impl_->keys.back();
+  std::erase_if(impl_->written.entries, [&](const YamlEntry& entry) { return entry.key == key; });
+  if (impl_->Find(key) != nullptr && !impl_->stored)
+    impl_->Unmet(WhereText(*impl_->document, impl_->PathOf(key)) + ": acts only with " + when);
+  return *this;
+}
+
+OptionsBinder& OptionsBinder::Require(bool ok, const char* key, const std::string& expected) {
+  return Reject(!ok, key, "expected " + expected);
+}
+
+OptionsBinder& OptionsBinder::Reject(bool wrong, const std::string& key, const std::string& message) {
+  if (!wrong || !impl_->reading()) return *this;
+  Path full = impl_->path;
+  for (std::string& step : SplitPath(key)) full.push_back(std::move(step));
+  impl_->Unmet(WhereText(*impl_->document, full) + ": " + message);
+  return *this;
+}
+
+OptionsBinder::Presence OptionsBinder::StartOptional(const char* key, bool has_value) {
+  impl_->keys.push_back(key);
+  if (impl_->mode == Mode::kDescribe) return Presence::kGiven;
+  if (impl_->mode == Mode::kWrite) return has_value ? Presence::kGiven : Presence::kAbsent;
+  const YamlTree* tree = impl_->Find(key);
+  if (tree == nullptr) return Presence::kAbsent;
+  return tree->kind == Kind::kNull ? Presence::kNone : Presence::kGiven;
+}
+
+void OptionsBinder::DescribeAsNone() {
+  if (impl_->mode == Mode::kDescribe) impl_->described.back().default_value.clear();
+}
+
+std::vector<std::string> OptionsBinder::StartRest(const std::vector<std::string>& present, bool* replace) {
+  *replace = impl_->mode == Mode::kDescribe || (impl_->reading() && impl_->map != nullptr);
+  if (impl_->mode == Mode::kDescribe) return {"NAME"};
+  if (impl_->mode == Mode::kWrite) return present;
+  Path rest;
+  if (impl_->map == nullptr) return rest;
+  for (const YamlEntry& entry : impl_->map->entries)
+    if (std::find(impl_->keys.begin(), impl_->keys.end(), entry.key) == impl_->keys.end()) rest.push_back(entry.key);
+  return rest;
 }
 
 }  // namespace diffsac

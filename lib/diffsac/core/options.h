@@ -3,12 +3,16 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <memory>
+#include <map>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <typeindex>
 #include <utility>
 #include <vector>
+
+#include "diffsac/core/config.h"
+#include "diffsac/core/enum_names.h"
+#include "diffsac/core/nearest_word.h"
 
 namespace diffsac {
 
@@ -32,97 +36,181 @@ inline Limits AtLeast(double min) { return {min, 1e300, false}; }
 inline Limits Positive() { return {0.0, 1e300, true}; }
 inline Limits Within(double min, double max) { return {min, max, false}; }
 
-/// A parsed YAML document that remembers where each value stood (file and line, or the --set that gave it).
-/// Cheap to copy; copies share the document.
-class Config {
- public:
-  /// An empty document: every option keeps its default.
-  Config();
-  /// Reads a file. A top-level `include: other.yaml` (path relative to this file) is read first and overridden key by
-  /// key. Throws Error naming the file and line when it cannot be read or parsed.
-  static Config FromFile(const std::string& path);
-  /// Parses text; `name` stands for the file in messages.
-  static Config FromString(const std::string& text, const std::string& name = "<string>");
+class OptionsBinder;
 
-  /// Applies `a.b.c=value` (value is YAML) in place of the old value. Creates missing maps; a number in the path
-  /// indexes a sequence. Throws Error when the text has no '=' or the path runs through a plain value.
-  void Set(const std::string& assignment);
-
-  bool Has(const std::string& dotted_path) const;
-  /// The sub-document at `a.b`, empty when absent. Messages keep the whole path.
-  Config Sub(const std::string& dotted_path) const;
-  /// The elements of a sequence at a path, empty when absent. Throws Error when it is no sequence.
-  std::vector<Config> Sequence(const std::string& dotted_path) const;
-  /// One value as text, without quotes. Throws Error when it is absent or no plain value.
-  std::string Text(const std::string& dotted_path = "") const;
-  /// The document as YAML text.
-  std::string Dump() const;
-
-  /// "file.yaml:12: key.path" for messages.
-  std::string Where(const std::string& dotted_path = "") const;
-
-  struct Impl;
-  std::shared_ptr<Impl> impl_;
+/// A struct of options with a `Bind` of its own.
+template <class Options>
+concept Bindable = requires(Options& options, OptionsBinder& b) {
+  options.Bind(b);
 };
 
 /// Binds a plain options struct to YAML in one place: the same `Bind` function reads it, checks it, writes the
-/// resolved values and knows every valid key.
+/// resolved values, knows every valid key and describes it.
 ///
 /// Example:
 /// ```
+/// enum class Noise { kGaussian, kUniform };
+/// template <>
+/// inline constexpr auto kEnumNames<Noise> =
+///     NamesOf<Noise>({{Noise::kGaussian, "gaussian"}, {Noise::kUniform, "uniform"}});
+///
 /// struct LineOptions {
 ///   int num_points = 100;
-///   std::string noise = "gaussian";
+///   Noise noise = Noise::kGaussian;
+///   double sigma = 1.0;
 ///   void Bind(OptionsBinder& b) {
-///     b.Field("num_points", num_points, AtLeast(2));
-///     b.Choice("noise", noise, {"gaussian", "uniform"});
+///     b.Field("num_points", num_points, AtLeast(2)).Help("points of a problem");
+///     b.Field("noise", noise).Help("distribution of the inliers' distances");
+///     b.Field("sigma", sigma, Positive()).OnlyIf(noise == Noise::kGaussian, "noise: gaussian").Help("pixels");
 ///   }
 /// };
 /// auto options = ReadOptions<LineOptions>(config.Sub("data"));   // throws Error: file, line, nearest valid key
 /// std::string yaml = WriteOptions(options);
+/// CheckOptions(options);                                         // for a caller in C++: throws Error naming the key
 /// ```
+/// A value is bound at once, so that what is bound later can depend on it. Besides numbers and texts a field can be an
+/// enum with names, a struct with its own `Bind`, a list of either, a map of anything, an optional of anything, or a
+/// sub-document that another reader reads (Config).
 class OptionsBinder {
  public:
-  void Field(const char* key, bool& value);
-  void Field(const char* key, int& value, Limits limits = {});
-  void Field(const char* key, std::int64_t& value, Limits limits = {});
-  void Field(const char* key, std::uint64_t& value);
-  void Field(const char* key, double& value, Limits limits = {});
-  void Field(const char* key, std::string& value);
-  void Field(const char* key, Range& value, Limits limits = {});
-  void Field(const char* key, std::vector<double>& value, Limits limits = {});
-  void Field(const char* key, std::vector<int>& value, Limits limits = {});
-  void Field(const char* key, std::vector<std::string>& value);
-  /// A string out of a fixed list; anything else is an error that names the nearest.
-  void Choice(const char* key, std::string& value, std::initializer_list<const char*> choices);
-  /// Strings out of a fixed list.
-  void Choices(const char* key, std::vector<std::string>& value, std::initializer_list<const char*> choices);
-  /// A nested options struct with its own `Bind`.
-  template <class Options>
-  void Group(const char* key, Options& options) {
-    GroupWith(key, [&options](OptionsBinder& inner) { options.Bind(inner); });
-  }
-  void GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind);
-  /// Accepts a key whose value is read elsewhere (a sub-document of another reader's).
-  void Ignore(const char* key);
-  /// A check across fields: when reading and `ok` is false, throws Error with the place of `key`.
-  void Require(bool ok, const char* key, const std::string& expected);
+  OptionsBinder& Field(const char* key, bool& value);
+  OptionsBinder& Field(const char* key, int& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::int64_t& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::uint64_t& value);
+  OptionsBinder& Field(const char* key, double& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::string& value);
+  OptionsBinder& Field(const char* key, Range& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::vector<double>& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::vector<int>& value, Limits limits = {});
+  OptionsBinder& Field(const char* key, std::vector<std::string>& value);
+  /// A sub-document as it stands, with the places of its values; an empty map where it is given without a value.
+  OptionsBinder& Field(const char* key, Config& raw);
 
-  /// Used by ReadOptions and WriteOptions.
+  /// One of the enum's names; anything else is an error that names the nearest. `allowed`: only some of them.
+  template <NamedEnum Enum>
+  OptionsBinder& Field(const char* key, Enum& value);
+  template <NamedEnum Enum>
+  OptionsBinder& Field(const char* key, Enum& value, std::initializer_list<Enum> allowed);
+  template <NamedEnum Enum>
+  OptionsBinder& Field(const char* key, std::vector<Enum>& values);
+
+  /// A text out of a list, where the names are known only at run time or stand for nothing but themselves.
+  OptionsBinder& Choice(const char* key, std::string& value, const std::vector<std::string>& choices);
+  OptionsBinder& Choice(const char* key, std::string& value, std::initializer_list<const char*> choices);
+  OptionsBinder& Choices(const char* key, std::vector<std::string>& value, const std::vector<std::string>& choices);
+  OptionsBinder& Choices(const char* key, std::vector<std::string>& value, std::initializer_list<const char*> choices);
+
+  /// A nested struct.
+  template <Bindable Options>
+  OptionsBinder& Field(const char* key, Options& options);
+  template <Bindable Options>
+  OptionsBinder& Group(const char* key, Options& options) {
+    return Field(key, options);
+  }
+  OptionsBinder& GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind,
+                           std::type_index options = typeid(void));
+
+  /// A list of structs. What is given replaces what was there.
+  template <Bindable Options>
+  OptionsBinder& Field(const char* key, std::vector<Options>& items);
+  OptionsBinder& ListWith(const char* key, std::size_t size, const std::function<void(std::size_t)>& resize,
+                          const std::function<void(std::size_t, OptionsBinder&)>& bind, std::type_index options);
+
+  /// A map of anything that is a field, in the keys' or in the file's order. What is given replaces what was there.
+  template <class Value>
+  OptionsBinder& Field(const char* key, std::map<std::string, Value>& entries);
+  template <class Value>
+  OptionsBinder& Field(const char* key, std::vector<std::pair<std::string, Value>>& entries);
+
+  /// A value that may be absent: nothing is written for none, and `key: ~` reads as none.
+  template <class Value, class... Limit>
+  OptionsBinder& Field(const char* key, std::optional<Value>& value, Limit... limits);
+
+  /// Every key of this map that was not bound before this call, as a map or as it stands.
+  template <class Value>
+  OptionsBinder& Rest(std::map<std::string, Value>& entries) {
+    return RestOf(entries);
+  }
+  template <class Value>
+  OptionsBinder& Rest(std::vector<std::pair<std::string, Value>>& entries) {
+    return RestOf(entries);
+  }
+  OptionsBinder& Rest(Config& raw);
+
+  /// Called first in a `Bind`: a plain value or a list given in place of this map stands for the values of these keys,
+  /// in their order (`[a, b]` for `{first: a, second: b}`). It is written so, too, when no other key has a value.
+  OptionsBinder& Positional(std::initializer_list<const char*> keys);
+
+  /// Accepts a key whose value is read elsewhere (a sub-document of another reader's).
+  OptionsBinder& Ignore(const char* key);
+
+  // About the field just bound:
+
+  /// What it means, with its unit, for the documentation.
+  OptionsBinder& Help(const std::string& text);
+  /// The field acts only where `acts` is true; `when` says so ("score: msac"). Elsewhere giving it is an error, and it
+  /// is not written.
+  OptionsBinder& OnlyIf(bool acts, const std::string& when);
+
+  // Checks across fields. They throw Error with the place of `key` (a dotted path below this map) after all fields are
+  // bound and the keys checked, for a misspelt key is often their cause.
+
+  /// "expected ..." unless `ok`.
+  OptionsBinder& Require(bool ok, const char* key, const std::string& expected);
+  /// The same in other words.
+  OptionsBinder& Reject(bool wrong, const std::string& key, const std::string& message);
+
+  /// Used by ReadOptions and its like.
   struct Impl;
   explicit OptionsBinder(Impl* impl) : impl_(impl) {}
 
  private:
+  enum class Presence { kAbsent, kNone, kGiven };
+  Presence StartOptional(const char* key, bool has_value);
+  void DescribeAsNone();
+  /// Reading: the file's keys not bound so far, and whether entries are replaced. Writing: `present`.
+  std::vector<std::string> StartRest(const std::vector<std::string>& present, bool* replace);
+  template <class Entries>
+  OptionsBinder& RestOf(Entries& entries);
+  template <class Value>
+  static Value& Slot(std::map<std::string, Value>& entries, const std::string& key) {
+    return entries[key];
+  }
+  template <class Value>
+  static Value& Slot(std::vector<std::pair<std::string, Value>>& entries, const std::string& key);
+
   Impl* impl_;
 };
 
+/// What is known of one key, for documentation.
+struct OptionDescription {
+  std::string key;
+  std::string type;           ///< As messages say it, with limits and choices: "an integer of at least 1".
+  std::string default_value;  ///< As YAML; empty for maps and for what has none.
+  std::string when;           ///< Acts only then ("score: msac"); empty: always.
+  std::string help;
+  std::type_index options = typeid(void);   ///< The struct behind a nested map or a list of maps.
+  std::vector<OptionDescription> children;  ///< Its keys.
+};
+
 void ReadOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
+void ReadStoredOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
 std::string WriteOptionsWith(const std::function<void(OptionsBinder&)>& bind);
+void CheckOptionsWith(const std::function<void(OptionsBinder&)>& bind);
+std::vector<OptionDescription> DescribeOptionsWith(const std::function<void(OptionsBinder&)>& bind);
 
 /// Fills defaults from `config`. Unknown key, wrong type or out of range: Error with file, line and nearest key.
 template <class Options>
 Options ReadOptions(const Config& config, Options options = {}) {
   ReadOptionsWith(config, [&options](OptionsBinder& b) { options.Bind(b); });
+  return options;
+}
+
+/// The same for what a program stored earlier (a checkpoint's configuration): keys that are unknown, or that do not
+/// act, are passed over.
+template <class Options>
+Options ReadStoredOptions(const Config& config, Options options = {}) {
+  ReadStoredOptionsWith(config, [&options](OptionsBinder& b) { options.Bind(b); });
   return options;
 }
 
@@ -133,7 +221,106 @@ std::string WriteOptions(Options options) {
   return WriteOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
 }
 
-/// The candidate with the smallest edit distance to `word`, for "did you mean".
-std::string NearestWord(const std::string& word, const std::vector<std::string>& candidates);
+/// Holds options made in C++ to the limits, choices and requirements that a file is held to. Throws Error naming the
+/// key and what was expected.
+template <class Options>
+void CheckOptions(Options options) {
+  CheckOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
+}
+
+/// Every key with its default, in the order of `Bind`.
+template <class Options>
+std::vector<OptionDescription> DescribeOptions(Options options = {}) {
+  return DescribeOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
+}
+
+template <NamedEnum Enum>
+OptionsBinder& OptionsBinder::Field(const char* key, Enum& value) {
+  std::string name = ToString(value);
+  Choice(key, name, NamesOf<Enum>());
+  value = FromString<Enum>(name);
+  return *this;
+}
+
+template <NamedEnum Enum>
+OptionsBinder& OptionsBinder::Field(const char* key, Enum& value, std::initializer_list<Enum> allowed) {
+  std::vector<std::string> names;
+  for (const Enum one : allowed) names.push_back(ToString(one));
+  std::string name = ToString(value);
+  Choice(key, name, names);
+  value = FromString<Enum>(name);
+  return *this;
+}
+
+template <NamedEnum Enum>
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Enum>& values) {
+  std::vector<std::string> names;
+  for (const Enum value : values) names.push_back(ToString(value));
+  Choices(key, names, NamesOf<Enum>());
+  values.clear();
+  for (const std::string& name : names) values.push_back(FromString<Enum>(name));
+  return *this;
+}
+
+template <Bindable Options>
+OptionsBinder& OptionsBinder::Field(const char* key, Options& options) {
+  return GroupWith(
+      key, [&options](OptionsBinder& inner) { options.Bind(inner); }, typeid(Options));
+}
+
+template <Bindable Options>
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Options>& items) {
+  return ListWith(
+      key, items.size(), [&items](std::size_t size) { items.assign(size, Options()); },
+      [&items](std::size_t index, OptionsBinder& inner) { items[index].Bind(inner); }, typeid(Options));
+}
+
+template <class Value>
+OptionsBinder& OptionsBinder::Field(const char* key, std::map<std::string, Value>& entries) {
+  return GroupWith(key, [&entries](OptionsBinder& inner) { inner.Rest(entries); });
+}
+
+template <class Value>
+OptionsBinder& OptionsBinder::Field(const char* key, std::vector<std::pair<std::string, Value>>& entries) {
+  return GroupWith(key, [&entries](OptionsBinder& inner) { inner.Rest(entries); });
+}
+
+template <class Value, class... Limit>
+OptionsBinder& OptionsBinder::Field(const char* key, std::optional<Value>& value, Limit... limits) {
+  switch (StartOptional(key, value.has_value())) {
+    case Presence::kAbsent:
+      break;
+    case Presence::kNone:
+      value.reset();
+      break;
+    case Presence::kGiven: {
+      const bool had_value = value.has_value();
+      Value held = value.value_or(Value());
+      Field(key, held, limits...);
+      if (!had_value) DescribeAsNone();
+      value = std::move(held);
+      break;
+    }
+  }
+  return *this;
+}
+
+template <class Entries>
+OptionsBinder& OptionsBinder::RestOf(Entries& entries) {
+  std::vector<std::string> present;
+  for (const auto& [key, value] : entries) present.push_back(key);
+  bool replace = false;
+  const std::vector<std::string> keys = StartRest(present, &replace);
+  if (replace) entries.clear();
+  for (const std::string& key : keys) Field(key.c_str(), Slot(entries, key));
+  return *this;
+}
+
+template <class Value>
+Value& OptionsBinder::Slot(std::vector<std::pair<std::string, Value>>& entries, const std::string& key) {
+  for (auto& [name, value] : entries)
+    if (name == key) return value;
+  return entries.emplace_back(key, Value()).second;
+}
 
 }  // namespace diffsac

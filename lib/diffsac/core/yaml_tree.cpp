@@ -168,6 +168,14 @@ std::string DumpYaml(const YamlTree& tree) {
   return std::string(out.c_str()) + "\n";
 }
 
+std::string FlowYaml(const YamlTree& tree) {
+  YAML::Emitter out;
+  out.SetSeqFormat(YAML::Flow);
+  out.SetMapFormat(YAML::Flow);
+  Emit(tree, out);
+  return out.c_str();
+}
+
 std::string DoubleText(double value) {
   if (!std::isfinite(value)) throw std::logic_error("an option must be a finite number");
   std::array<char, 40> buffer;
@@ -212,27 +220,39 @@ const YamlTree* Config::Impl::Get() const {
   return tree;
 }
 
-bool GivenBySet(const YamlTree& root, const std::vector<std::string>& path) {
-  const YamlTree* tree = &root;
+namespace {
+
+// The path that a reader of the file knows.
+std::string ShownPath(const YamlDocument& document, const std::vector<std::string>& path) {
+  std::vector<std::string> whole = document.prefix;
+  whole.insert(whole.end(), path.begin(), path.end());
+  return JoinPath(whole);
+}
+
+}  // namespace
+
+bool GivenBySet(const YamlDocument& document, const std::vector<std::string>& path) {
+  const YamlTree* tree = &document.root;
   for (const std::string& step : path) {
     tree = Child(*tree, step);
     if (tree == nullptr) return false;
   }
-  return tree->place.assignment.starts_with(JoinPath(path) + "=");
+  return tree->place.assignment.starts_with(ShownPath(document, path) + "=");
 }
 
-std::string WhereText(const YamlTree& root, const std::vector<std::string>& path) {
-  YamlPlace place = root.place;
-  place.line = 0;
-  const YamlTree* tree = &root;
+std::string WhereText(const YamlDocument& document, const std::vector<std::string>& path) {
+  YamlPlace place = document.root.place;
+  // The first line of a file tells nothing; that of a part does.
+  if (document.prefix.empty()) place.line = 0;
+  const YamlTree* tree = &document.root;
   for (const std::string& step : path) {
     tree = Child(*tree, step);
     if (tree == nullptr) break;
     place = tree->place;
   }
-  const std::string start = PlaceText(place);
-  if (path.empty() || GivenBySet(root, path)) return start;
-  return (start.empty() ? "" : start + ": ") + JoinPath(path);
+  const std::string start = PlaceText(place), shown = ShownPath(document, path);
+  if (shown.empty() || GivenBySet(document, path)) return start;
+  return (start.empty() ? "" : start + ": ") + shown;
 }
 
 }  // namespace diffsac

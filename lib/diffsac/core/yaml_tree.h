@@ -47,6 +47,8 @@ void MergeYaml(YamlTree& base, YamlTree over);
 
 /// Block style for maps, flow style for sequences of scalars.
 std::string DumpYaml(const YamlTree& tree);
+/// On one line.
+std::string FlowYaml(const YamlTree& tree);
 
 /// A scalar as text that reads back to the same double; throws std::logic_error when it is not finite.
 std::string DoubleText(double value);
@@ -60,6 +62,7 @@ std::string JoinPath(const std::vector<std::string>& path);
 
 struct YamlDocument {
   YamlTree root;
+  std::vector<std::string> prefix;  ///< Of a part that became a document of its own: its path there, for messages.
 };
 
 /// A view: a document and a path in it.
@@ -72,9 +75,9 @@ struct Config::Impl {
 };
 
 /// "file.yaml:12: a.b" for messages: the place of the value, or else of the nearest map around it.
-std::string WhereText(const YamlTree& root, const std::vector<std::string>& path);
+std::string WhereText(const YamlDocument& document, const std::vector<std::string>& path);
 
 /// Whether the value at `path` is exactly what a --set gave.
-bool GivenBySet(const YamlTree& root, const std::vector<std::string>& path);
+bool GivenBySet(const YamlDocument& document, const std::vector<std::string>& path);
 
 }  // namespace diffsac

@@ -1,0 +1,117 @@
+#include "diffsac/core/options_impl.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "diffsac/core/option_values.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+using Impl = OptionsBinder::Impl;
+using Kind = YamlTree::Kind;
+using Mode = Impl::Mode;
+using Path = Impl::Path;
+using Bind = Impl::Bind;
+
+/// A map whose keys are the first positional ones, in their order, as the list that stands for it.
+YamlTree Shortened(YamlTree map, const Path& positional) {
+  if (map.entries.empty() || map.entries.size() > positional.size()) return map;
+  for (std::size_t i = 0; i < map.entries.size(); ++i) {
+    const Kind kind = map.entries[i].value.kind;
+    if (map.entries[i].key != positional[i] || kind == Kind::kMap || kind == Kind::kSequence) return map;
+  }
+  YamlTree list;
+  list.kind = Kind::kSequence;
+  for (YamlEntry& entry : map.entries) list.items.push_back(std::move(entry.value));
+  return list;
+}
+
+}  // namespace
+
+const YamlTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
+                                           const YamlTree& default_value) {
+  keys.push_back(key);
+  if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
+  if (mode == Mode::kDescribe) {
+    OptionDescription description{key, expected, "", "", "", typeid(void), {}};
+    if (default_value.kind != Kind::kNull) description.default_value = FlowYaml(default_value);
+    described.push_back(std::move(description));
+  }
+  return Find(key);
+}
+
+void OptionsBinder::Impl::Fail(const Path& full, const YamlTree& got, const std::string& expected,
+                               const std::string& hint) const {
+  // A --set shows its key and value already.
+  const bool shown = GivenBySet(*document, full);
+  throw Error(WhereText(*document, full) + ": expected " + expected + (shown ? "" : ", got " + GotText(got)) + hint);
+}
+
+void OptionsBinder::Impl::CheckKeys() const {
+  if (map == nullptr || stored) return;
+  for (const YamlEntry& entry : map->entries) {
+    if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
+    const std::string start = PlaceText(entry.value.place);
+    const std::string nearest = NearestWord(entry.key, keys);
+    Path full = document->prefix;
+    for (const std::string& step : PathOf(entry.key)) full.push_back(step);
+    throw Error((start.empty() ? "" : start + ": ") + "unknown key '" + JoinPath(full) + "'" +
+                (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  }
+}
+
+void OptionsBinder::Impl::ReadMap(const YamlTree* tree, const Bind& bind) {
+  value = tree;
+  map = tree != nullptr && tree->kind == Kind::kMap ? tree : nullptr;
+  OptionsBinder binder(this);
+  bind(binder);
+  if (value != nullptr && value->kind != Kind::kNull && map == nullptr) Fail(path, *value, "a map of options");
+  CheckKeys();
+  if (!unmet.empty()) throw Error(unmet);
+}
+
+YamlTree OptionsBinder::Impl::WriteMap(const Bind& bind) {
+  written.kind = Kind::kMap;
+  OptionsBinder binder(this);
+  bind(binder);
+  return Shortened(std::move(written), positional);
+}
+
+namespace {
+
+void Read(const Config& config, bool stored, const Bind& bind) {
+  Impl impl(Mode::kRead);
+  impl.document = config.impl_->document.get();
+  impl.path = config.impl_->path;
+  impl.stored = stored;
+  impl.ReadMap(config.impl_->Get(), bind);
+}
+
+}  // namespace
+
+void ReadOptionsWith(const Config& config, const Bind& bind) { Read(config, false, bind); }
+void ReadStoredOptionsWith(const Config& config, const Bind& bind) { Read(config, true, bind); }
+
+std::string WriteOptionsWith(const Bind& bind) {
+  const YamlTree tree = Impl(Mode::kWrite).WriteMap(bind);
+  if (HasUnfiniteNumber(tree)) throw std::logic_error("an option must be a finite number");
+  return DumpYaml(tree);
+}
+
+void CheckOptionsWith(const Bind& bind) {
+  // What is written is read back, so that one description serves files and callers in C++.
+  Config config;
+  config.impl_->document->root = Impl(Mode::kWrite).WriteMap(bind);
+  ReadOptionsWith(config, bind);
+}
+
+std::vector<OptionDescription> DescribeOptionsWith(const Bind& bind) {
+  Impl impl(Mode::kDescribe);
+  OptionsBinder binder(&impl);
+  bind(binder);
+  return std::move(impl.described);
+}
+
+}  // namespace diffsac

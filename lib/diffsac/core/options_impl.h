@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/core/yaml_tree.h"
+
+namespace diffsac {
+
+/// Reads, writes or describes one map. One object a group; groups share the document.
+struct OptionsBinder::Impl {
+  enum class Mode { kRead, kWrite, kDescribe };
+  using Path = std::vector<std::string>;
+  using Bind = std::function<void(OptionsBinder&)>;
+  explicit Impl(Mode bind_mode) : mode(bind_mode) {}
+
+  Mode mode;
+  Path keys;        // Every valid key so far; the last is the one just bound.
+  Path positional;  // The keys that a list stands for.
+
+  // Reading.
+  const YamlDocument* document = nullptr;  // For places.
+  bool stored = false;                     // Unknown keys and keys that do not act are passed over.
+  Path path;                               // Of this map.
+  const YamlTree* value = nullptr;         // What stands there, null pointer when absent.
+  const YamlTree* map = nullptr;           // The same where it is a map, or the map that it stands for.
+  YamlTree spelled_out;                    // That map.
+  std::string unmet;                       // The message of the first unmet requirement.
+
+  YamlTree written;                          // Writing: this map.
+  std::vector<OptionDescription> described;  // Describing: its keys.
+
+  bool reading() const { return mode == Mode::kRead; }
+  const YamlTree* Find(const std::string& key) const { return reading() && map != nullptr ? map->Find(key) : nullptr; }
+  Path PathOf(const std::string& key) const {
+    Path full = path;
+    full.push_back(key);
+    return full;
+  }
+  Impl Inner(const std::string& key) const {
+    Impl inner(mode);
+    inner.document = document;
+    inner.stored = stored;
+    inner.path = PathOf(key);
+    return inner;
+  }
+
+  /// What is given for a key while reading; otherwise writes or describes it by `default_value`.
+  const YamlTree* Start(const char* key, const std::string& expected, const YamlTree& default_value);
+  [[noreturn]] void Fail(const Path& full, const YamlTree& got, const std::string& expected,
+                         const std::string& hint = "") const;
+  void Unmet(const std::string& message) {
+    if (reading() && unmet.empty()) unmet = message;
+  }
+
+  void ReadMap(const YamlTree* tree, const Bind& bind);
+  void CheckKeys() const;
+  YamlTree WriteMap(const Bind& bind);
+};
+
+}  // namespace diffsac

@@ -1,0 +1,285 @@
+#include <catch2/catch.hpp>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "diffsac/core/options.h"
+#include "diffsac/core/status.h"
+
+// What a field can be besides a number or a text: enums, lists and maps of structs, optional values, sub-documents.
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+
+enum class Noise { kGaussian, kUniform, kNone };
+
+}  // namespace
+
+template <>
+inline constexpr auto kEnumNames<Noise> =
+    NamesOf<Noise>({{Noise::kGaussian, "gaussian"}, {Noise::kUniform, "uniform"}, {Noise::kNone, "none"}});
+
+namespace {
+
+struct NoiseOptions {
+  Noise noise = Noise::kGaussian;
+  Noise other = Noise::kUniform;
+  std::vector<Noise> all = {Noise::kNone};
+  double sigma = 1.0;
+  void Bind(OptionsBinder& b) {
+    b.Field("noise", noise).Help("how inliers scatter");
+    b.Field("other", other, {Noise::kGaussian, Noise::kUniform});
+    b.Field("all", all);
+    b.Field("sigma", sigma, Positive()).OnlyIf(noise == Noise::kGaussian, "noise: gaussian").Help("pixels");
+  }
+};
+
+struct Pair {
+  std::string first, second;
+  void Bind(OptionsBinder& b) {
+    b.Positional({"first", "second"});
+    b.Field("first", first);
+    b.Field("second", second);
+  }
+};
+
+struct Value {
+  std::optional<double> accuracy, median, rotation;
+  void Bind(OptionsBinder& b) {
+    b.Positional({"accuracy", "median"});
+    b.Field("accuracy", accuracy, Within(0.0, 1.0));
+    b.Field("median", median);
+    b.Field("rotation", rotation);
+  }
+};
+
+struct PaperRow {
+  std::string ours;
+  std::map<std::string, Value> values;
+  void Bind(OptionsBinder& b) {
+    b.Field("ours", ours);
+    b.Rest(values);
+  }
+};
+
+struct Row {
+  std::string name;
+  std::optional<int> problems;
+  Config own;
+  void Bind(OptionsBinder& b) {
+    b.Positional({"name"});
+    b.Field("name", name);
+    b.Field("problems", problems, AtLeast(1));
+    b.Rest(own);
+  }
+};
+
+struct TableOptions {
+  std::vector<Row> rows;
+  std::vector<std::pair<std::string, PaperRow>> paper;
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  std::map<std::string, int> counts;
+  std::vector<Pair> compare;
+  Config data;
+  void Bind(OptionsBinder& b) {
+    b.Field("rows", rows);
+    b.Field("paper", paper);
+    b.Field("groups", groups);
+    b.Field("counts", counts);
+    b.Field("compare", compare);
+    b.Field("data", data);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      b.Reject(rows[i].name == "bad", "rows." + std::to_string(i), "no row is named bad");
+  }
+};
+
+template <class Options>
+Options Read(const std::string& yaml) {
+  return ReadOptions<Options>(Config::FromString(yaml, "f.yaml"));
+}
+
+}  // namespace
+
+TEST_CASE("An enum is bound by the names in its table") {
+  const auto options = Read<NoiseOptions>("noise: uniform\nother: gaussian\nall: [none, uniform]\n");
+  CHECK(options.noise == Noise::kUniform);
+  CHECK(options.other == Noise::kGaussian);
+  CHECK(options.all == std::vector<Noise>{Noise::kNone, Noise::kUniform});
+  CHECK(WriteOptions(options) == "noise: uniform\nother: gaussian\nall: [none, uniform]\n");
+  CHECK(ToString(Noise::kNone) == "none");
+  CHECK(FromString<Noise>("none") == Noise::kNone);
+  CHECK_THROWS_WITH(FromString<Noise>("nine"),
+                    "expected one of gaussian, uniform, none, got 'nine'; did you mean 'none'?");
+  CHECK_THROWS_AS(ToString(static_cast<Noise>(7)), std::logic_error);
+  CHECK_THROWS_WITH(Read<NoiseOptions>("noise: unifrom"),
+                    "f.yaml:1: noise: expected one of gaussian, uniform, none, got 'unifrom'; did you mean 'uniform'?");
+  CHECK_THROWS_WITH(Read<NoiseOptions>("other: none"),
+                    Contains("other: expected one of gaussian, uniform, got 'none'"));
+  CHECK_THROWS_WITH(Read<NoiseOptions>("all: [none, x]"), Contains("f.yaml:1: all.1: expected one of gaussian"));
+}
+
+TEST_CASE("A key that does not act is an error with its line, and is not written") {
+  CHECK(Read<NoiseOptions>("noise: gaussian\nsigma: 2\n").sigma == 2.0);
+  CHECK_THROWS_WITH(Read<NoiseOptions>("noise: none\nsigma: 2\n"), "f.yaml:2: sigma: acts only with noise: gaussian");
+  CHECK_THROWS_WITH(Read<NoiseOptions>("noise: none\nsigma: 2\nothr: uniform\n"), Contains("unknown key 'othr'"));
+  CHECK(WriteOptions(Read<NoiseOptions>("noise: none")) == "noise: none\nother: uniform\nall: [none]\n");
+}
+
+TEST_CASE("What was stored earlier may hold keys that are gone or do not act, but no wrong values") {
+  const auto stored = [](const std::string& yaml) {
+    return ReadStoredOptions<NoiseOptions>(Config::FromString(yaml, "f.yaml"));
+  };
+  CHECK(stored("noise: none\nsigma: 2\ngone: 3\n").noise == Noise::kNone);
+  CHECK_THROWS_WITH(stored("sigma: 0"), Contains("f.yaml:1: sigma: expected a number above 0"));
+}
+
+TEST_CASE("Lists of structs, maps and sub-documents are read with their places") {
+  const auto table = Read<TableOptions>(
+      "rows:\n- ransac\n- {name: b, problems: 3, copies: 7}\n"
+      "paper:\n  z: {ours: b, 0.5: 0.9, 0.8: [~, 2.5]}\n  a: {0.5: {rotation: 3}}\n"
+      "groups: {g: [x, y], e: []}\ncounts: {one: 1, two: 2}\ncompare: [[a, b], {first: c}]\n"
+      "data:\n  type: line\n");
+  REQUIRE(table.rows.size() == 2);
+  CHECK(table.rows[0].name == "ransac");
+  CHECK_FALSE(table.rows[0].problems);
+  CHECK(table.rows[1].problems == 3);
+  CHECK(table.rows[1].own.Dump() == "copies: 7\n");
+  CHECK(table.rows[1].own.Where("copies") == "f.yaml:3: rows.1.copies");
+  REQUIRE(table.paper.size() == 2);
+  CHECK(table.paper[0].first == "z");
+  CHECK(table.paper[0].second.ours == "b");
+  CHECK(table.paper[0].second.values.at("0.5").accuracy == 0.9);
+  CHECK_FALSE(table.paper[0].second.values.at("0.8").accuracy);
+  CHECK(table.paper[0].second.values.at("0.8").median == 2.5);
+  CHECK(table.paper[1].second.values.at("0.5").rotation == 3.0);
+  CHECK(table.groups[0] == std::pair<std::string, std::vector<std::string>>{"g", {"x", "y"}});
+  CHECK(table.groups[1].second.empty());
+  CHECK(table.counts == std::map<std::string, int>{{"one", 1}, {"two", 2}});
+  CHECK(table.compare[0].second == "b");
+  CHECK(table.compare[1].first == "c");
+  CHECK(table.data.Where("type") == "f.yaml:11: data.type");
+}
+
+TEST_CASE("Lists and maps that are given replace the defaults; others leave them") {
+  TableOptions defaults;
+  defaults.rows.resize(3);
+  defaults.counts = {{"old", 1}};
+  const auto replaced = ReadOptions(Config::FromString("rows: []\ncounts: {new: 2}\n"), defaults);
+  CHECK(replaced.rows.empty());
+  CHECK(replaced.counts == std::map<std::string, int>{{"new", 2}});
+  CHECK(ReadOptions(Config(), defaults).rows.size() == 3);
+  CHECK(ReadOptions(Config(), defaults).counts.size() == 1);
+}
+
+TEST_CASE("Mistakes within lists and maps name their place") {
+  const auto [yaml, message] = GENERATE(table<std::string, std::string>({
+      {"rows: {a: 1}", "f.yaml:1: rows: expected a list, got a map"},
+      {"rows:\n- {name: a, problems: 0}\n", "f.yaml:2: rows.0.problems: expected an integer of at least 1, got '0'"},
+      {"rows:\n- [a, b]\n", "f.yaml:2: rows.0: expected a map or [name], got a list"},
+      {"rows: [a, bad]", "f.yaml:1: rows.1: no row is named bad"},
+      {"paper: {a: 3}", "f.yaml:1: paper.a: expected a map of options, got '3'"},
+      {"paper:\n  a:\n    0.5: 1.5\n", "f.yaml:3: paper.a.0.5.accuracy: expected a number from 0 to 1, got '1.5'"},
+      {"paper: {a: {0.5: [1, 2, 3]}}", "f.yaml:1: paper.a.0.5: expected a map or [accuracy, median], got a list"},
+      {"paper: {a: {0.5: {rotatoin: 1}}}", "f.yaml:1: unknown key 'paper.a.0.5.rotatoin'; did you mean 'rotation'?"},
+      {"groups: {a: x}", "f.yaml:1: groups.a: expected a list of texts, got 'x'"},
+      {"counts: [1]", "f.yaml:1: counts: expected a map of options, got a list"},
+      {"counts: {a: x}", "f.yaml:1: counts.a: expected an integer, got 'x'"},
+      {"data: 3", "f.yaml:1: data: expected a map of options, got '3'"},
+  }));
+  CHECK_THROWS_WITH(Read<TableOptions>(yaml), message);
+}
+
+TEST_CASE("A sub-document that became its own keeps its path and --set in messages") {
+  Config config = Config::FromString("rows:\n- name: a\n  noise: unifrom\n", "f.yaml");
+  const auto own = ReadOptions<TableOptions>(config).rows[0].own;
+  CHECK_THROWS_WITH(ReadOptions<NoiseOptions>(own), Contains("f.yaml:3: rows.0.noise: expected one of"));
+  config.Set("rows.0.noise=none");
+  config.Set("rows.0.wide=3");
+  const auto set = ReadOptions<TableOptions>(config).rows[0].own;
+  CHECK_THROWS_WITH(ReadOptions<NoiseOptions>(set),
+                    "--set rows.0.wide=3: unknown key 'rows.0.wide'; did you mean "
+                    "'noise'?");
+}
+
+TEST_CASE("Lists, maps and sub-documents that are written read back equal") {
+  const auto table = Read<TableOptions>(
+      "rows: [ransac, {name: b, problems: 3, deep: {list: [1, {x: y}]}}]\n"
+      "paper: {z: {ours: b, 0.5: 0.9, 0.8: [~, 2.5]}, a: {0.5: [1, 2], 0.6: {rotation: 3}}}\n"
+      "groups: {g: [x, y], e: []}\ncounts: {one: 1}\ncompare: [[a, b]]\ndata: {type: line}\n");
+  const std::string yaml = WriteOptions(table);
+  CAPTURE(yaml);
+  CHECK(WriteOptions(Read<TableOptions>(yaml)) == yaml);
+  CHECK_THAT(yaml, Contains("- [a, b]"));
+  CHECK_THAT(yaml, Contains("\"0.5\": [1, 2]"));
+  CHECK_THAT(yaml, Contains("\"0.8\":\n      median: 2.5"));
+  CHECK_THAT(yaml, Contains("problems: 3\n    deep:\n"));
+}
+
+TEST_CASE("An optional value can be taken back") {
+  Row row;
+  row.problems = 5;
+  CHECK(ReadOptions(Config::FromString("name: a"), row).problems == 5);
+  CHECK_FALSE(ReadOptions(Config::FromString("problems: ~"), row).problems);
+  CHECK_THROWS_WITH(ReadOptions(Config::FromString("problems: x", "f.yaml"), row),
+                    "f.yaml:1: problems: expected an integer of at least 1, got 'x'");
+}
+
+TEST_CASE("CheckOptions holds C++ callers to the limits of the file") {
+  NoiseOptions options;
+  CHECK_NOTHROW(CheckOptions(options));
+  options.sigma = 0.0;
+  CHECK_THROWS_WITH(CheckOptions(options), "sigma: expected a number above 0, got '0'");
+  options.sigma = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(CheckOptions(options), Error);
+  options.noise = Noise::kNone;  // sigma does not act
+  CHECK_NOTHROW(CheckOptions(options));
+  options.other = Noise::kNone;
+  CHECK_THROWS_WITH(CheckOptions(options), Contains("other: expected one of gaussian, uniform, got 'none'"));
+  TableOptions table;
+  table.rows.resize(2);
+  table.rows[1].problems = 0;
+  CHECK_THROWS_WITH(CheckOptions(table), "rows.1.problems: expected an integer of at least 1, got '0'");
+}
+
+TEST_CASE("Options describe themselves") {
+  const auto described = DescribeOptions<NoiseOptions>();
+  REQUIRE(described.size() == 4);
+  CHECK(described[0].key == "noise");
+  CHECK(described[0].type == "one of gaussian, uniform, none");
+  CHECK(described[0].default_value == "gaussian");
+  CHECK(described[0].help == "how inliers scatter");
+  CHECK(described[2].type == "a list of gaussian, uniform, none");
+  CHECK(described[2].default_value == "[none]");
+  CHECK(described[3].type == "a number above 0");
+  CHECK(described[3].when == "noise: gaussian");
+  const auto table = DescribeOptions<TableOptions>();
+  CHECK(table[0].type == "a list, each item a map or [name]");
+  CHECK(table[0].options == typeid(Row));
+  REQUIRE(table[0].children.size() == 3);
+  CHECK(table[0].children[1].type == "an integer of at least 1");
+  CHECK(table[0].children[1].default_value.empty());
+  CHECK(table[1].children[0].children[1].key == "NAME");
+  CHECK(table[3].children[0].type == "an integer");
+  CHECK(table[5].type == "a map");
+}
+
+TEST_CASE("Documents can be merged, changed and trimmed without touching each other") {
+  const Config base = Config::FromString("a: {x: 1, y: 2}\nb: 3\n", "base.yaml");
+  const Config over = Config::FromString("a:\n  y: 4\n", "over.yaml");
+  const Config merged = base.MergedWith(over);
+  CHECK(merged.Dump() == "a:\n  x: 1\n  y: 4\nb: 3\n");
+  CHECK(merged.Where("a.y") == "over.yaml:2: a.y");
+  CHECK(merged.Where("b") == "base.yaml:2: b");
+  CHECK(base.Dump() == "a:\n  x: 1\n  y: 2\nb: 3\n");
+  CHECK(base.Sub("a").With("x", over.Sub("a.y")).Dump() == "x: 4\ny: 2\n");
+  CHECK(base.Sub("a").With("z", over.Sub("a")).Dump() == "x: 1\ny: 2\nz:\n  y: 4\n");
+  CHECK(base.Without({"a", "none"}).Dump() == "b: 3\n");
+  CHECK(base.Sub("a").Without({"x"}).Where("y") == "base.yaml:1: a.y");
+  CHECK(base.Keys() == std::vector<std::string>{"a", "b"});
+  CHECK(base.Sub("b").Keys().empty());
+}
+
+}  // namespace diffsac
