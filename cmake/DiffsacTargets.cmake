@@ -1,20 +1,34 @@
-# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH] [UNITY])
+# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH] [UNITY] [REGISTERS])
 # One library a folder: target diffsac_NAME, alias diffsac::NAME. TORCH precompiles torch/torch.h. UNITY compiles eight files
-# at a time, which takes little more than one of them where LibTorch's templates are most of the work.
+# at a time, which takes little more than one of them where LibTorch's templates are most of the work. REGISTERS is for
+# libraries whose files register what they define (core/registry.h): the linker takes all of these files, not only those that
+# are called by name.
 function(diffsac_library name)
-  cmake_parse_arguments(ARG "TORCH;UNITY" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
-  add_library(diffsac_${name} STATIC ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "TORCH;UNITY;REGISTERS" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  set(library diffsac_${name})
+  if(ARG_REGISTERS)
+    # Whoever links diffsac_NAME links the whole of this one, here as with an installed diffsac.
+    set(library diffsac_${name}_archive)
+    add_library(diffsac_${name} INTERFACE)
+    target_link_libraries(diffsac_${name} INTERFACE $<LINK_LIBRARY:WHOLE_ARCHIVE,diffsac::${name}_archive>)
+  endif()
+  add_library(${library} STATIC ${ARG_SOURCES})
+  if(ARG_REGISTERS)
+    add_library(diffsac::${name}_archive ALIAS ${library})
+    set_target_properties(${library} PROPERTIES OUTPUT_NAME diffsac_${name} EXPORT_NAME ${name}_archive)
+    set_property(GLOBAL APPEND PROPERTY DIFFSAC_LIBRARIES ${library})
+  endif()
   add_library(diffsac::${name} ALIAS diffsac_${name})
   set_target_properties(diffsac_${name} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(diffsac_${name} PUBLIC
+  target_include_directories(${library} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/lib> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  target_link_libraries(diffsac_${name} PUBLIC diffsac_compiler ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
+  target_link_libraries(${library} PUBLIC diffsac_compiler ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
   set_property(GLOBAL APPEND PROPERTY DIFFSAC_LIBRARIES diffsac_${name})
   if(ARG_TORCH)
-    diffsac_use_torch(diffsac_${name})
+    diffsac_use_torch(${library})
   endif()
   if(ARG_UNITY)
-    set_target_properties(diffsac_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${library} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
 endfunction()
 
@@ -51,6 +65,9 @@ endfunction()
 # diffsac_use_opencv(TARGET PRIVATE|PUBLIC MODULE...). Debian ships the package file of find_package only with all of OpenCV's
 # modules, so those that are needed are looked up one by one.
 function(diffsac_use_opencv target visibility)
+  if(TARGET ${target}_archive)
+    set(target ${target}_archive)
+  endif()
   find_path(DIFFSAC_OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
   target_include_directories(${target} SYSTEM ${visibility} ${DIFFSAC_OPENCV_INCLUDE})
   foreach(_module IN LISTS ARGN)

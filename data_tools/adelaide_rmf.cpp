@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "data_tools/image_features.h"
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/logging.h"
@@ -140,5 +141,34 @@ CorrespondenceSet ReadAdelaideRmf(const std::string& folder, AdelaideCorresponde
   for (const std::string& name : NamesIn(folder)) set.pairs.push_back(ReadPair(folder, name, kind));
   return set;
 }
+
+namespace {
+
+// Both sets of correspondences, a scene each.
+PrepareResult WriteAdelaideRmf(const PairsRequest& request, const std::atomic<bool>& stop) {
+  PrepareResult result;
+  const std::string name = request.scene.empty() ? "adelaidermf" : request.scene;
+  for (const auto& [kind, scene] : {std::pair(AdelaideCorrespondences::kLabelled, name),
+                                    std::pair(AdelaideCorrespondences::kTentative, name + "_sift")}) {
+    if (kind == AdelaideCorrespondences::kTentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
+    const std::string folder = (fs::path(request.output) / scene).string();
+    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
+      LogInfo(folder + ": already there");
+      result.already_there += 1;
+      continue;
+    }
+    const CorrespondenceSet set = ReadAdelaideRmf(request.input, kind);
+    result.finished = !stop;
+    if (stop) break;
+    WriteCorrespondences(folder, set);
+    LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
+    result.written += 1;
+  }
+  return result;
+}
+
+const Registered<ImageFormat> kAdelaideRmf("adelaidermf", {.write = WriteAdelaideRmf});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
+#include "data_tools/image_format.h"
 #include "data_tools/inspect.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/modelnet_pairs.h"
@@ -36,7 +37,7 @@ struct InspectRequest {
 void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--format", request->format, "What the images and their truth come as")
       ->required()
-      ->check(CLI::IsMember({"kitti", "strecha", "colmap", "nerf", "poses", "homographies", "adelaidermf", "images"}));
+      ->check(CLI::IsMember(diffsac::Registry<diffsac::ImageFormat>::Instance().Names()));
   app->add_option("--input", request->input, "Folder of the images and their truth")->required();
   app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");

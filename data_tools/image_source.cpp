@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <set>
 
+#include "data_tools/image_format.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
 
@@ -136,5 +137,13 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
   CheckSource(source, folder);
   return source;
 }
+
+namespace {
+
+const Registered<ImageFormat> kImages(
+    "images", {.read = [](const PairsRequest& request) { return ReadImageFolder(request.input, request.calibration); },
+               .takes_calibration = true});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -4,6 +4,7 @@
 #include <map>
 #include <string_view>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -139,5 +140,12 @@ ImageSource ReadColmap(const std::string& folder) {
   CheckSource(source, folder);
   return source;
 }
+
+namespace {
+
+const Registered<ImageFormat> kColmap("colmap",
+                                      {.read = [](const PairsRequest& request) { return ReadColmap(request.input); }});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
@@ -43,5 +44,13 @@ ImageSource ReadHomographies(const std::string& folder) {
   }
   throw Error(folder + ": no homographies H1to2p ... or H_1_2 ...");
 }
+
+namespace {
+
+const Registered<ImageFormat> kHomographies("homographies", {.read = [](const PairsRequest& request) {
+                                              return ReadHomographies(request.input);
+                                            }});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -1,6 +1,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -102,5 +103,23 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
   CheckSource(source, folder.string());
   return source;
 }
+
+namespace {
+
+// The reader knows its frames' numbers, so it takes the steps itself.
+ImageSource ReadKittiPairs(const PairsRequest& request) {
+  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
+  const std::vector<int>& steps = request.choice.steps;
+  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
+  if (request.choice.pairs_file.empty()) return source;
+  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
+  source.scenes[0].name = "kitti_" + request.sequence;
+  ChoosePairs(request.choice, request.input, &source);
+  return source;
+}
+
+const Registered<ImageFormat> kKitti("kitti", {.read = ReadKittiPairs, .takes_sequence = true, .chooses_pairs = true});
+
+}  // namespace
 
 }  // namespace diffsac

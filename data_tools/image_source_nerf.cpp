@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -149,5 +150,12 @@ ImageSource ReadNerf(const std::string& folder) {
   CheckSource(source, json.string());
   return source;
 }
+
+namespace {
+
+const Registered<ImageFormat> kNerf("nerf",
+                                    {.read = [](const PairsRequest& request) { return ReadNerf(request.input); }});
+
+}  // namespace
 
 }  // namespace diffsac

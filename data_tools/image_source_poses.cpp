@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
@@ -80,5 +81,13 @@ ImageSource ReadPoses(const std::string& folder, const GivenCalibration& calibra
   CheckSource(source, folder);
   return source;
 }
+
+namespace {
+
+const Registered<ImageFormat> kPoses(
+    "poses", {.read = [](const PairsRequest& request) { return ReadPoses(request.input, request.calibration); },
+              .takes_calibration = true});
+
+}  // namespace
 
 }  // namespace diffsac

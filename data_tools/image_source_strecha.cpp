@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
@@ -49,5 +50,13 @@ ImageSource ReadStrecha(const std::string& folder) {
   CheckSource(source, folder);
   return source;
 }
+
+namespace {
+
+const Registered<ImageFormat> kStrecha("strecha", {.read = [](const PairsRequest& request) {
+                                         return ReadStrecha(request.input);
+                                       }});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -9,7 +9,7 @@ namespace diffsac {
 
 /// The command `diffsac_prepare pairs`.
 struct PairsRequest {
-  std::string format;            ///< kitti, strecha, colmap, nerf, poses, homographies, adelaidermf or images
+  std::string format;            ///< Of those registered (image_format.h): kitti, colmap, images, ...
   std::string input, output;     ///< Folders.
   std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
   std::string sequence;          ///< Of KITTI.

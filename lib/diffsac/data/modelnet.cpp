@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/depth_buffer.h"
 #include "diffsac/data/off_mesh.h"
 
@@ -265,5 +266,13 @@ std::unique_ptr<Dataset> MakeModelnet(const ModelnetOptions& options, std::uint6
   options.matches.Check(TaskFromString(options.task));
   return std::make_unique<Modelnet>(options, seed);
 }
+
+namespace {
+
+const RegisteredDataset<ModelnetOptions> kModelnet("modelnet40", DataSource::kGenerated,
+                                                   "Two virtual views of a mesh (ModelNet40's OFF files).",
+                                                   MakeModelnet);
+
+}  // namespace
 
 }  // namespace diffsac

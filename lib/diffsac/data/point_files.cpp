@@ -10,6 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
 namespace {
@@ -163,5 +164,13 @@ void PointSetsOptions::Bind(OptionsBinder& b) {
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
   return std::make_unique<PointSetsDataset>(options);
 }
+
+namespace {
+
+const RegisteredDataset<PointSetsOptions> kPointSets(
+    "point_sets", DataSource::kFiles, "Points of your own: HDF5, PLY or text files (lines and planes).",
+    [](const PointSetsOptions& options, std::uint64_t) { return MakePointSets(options); });
+
+}  // namespace
 
 }  // namespace diffsac

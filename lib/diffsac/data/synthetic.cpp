@@ -11,6 +11,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/box_section.h"
+#include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
 namespace {
@@ -207,5 +208,16 @@ std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& option
   if (task == Task::kLine) return std::make_unique<SyntheticDataset<LineSection>>(options, seed);
   return std::make_unique<SyntheticDataset<PlaneSection>>(options, seed);
 }
+
+namespace {
+
+const RegisteredDataset<SyntheticOptions> kSyntheticLine(
+    "synthetic_line", DataSource::kGenerated, "Random lines in a 10 × 10 picture.",
+    [](const SyntheticOptions& options, std::uint64_t seed) { return MakeSynthetic(Task::kLine, options, seed); });
+const RegisteredDataset<SyntheticOptions> kSyntheticPlane(
+    "synthetic_plane", DataSource::kGenerated, "Random planes in a 10 × 10 × 10 cube.",
+    [](const SyntheticOptions& options, std::uint64_t seed) { return MakeSynthetic(Task::kPlane, options, seed); });
+
+}  // namespace
 
 }  // namespace diffsac

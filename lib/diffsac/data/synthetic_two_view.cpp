@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/dataset_registry.h"
 #include "diffsac/geometry/homography.h"
 
 namespace diffsac {
@@ -247,5 +248,13 @@ std::unique_ptr<Dataset> MakeSyntheticTwoView(const SyntheticTwoViewOptions& opt
   options.matches.Check(TaskFromString(options.task));
   return std::make_unique<SyntheticTwoView>(options, seed);
 }
+
+namespace {
+
+const RegisteredDataset<SyntheticTwoViewOptions> kSyntheticTwoView("synthetic_two_view", DataSource::kGenerated,
+                                                                   "Random scenes seen by two random cameras.",
+                                                                   MakeSyntheticTwoView);
+
+}  // namespace
 
 }  // namespace diffsac

@@ -10,6 +10,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
 namespace {
@@ -210,5 +211,14 @@ std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t se
                 "makes them)");
   return std::make_unique<PairStream>(scenes, options.pairs, seed);
 }
+
+namespace {
+
+const RegisteredDataset<RansacTutorialOptions> kRansacTutorial(
+    "ransac_tutorial", DataSource::kFiles, "The CVPR 2020 RANSAC tutorial's correspondence files.", MakeRansacTutorial);
+const RegisteredDataset<KittiOptions> kKitti(
+    "kitti", DataSource::kFiles, "KITTI odometry as `diffsac_prepare pairs --format kitti` writes it.", MakeKitti);
+
+}  // namespace
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/dominant_plane.h"
 #include "diffsac/data/refined_truth.h"
 
@@ -181,5 +182,13 @@ std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& optio
                 " matches in the given paths");
   return std::make_unique<CorrespondenceDataset>(task, std::move(examples));
 }
+
+namespace {
+
+const RegisteredDataset<CorrespondencesOptions> kCorrespondences(
+    "correspondences", DataSource::kFiles, "Correspondence files, as `diffsac_prepare` writes them.",
+    [](const CorrespondencesOptions& options, std::uint64_t) { return MakeCorrespondences(options); });
+
+}  // namespace
 
 }  // namespace diffsac
