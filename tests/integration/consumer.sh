@@ -7,6 +7,8 @@ run_expecting 0 cmake -S "$source/tests/integration/consumer" -B "$own/build" -G
 run_expecting 0 cmake --build "$own/build"
 run_expecting 0 "$own/build/fit_line"
 grep -q "slope 0.500 intercept 1.000 inliers 7" "$own/out" || { cat "$own/out" >&2; fail "another line"; }
+run_expecting 0 "$own/build/make_data"
+grep -q "points 30" "$own/out" || { cat "$own/out" >&2; fail "other data"; }
 for program in diffsac_train diffsac_eval; do
   if [[ -x "$build/bin/$program" ]]; then run_expecting 0 "$own/in stalled/bin/$program" --version; fi
 done
