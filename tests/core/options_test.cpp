@@ -207,6 +207,22 @@ TEST_CASE("include merges maps, replaces lists and keeps places") {
   CHECK(options.steps == 7);
 }
 
+TEST_CASE("include: of a list of files the later ones override, and the file itself all of them") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("a.yaml"), "name: a\nsteps: 3\nmodel: {width: 5}\n");
+  WriteFileAtomically(folder.File("b.yaml"), "name: b\nsteps: 4\nmodel: {rate: 0.5}\n");
+  WriteFileAtomically(folder.File("main.yaml"), "include: [a.yaml, b.yaml]\nname: main\n");
+  const auto options = ReadOptions<AllOptions>(Config::FromFile(folder.File("main.yaml")));
+  CHECK(options.name == "main");
+  CHECK(options.steps == 4);
+  CHECK(options.model.width == 5);
+  CHECK(options.model.rate == 0.5);
+  WriteFileAtomically(folder.File("main.yaml"), "include: [a.yaml, [b.yaml]]\n");
+  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")), Contains("main.yaml:1: include: ") && Contains("list"));
+  WriteFileAtomically(folder.File("main.yaml"), "include:\n  - a.yaml\n  - none.yaml\n");
+  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")), Contains("main.yaml:3: include: ") && Contains("none.yaml"));
+}
+
 TEST_CASE("include: chains are followed; circles and absent files are errors") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("a.yaml"), "include: b.yaml\nname: a\n");

@@ -6,7 +6,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
-#include "diffsac/eval/results.h"
+#include "diffsac/eval/outputs.h"
 #include "diffsac/eval/runner.h"
 
 namespace diffsac::testing {
@@ -58,6 +58,9 @@ methods:
 paper:
   RANSAC: {"0.2": [0.83, 0.06], "0.5": 0.78}
 )";
+
+/// The results.csv of results.
+inline std::string CsvOf(const ExperimentResults& results) { return ResultsCsv(MakeReport(results)); }
 
 inline ExperimentOptions SmallExperiment() { return ReadExperiment(Config::FromString(kSmallExperiment)); }
 

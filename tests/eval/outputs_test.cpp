@@ -7,7 +7,6 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/eval/tables.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -20,7 +19,7 @@ TEST_CASE("results.csv is long, with each scene and their unweighted mean") {
   ExperimentResults results = MadeUpResults();
   results.cells.resize(1);
   results.cells[0].records[3].scene = "other";
-  const std::string csv = ResultsCsv(results);
+  const std::string csv = ResultsCsv(MakeReport(results));
   CHECK_THAT(csv, Catch::StartsWith("experiment,dataset,scene,condition,method,metric,value\n"
                                     "small,synthetic_line,all,0.2,first,mAA@0.5deg,"));
   CHECK_THAT(csv, Contains("small,synthetic_line,other,0.2,first,median_deg,0.18\n"));
@@ -43,7 +42,7 @@ TEST_CASE("problems.csv has a line for each problem and method") {
 TEST_CASE("results.json has intervals and paired differences") {
   ExperimentResults results = MadeUpResults();
   results.experiment.reference = "first";
-  const auto json = nlohmann::json::parse(ResultsJson(results));
+  const auto json = nlohmann::json::parse(ResultsJson(MakeReport(results)));
   CHECK(json["experiment"] == "small");
   CHECK_FALSE(json["partial"].get<bool>());
   REQUIRE(json["results"].size() == 6);
@@ -54,12 +53,12 @@ TEST_CASE("results.json has intervals and paired differences") {
   CHECK(second["reference_minus_this"]["mean"].get<double>() == Approx(0.4));
   CHECK(json["results"][0]["reference_minus_this"].is_null());
   CHECK(json["paper"]["RANSAC"]["0.5"]["median_deg"].is_null());
-  CHECK(ResultsJson(results) == ResultsJson(results));
+  CHECK(ResultsJson(MakeReport(results)) == ResultsJson(MakeReport(results)));
 }
 
 TEST_CASE("several scenes are reported one by one, as their mean and over all pairs") {
   const ExperimentResults results = MadeUpPoses();
-  const std::string csv = ResultsCsv(results);
+  const std::string csv = ResultsCsv(MakeReport(results));
   CHECK_THAT(
       csv, Contains(",a,all,first,mAA@10deg,1\n") && Contains(",b,all,first,mAA@10deg,0.5\n") &&
                Contains(",mean,all,first,mAA@10deg,0.75\n") && Contains(",all_pairs,all,first,mAA@10deg,0.625\n") &&
@@ -67,12 +66,13 @@ TEST_CASE("several scenes are reported one by one, as their mean and over all pa
   for (const char* metric : {"mAA_t@10deg", "AUC@5deg", "AUC@10deg", "AUC@20deg", "median_R_deg", "median_t_deg"})
     CHECK_THAT(csv, Contains(std::string(",mean,all,second,") + metric + ","));
   // One scene is all pairs already.
-  CHECK_THAT(ResultsCsv(MadeUpResults()), !Contains("all_pairs"));
+  const ExperimentResults one_scene = MadeUpResults();
+  CHECK_THAT(ResultsCsv(MakeReport(one_scene)), !Contains("all_pairs"));
 }
 
 TEST_CASE("comparisons have an interval around the difference of the scenes' means") {
   const ExperimentResults results = MadeUpPoses();
-  const auto json = nlohmann::json::parse(ResultsJson(results));
+  const auto json = nlohmann::json::parse(ResultsJson(MakeReport(results)));
   REQUIRE(json["differences"].size() == 1);
   const auto& difference = json["differences"][0];
   CHECK(difference["a"] == "first");
@@ -92,15 +92,14 @@ TEST_CASE("rows with different numbers of problems are compared on the common on
   ExperimentResults results = MadeUpResults();
   results.experiment.reference = "first";
   results.cells[1].records.erase(results.cells[1].records.begin());
-  CHECK_NOTHROW(ResultsJson(results));
+  CHECK_NOTHROW(ResultsJson(MakeReport(results)));
 }
 
 TEST_CASE("table.csv has the printed tables, methods by conditions") {
   const ExperimentResults results = MadeUpResults();
-  const std::string csv = TablesCsv(results);
-  CHECK(csv.starts_with(MakeTables(results).front().heading.find(',') == std::string::npos
-                            ? MakeTables(results).front().heading + "\n"
-                            : "\"" + MakeTables(results).front().heading + "\"\n"));
+  const Report report = MakeReport(results);
+  const std::string csv = TablesCsv(report), heading = report.tables.front().heading;
+  CHECK(csv.starts_with(heading.find(',') == std::string::npos ? heading + "\n" : "\"" + heading + "\"\n"));
   CHECK_THAT(csv, Contains("\nFirst,"));
   CHECK_THAT(csv, Contains("\n\n"));
   CHECK_THAT(csv, !Contains("**") && !Contains("–"));
@@ -109,10 +108,11 @@ TEST_CASE("table.csv has the printed tables, methods by conditions") {
 
 TEST_CASE("all files are written, and a folder that is not there is an error") {
   const TemporaryFolder folder;
-  WriteResults(MadeUpResults(), folder.path());
+  const ExperimentResults results = MadeUpResults();
+  WriteResults(MakeReport(results), folder.path());
   for (const char* name : {"results.json", "results.csv", "problems.csv", "table.csv", "table.md", "table.tex"})
     CHECK_FALSE(ReadFile(folder.File(name)).empty());
-  CHECK_THROWS_AS(WriteResults(MadeUpResults(), folder.File("absent")), Error);
+  CHECK_THROWS_AS(WriteResults(MakeReport(results), folder.File("absent")), Error);
 }
 
 }  // namespace

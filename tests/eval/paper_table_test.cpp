@@ -9,9 +9,9 @@ namespace {
 
 TEST_CASE("ours stands beside the paper's with its interval, difference and number") {
   ExperimentResults results = testing::MadeUpResults();
-  CHECK(PaperTable(results).rows.empty());  // The paper's row names none of ours.
+  CHECK(PaperTable(MakeReport(results)).rows.empty());  // The paper's row names none of ours.
   results.experiment.paper[0].ours = results.experiment.methods[0].name;
-  const Table table = PaperTable(results);
+  const Table table = PaperTable(MakeReport(results));
   REQUIRE(table.rows.size() == 2);
   const auto& cells = table.rows[0].cells;
   REQUIRE(cells.size() == table.columns.size());
@@ -33,7 +33,7 @@ TEST_CASE("two views: rotation and translation apart") {
   paper.values["all"].rotation = 0.5;
   paper.values["all"].translation = 0.25;
   results.experiment.paper.push_back(paper);
-  const Table table = PaperTable(results);
+  const Table table = PaperTable(MakeReport(results));
   REQUIRE(table.rows.size() == 2);
   CHECK(table.rows[0].cells[2] == "mAA of R");
   CHECK(table.rows[1].cells[2] == "mAA of t");

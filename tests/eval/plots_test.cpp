@@ -28,11 +28,11 @@ TEST_CASE("pictures are drawn where gnuplot is") {
   experiment.figures.bars = {"first", "second"};
   ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
   // These methods report no time, which is no place on a logarithmic axis.
-  CHECK_FALSE(PlotTime(results, folder.path()));
+  CHECK_FALSE(PlotTime(MakeReport(results), folder.path()));
   CHECK_FALSE(std::filesystem::exists(folder.File("time.gp")));
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) record.report.ms_total = 0.5;
-  DrawFigures(results, folder.path());
+  DrawFigures(MakeReport(results), folder.path());
   for (const char* name : {"curve", "bars", "budget", "time", "fits"}) {
     INFO(name);
     CHECK(std::filesystem::exists(folder.File(name + std::string(".gp"))));
@@ -187,7 +187,7 @@ TEST_CASE("bars are the table's means with their intervals; poses have rotation 
   ExperimentOptions experiment = SmallExperiment();
   experiment.figures.bars = {"second"};
   ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
-  REQUIRE(PlotBars(results, folder.path()) == HasGnuplot());
+  REQUIRE(PlotBars(MakeReport(results), folder.path()) == HasGnuplot());
   const auto data = [&] {
     const std::string script = ReadFile(folder.File("bars.gp"));
     return script.substr(script.find("$bars << EOD\n") + 13, script.find("EOD\n", script.find("$bars << EOD\n") + 13) -
@@ -202,7 +202,7 @@ TEST_CASE("bars are the table's means with their intervals; poses have rotation 
 
   for (Cell& known : results.cells)
     for (ProblemRecord& record : known.records) record.error.rotation_deg = record.error.translation_deg = 0.1;
-  PlotBars(results, folder.path());
+  PlotBars(MakeReport(results), folder.path());
   const auto poses = data();
   CHECK(std::count(poses.begin(), poses.end(), '\n') == 2 * static_cast<int>(experiment.conditions.size()));
   CHECK(poses.find(", R\"") != std::string::npos);
@@ -212,10 +212,10 @@ TEST_CASE("nothing to draw is no picture") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();
   results.cells.clear();
-  CHECK_FALSE(PlotCurve(results, folder.path()));
-  CHECK_FALSE(PlotBudget(results, folder.path()));
+  CHECK_FALSE(PlotCurve(MakeReport(results), folder.path()));
+  CHECK_FALSE(PlotBudget(MakeReport(results), folder.path()));
   results.experiment.figures.bars = {"first"};
-  CHECK_FALSE(PlotBars(results, folder.path()));
+  CHECK_FALSE(PlotBars(MakeReport(results), folder.path()));
   CHECK_FALSE(PlotFits(results, folder.path()));
   CHECK(std::filesystem::is_empty(folder.path()));
 }

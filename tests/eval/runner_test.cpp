@@ -26,7 +26,7 @@ std::string Csv(int threads, int batch, const std::vector<std::string>& methods 
   ExperimentOptions experiment = SmallExperiment();
   experiment.threads = threads;
   SelectMethods(methods, &experiment);
-  return WithoutTimes(ResultsCsv(RunExperiment(experiment, TwoPointInputs(batch))));
+  return WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs(batch))));
 }
 
 TEST_CASE("results don't depend on threads or batches") {
@@ -72,7 +72,7 @@ TEST_CASE("grouped scenes are one scene") {
 TEST_CASE("another seed gives other results") {
   ExperimentOptions experiment = SmallExperiment();
   experiment.seed = 4;
-  CHECK(WithoutTimes(ResultsCsv(RunExperiment(experiment, TwoPointInputs()))) != Csv(1, 1));
+  CHECK(WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs()))) != Csv(1, 1));
   CHECK(ProblemSeed(3, 1) != ProblemSeed(3, 2));
   CHECK(ProblemSeed(3, 1) != ProblemSeed(4, 1));
 }
@@ -88,11 +88,11 @@ TEST_CASE("a stop leaves what was done, marked partial") {
   CHECK(results.partial);
   REQUIRE(results.cells.size() == 1);
   CHECK(results.cells[0].records.size() == 5);  // The warm-up is the first of the six calls.
-  CHECK(ResultsJson(results).find("\"partial\": true") != std::string::npos);
+  CHECK(ResultsJson(MakeReport(results)).find("\"partial\": true") != std::string::npos);
   stop = true;
   const ExperimentResults nothing = RunExperiment(experiment, inputs);
   CHECK(nothing.cells.empty());
-  CHECK_FALSE(ResultsCsv(nothing).empty());
+  CHECK_FALSE(CsvOf(nothing).empty());
 }
 
 TEST_CASE("data of another task is an error") {

@@ -11,7 +11,7 @@
 #include "diffsac/eval/command_line.h"
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/outputs.h"
-#include "diffsac/eval/tables.h"
+#include "diffsac/eval/report_text.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -83,7 +83,7 @@ TEST_CASE("any sharding gives the same numbers as one run") {
     const ExperimentResults whole = RunExperiment(experiment, TwoPointInputs(batch));
     for (const int count : {1, 2, 3, 50}) {
       const ExperimentResults merged = MergeShards(RunShards(experiment, count, batch));
-      CHECK(WithoutTimes(ResultsCsv(merged)) == WithoutTimes(ResultsCsv(whole)));
+      CHECK(WithoutTimes(CsvOf(merged)) == WithoutTimes(CsvOf(whole)));
       REQUIRE(merged.cells.size() == whole.cells.size());
       for (std::size_t c = 0; c < whole.cells.size(); ++c)
         for (std::size_t i = 0; i < whole.cells[c].records.size(); ++i)
@@ -100,7 +100,7 @@ TEST_CASE("methods see the same batches in any sharding") {
     return ReadShardRecords(ShardRecords(RunExperiment(SmallExperiment(), inputs), ""), "part");
   };
   const auto merged = MergeShards({run({1, 2}), run({2, 2})});
-  CHECK(WithoutTimes(ResultsCsv(merged)) == WithoutTimes(ResultsCsv(run({1, 1}).results)));
+  CHECK(WithoutTimes(CsvOf(merged)) == WithoutTimes(CsvOf(run({1, 1}).results)));
   CHECK(merged.Find(0, 0)->records.back().report.hypotheses == 8);  // 40 problems: 16, 16, 8
 }
 
@@ -131,10 +131,10 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(read.report.ms_features == record.report.ms_features);
   CHECK(read.report.ms_denoise == record.report.ms_denoise);
   CHECK(read.report.ms_total == record.report.ms_total);
-  CHECK(ResultsCsv(content.results) == ResultsCsv(results));
+  CHECK(CsvOf(content.results) == CsvOf(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
-  CHECK(MarkdownReport(content.results) == MarkdownReport(results));
-  CHECK_THAT(MarkdownReport(results), Contains("1234") && Contains("100") && Contains("start"));
+  CHECK(MarkdownReport(MakeReport(content.results)) == MarkdownReport(MakeReport(results)));
+  CHECK_THAT(MarkdownReport(MakeReport(results)), Contains("1234") && Contains("100") && Contains("start"));
 }
 
 TEST_CASE("shards that are not one whole run are one clear line") {
@@ -173,7 +173,7 @@ TEST_CASE("interrupted shards may join to partial results") {
   shards[0].results.cells.pop_back();
   const ExperimentResults joined = MergeShards(shards, true);
   CHECK(joined.partial);
-  CHECK_THAT(MarkdownReport(joined), Contains("Partial"));
+  CHECK_THAT(MarkdownReport(MakeReport(joined)), Contains("Partial"));
   CHECK(joined.Find(0, 0)->records.size() == 40);
 }
 

@@ -1,4 +1,4 @@
-#include "diffsac/eval/tables.h"
+#include "diffsac/eval/report_text.h"
 
 #include <catch2/catch.hpp>
 
@@ -12,8 +12,11 @@ namespace {
 using Catch::Contains;
 using testing::MadeUpResults;
 
+std::vector<Table> TablesOf(const ExperimentResults& results) { return MakeReport(results).tables; }
+std::string MarkdownOf(const ExperimentResults& results) { return MarkdownReport(MakeReport(results)); }
+
 TEST_CASE("the table in Markdown") {
-  const std::vector<Table> tables = MakeTables(MadeUpResults());
+  const std::vector<Table> tables = TablesOf(MadeUpResults());
   REQUIRE(tables.size() == 2);
   // Bins at .05 .. .5: errors of .045 .09 .135 .18 average .85, twice that .6; .12 .24 .36 .48 average .45.
   CHECK(MarkdownTable(tables[0]) ==
@@ -26,7 +29,7 @@ TEST_CASE("the table in Markdown") {
 }
 
 TEST_CASE("the lowest median is the best, and the oracle does not compete") {
-  const Table table = MakeTables(MadeUpResults())[1];
+  const Table table = TablesOf(MadeUpResults())[1];
   CHECK(table.rows[0].best[1]);
   CHECK_FALSE(table.rows[1].best[1]);
   CHECK_FALSE(table.rows[2].best[1]);
@@ -37,7 +40,7 @@ TEST_CASE("the lowest median is the best, and the oracle does not compete") {
 TEST_CASE("equal values are all best") {
   ExperimentResults results = MadeUpResults();
   results.cells[1].records = results.cells[0].records;
-  const Table table = MakeTables(results)[0];
+  const Table table = TablesOf(results)[0];
   CHECK(table.rows[0].best[1]);
   CHECK(table.rows[1].best[1]);
 }
@@ -45,7 +48,7 @@ TEST_CASE("equal values are all best") {
 TEST_CASE("numbers of problems are shown when they differ") {
   ExperimentResults results = MadeUpResults();
   results.cells[1].records.pop_back();
-  const Table table = MakeTables(results)[0];
+  const Table table = TablesOf(results)[0];
   CHECK(table.columns.back() == "n");
   CHECK(table.rows[0].cells.back() == "4");
   CHECK(table.rows[1].cells.back() == "3–4");
@@ -55,13 +58,13 @@ TEST_CASE("data without ground truth shows inliers") {
   ExperimentResults results = MadeUpResults();
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) record.error = {std::nan(""), std::nan(""), false};
-  const std::vector<Table> tables = MakeTables(results);
+  const std::vector<Table> tables = TablesOf(results);
   REQUIRE(tables.size() == 1);
   CHECK(tables[0].rows[0].cells[1] == "20");
 }
 
 TEST_CASE("poses have tables of rotation, translation, areas, scenes and differences") {
-  const std::vector<Table> tables = MakeTables(testing::MadeUpPoses());
+  const std::vector<Table> tables = TablesOf(testing::MadeUpPoses());
   REQUIRE(tables.size() == 8);
   CHECK_THAT(tables[0].heading, Contains("mAA@10deg, unweighted mean over 2 scenes"));
   CHECK(tables[0].rows[0].cells[1] == "0.750");  // (1 + .5) / 2
@@ -89,7 +92,7 @@ TEST_CASE("poses have tables of rotation, translation, areas, scenes and differe
   CHECK(tables[7].rows[0].cells[0] == "First − Second");
   CHECK_THAT(tables[7].rows[0].cells[1], Catch::StartsWith("+0.475 [+0."));
   CHECK(tables[7].rows[0].best[1]);
-  CHECK_THAT(MarkdownReport(testing::MadeUpPoses()), Contains("unweighted means over the scenes"));
+  CHECK_THAT(MarkdownOf(testing::MadeUpPoses()), Contains("unweighted means over the scenes"));
 }
 
 TEST_CASE("many conditions have a table for each metric of poses") {
@@ -98,7 +101,7 @@ TEST_CASE("many conditions have a table for each metric of poses") {
     results.experiment.conditions.push_back(results.experiment.conditions.front());
     results.experiment.conditions.back().label = name;
   }
-  const std::vector<Table> tables = MakeTables(results);
+  const std::vector<Table> tables = TablesOf(results);
   REQUIRE(tables.size() == 13);  // 3, then 2 of rotation, 2 of translation, 4 of areas and failures, a scene table, 1
   CHECK(tables[4].heading == "rotation alone, median degrees");
   CHECK(tables[4].columns == std::vector<std::string>{"method", "all", "2", "3", "4"});
@@ -111,7 +114,7 @@ TEST_CASE("one scene needs no tables by scene") {
   ExperimentResults results = testing::MadeUpPoses();
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) record.scene = "a";
-  const std::vector<Table> tables = MakeTables(results);
+  const std::vector<Table> tables = TablesOf(results);
   REQUIRE(tables.size() == 6);
   CHECK(tables[0].heading == "mAA@10deg, higher is better");
 }
@@ -119,23 +122,23 @@ TEST_CASE("one scene needs no tables by scene") {
 TEST_CASE("a comparison of rows that did not run is unknown") {
   ExperimentResults results = testing::MadeUpPoses();
   results.cells.pop_back();
-  CHECK(MakeTables(results).back().rows[0].cells[1] == "–");
+  CHECK(TablesOf(results).back().rows[0].cells[1] == "–");
 }
 
 TEST_CASE("LaTeX has rules and escapes") {
   ExperimentResults results = MadeUpResults();
   results.experiment.methods[0].label = "50% & more_less";
-  const std::string text = LatexTable(MakeTables(results)[0]);
+  const std::string text = LatexTable(TablesOf(results)[0]);
   CHECK_THAT(text, Contains("\\begin{tabular}{lrrrr}\n\\toprule\n") && Contains("50\\% \\& more\\_less") &&
                        Contains("\\textbf{0.850}") && Contains("\\bottomrule"));
 }
 
 TEST_CASE("the report says what is partial and what is the paper's") {
   ExperimentResults results = MadeUpResults();
-  CHECK_THAT(MarkdownReport(results), !Contains("Partial") && Contains("other data") && Contains("Small lines"));
+  CHECK_THAT(MarkdownOf(results), !Contains("Partial") && Contains("other data") && Contains("Small lines"));
   results.partial = true;
-  CHECK_THAT(MarkdownReport(results), Contains("Partial results"));
-  CHECK_THAT(LatexReport(results), Contains("Partial results"));
+  CHECK_THAT(MarkdownOf(results), Contains("Partial results"));
+  CHECK_THAT(LatexReport(MakeReport(results)), Contains("Partial results"));
 }
 
 }  // namespace

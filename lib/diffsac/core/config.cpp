@@ -18,22 +18,30 @@ constexpr const char* kInclude = "include";
 
 YamlTree LoadFile(const std::string& path, std::vector<fs::path>& open_files);
 
-/// Takes `include` out of a document and puts the document on top of the file it names.
+/// The document that an `include` names, relative to the file that includes it.
+YamlTree LoadIncluded(const YamlTree& name, std::vector<fs::path>& open_files) {
+  const std::string where = PlaceText(name.place) + ": include: ";
+  if (name.kind != Kind::kScalar) throw Error(where + "expected a file name, or a list of them");
+  const std::string path = (fs::path(name.place.file).parent_path() / name.scalar).string();
+  const fs::path identity = fs::weakly_canonical(path);
+  if (std::find(open_files.begin(), open_files.end(), identity) != open_files.end()) {
+    throw Error(where + "'" + path + "' includes itself");
+  }
+  if (!fs::exists(path)) throw Error(where + "cannot read '" + path + "': no such file");
+  return LoadFile(path, open_files);
+}
+
+/// Takes `include` out of a document and puts the document on top of the files it names, each on top of those before.
 YamlTree ResolveInclude(YamlTree tree, std::vector<fs::path>& open_files) {
   const auto entry = std::find_if(tree.entries.begin(), tree.entries.end(),
                                   [](const YamlEntry& candidate) { return candidate.key == kInclude; });
   if (entry == tree.entries.end()) return tree;
   const YamlTree included = std::move(entry->value);
   tree.entries.erase(entry);
-  const std::string where = PlaceText(included.place) + ": include: ";
-  if (included.kind != Kind::kScalar) throw Error(where + "expected a file name");
-  const std::string path = (fs::path(included.place.file).parent_path() / included.scalar).string();
-  const fs::path identity = fs::weakly_canonical(path);
-  if (std::find(open_files.begin(), open_files.end(), identity) != open_files.end()) {
-    throw Error(where + "'" + path + "' includes itself");
-  }
-  if (!fs::exists(path)) throw Error(where + "cannot read '" + path + "': no such file");
-  YamlTree base = LoadFile(path, open_files);
+  const std::vector<YamlTree> names = included.kind == Kind::kSequence ? included.items : std::vector{included};
+  YamlTree base;
+  base.kind = Kind::kMap;
+  for (const YamlTree& name : names) MergeYaml(base, LoadIncluded(name, open_files));
   MergeYaml(base, std::move(tree));
   return base;
 }

@@ -15,25 +15,24 @@ struct Cluster {
   std::vector<ConfidenceInterval> bars;
 };
 
-ConfidenceInterval Height(const ExperimentResults& results, std::size_t condition, std::size_t method,
-                          const ErrorOf& error_of) {
-  const Cell* cell = results.Find(condition, method);
-  const Tolerance tolerance = results.experiment.tolerance();
-  const SceneValues values = cell == nullptr ? SceneValues()
-                             : error_of      ? SceneAccuracies(*cell, tolerance, error_of)
-                                             : SceneAccuracies(*cell, tolerance);
-  return BootstrapMean(values, BootstrapRng(results));
+ConfidenceInterval Height(const Report& report, std::size_t condition, std::size_t method, const ErrorOf& error_of) {
+  const Cell* cell = report.results.Find(condition, method);
+  if (cell == nullptr) return {std::nan(""), std::nan(""), std::nan("")};
+  if (!error_of) return report.Of(*cell).accuracy;
+  const Tolerance tolerance = report.results.experiment.tolerance();
+  return BootstrapMean(SceneAccuracies(*cell, tolerance, error_of), BootstrapRng(report.results));
 }
 
 // Lines and planes: a cluster a condition. Poses: two a condition, rotation and translation.
-std::vector<Cluster> Clusters(const ExperimentResults& results, const std::vector<std::size_t>& rows) {
+std::vector<Cluster> Clusters(const Report& report, const std::vector<std::size_t>& rows) {
+  const ExperimentResults& results = report.results;
   std::vector<Cluster> clusters;
   const bool poses = JudgesPoses(results);
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
     const std::string label = results.experiment.conditions[c].label;
     const auto add = [&](const std::string& name, const ErrorOf& error_of) {
       Cluster cluster{name, {}};
-      for (const std::size_t row : rows) cluster.bars.push_back(Height(results, c, row, error_of));
+      for (const std::size_t row : rows) cluster.bars.push_back(Height(report, c, row, error_of));
       const bool known = std::any_of(cluster.bars.begin(), cluster.bars.end(),
                                      [](const ConfidenceInterval& bar) { return !std::isnan(bar.mean); });
       if (known) clusters.push_back(std::move(cluster));
@@ -61,11 +60,12 @@ std::string Data(const std::vector<Cluster>& clusters) {
 
 }  // namespace
 
-bool PlotBars(const ExperimentResults& results, const std::string& folder) {
+bool PlotBars(const Report& report, const std::string& folder) {
+  const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
   std::vector<std::size_t> rows;
   for (const std::string& name : experiment.figures.bars) rows.push_back(experiment.RowOf(name));
-  const std::vector<Cluster> clusters = Clusters(results, rows);
+  const std::vector<Cluster> clusters = Clusters(report, rows);
   if (rows.empty() || clusters.empty()) return false;
   std::string script = Data(clusters) + "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
                        AccuracyAxes(results, experiment.condition_label) +

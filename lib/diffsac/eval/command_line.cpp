@@ -13,7 +13,7 @@
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
-#include "diffsac/eval/tables.h"
+#include "diffsac/eval/report_text.h"
 
 namespace diffsac {
 
@@ -52,9 +52,10 @@ void WriteShard(const ExperimentResults& results, const std::string& setup, cons
 }
 
 void WriteWhole(const ExperimentResults& results, const std::string& folder, std::ostream& out) {
-  WriteResults(results, folder);
-  if (!results.partial) DrawFigures(results, folder);
-  out << MarkdownReport(results) << std::endl;
+  const Report report = MakeReport(results);
+  WriteResults(report, folder);
+  if (!results.partial) DrawFigures(report, folder);
+  out << MarkdownReport(report) << std::endl;
 }
 
 Shard ShardOf(const EvalRequest& request) {

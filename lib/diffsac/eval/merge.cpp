@@ -10,7 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
-#include "diffsac/eval/tables.h"
+#include "diffsac/eval/report_text.h"
 
 namespace diffsac {
 namespace {
@@ -154,10 +154,11 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   const ExperimentResults results = MergeShards(std::move(shards));
   const std::string folder = output.empty() ? "runs/" + results.experiment.name : output;
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
-  WriteResults(results, folder);
+  const Report report = MakeReport(results);
+  WriteResults(report, folder);
   CopyPictures(first, folder);
-  DrawFigures(results, folder);
-  out << MarkdownReport(results) << std::endl;
+  DrawFigures(report, folder);
+  out << MarkdownReport(report) << std::endl;
 }
 
 }  // namespace diffsac

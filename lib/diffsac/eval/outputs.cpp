@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "diffsac/core/files.h"
-#include "diffsac/eval/tables.h"
+#include "diffsac/eval/report_text.h"
 
 namespace diffsac {
 namespace {
@@ -35,26 +35,23 @@ Json IntervalJson(const ConfidenceInterval& interval) {
 }
 
 // How much better the reference is on the same problems; null for itself and without ground truth.
-Json DifferenceJson(const ExperimentResults& results, const Cell& cell) {
-  const int reference = ReferenceRow(results.experiment);
-  if (reference < 0) return nullptr;
-  const auto difference = DifferenceOf(results, cell.condition, reference, cell.method);
-  if (!difference) return nullptr;
-  Json json = {{"reference", results.experiment.methods[reference].name}};
-  json.update(IntervalJson(*difference));
+Json DifferenceJson(const ExperimentOptions& experiment, const CellReport& cell) {
+  if (!cell.reference_minus_this) return nullptr;
+  Json json = {{"reference", experiment.methods[ReferenceRow(experiment)].name}};
+  json.update(IntervalJson(*cell.reference_minus_this));
   return json;
 }
 
 // The experiment's comparisons, each condition's.
-Json ComparisonsJson(const ExperimentResults& results) {
-  const ExperimentOptions& experiment = results.experiment;
+Json ComparisonsJson(const Report& report) {
+  const ExperimentOptions& experiment = report.results.experiment;
   Json list = Json::array();
-  for (const Comparison& pair : experiment.compare) {
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
     for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-      const auto difference = DifferenceOf(results, c, experiment.RowOf(pair.a), experiment.RowOf(pair.b));
+      const auto& difference = report.differences[i][c];
       if (!difference) continue;
-      Json json = {{"a", pair.a},
-                   {"b", pair.b},
+      Json json = {{"a", experiment.compare[i].a},
+                   {"b", experiment.compare[i].b},
                    {"condition", experiment.conditions[c].name},
                    {"metric", MetricName("mAA", experiment.tolerance())}};
       json.update(IntervalJson(*difference));
@@ -64,19 +61,17 @@ Json ComparisonsJson(const ExperimentResults& results) {
   return list;
 }
 
-Json CellJson(const ExperimentResults& results, const Cell& cell) {
-  const Tolerance c = results.experiment.tolerance();
+Json CellJson(const ExperimentOptions& experiment, const Cell& cell, const CellReport& report) {
   Json scenes = Json::object();
-  for (const MetricValue& value : CellMetrics(cell, c)) scenes[value.scene][value.metric] = NumberJson(value.value);
-  const MethodRow& row = results.experiment.methods[cell.method];
-  return {
-      {"condition", results.experiment.conditions[cell.condition].name},
-      {"method", row.name},
-      {"type", row.type},
-      {"label", row.label},
-      {"metrics", scenes},
-      {MetricName("mAA", c) + "_ci95", IntervalJson(BootstrapMean(SceneAccuracies(cell, c), BootstrapRng(results)))},
-      {"reference_minus_this", DifferenceJson(results, cell)}};
+  for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
+  const MethodRow& row = experiment.methods[cell.method];
+  return {{"condition", experiment.conditions[cell.condition].name},
+          {"method", row.name},
+          {"type", row.type},
+          {"label", row.label},
+          {"metrics", scenes},
+          {MetricName("mAA", experiment.tolerance()) + "_ci95", IntervalJson(report.accuracy)},
+          {"reference_minus_this", DifferenceJson(experiment, report)}};
 }
 
 Json PaperJson(const ExperimentResults& results) {
@@ -96,11 +91,12 @@ Json PaperJson(const ExperimentResults& results) {
 
 }  // namespace
 
-std::string ResultsCsv(const ExperimentResults& results) {
+std::string ResultsCsv(const Report& report) {
+  const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
   std::string text = "experiment,dataset,scene,condition,method,metric,value\n";
   for (const Cell& cell : results.cells) {
-    for (const MetricValue& value : CellMetrics(cell, experiment.tolerance())) {
+    for (const MetricValue& value : report.Of(cell).metrics) {
       text += CsvText(experiment.name) + "," + CsvText(results.dataset) + "," + CsvText(value.scene) + "," +
               CsvText(experiment.conditions[cell.condition].name) + "," +
               CsvText(experiment.methods[cell.method].name) + "," + value.metric + "," + NumberText(value.value) + "\n";
@@ -129,11 +125,12 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   return text;
 }
 
-std::string ResultsJson(const ExperimentResults& results) {
+std::string ResultsJson(const Report& report) {
+  const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
   const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
-  for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell));
+  for (const Cell& cell : results.cells) cells.push_back(CellJson(experiment, cell, report.Of(cell)));
   const Json json = {{"experiment", experiment.name},
                      {"title", experiment.title},
                      {"task", experiment.task},
@@ -144,33 +141,33 @@ std::string ResultsJson(const ExperimentResults& results) {
                      {"git_revision", results.git_revision},
                      {"machine", results.machine},
                      {"results", cells},
-                     {"differences", ComparisonsJson(results)},
+                     {"differences", ComparisonsJson(report)},
                      {"paper", PaperJson(results)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string TablesCsv(const ExperimentResults& results) {
+std::string TablesCsv(const Report& report) {
   const auto line = [](const std::vector<std::string>& cells) {
     std::string text;
     for (std::size_t i = 0; i < cells.size(); ++i)
-      text += (i == 0 ? "" : ",") + (cells[i] == "–" ? std::string() : CsvText(cells[i]));
+      text += (i == 0 ? "" : ",") + (cells[i] == kUnknown ? std::string() : CsvText(cells[i]));
     return text + "\n";
   };
   std::string text;
-  for (const Table& table : MakeTables(results)) {
+  for (const Table& table : report.tables) {
     text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
     for (const Table::Row& row : table.rows) text += line(row.cells);
   }
   return text;
 }
 
-void WriteResults(const ExperimentResults& results, const std::string& folder) {
-  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
-  WriteFileAtomically(folder + "/results.csv", ResultsCsv(results));
-  WriteFileAtomically(folder + "/results.json", ResultsJson(results));
-  WriteFileAtomically(folder + "/table.csv", TablesCsv(results));
-  WriteFileAtomically(folder + "/table.md", MarkdownReport(results));
-  WriteFileAtomically(folder + "/table.tex", LatexReport(results));
+void WriteResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
+  WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
+  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(report));
+  WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
+  WriteFileAtomically(folder + "/table.tex", LatexReport(report));
 }
 
 }  // namespace diffsac

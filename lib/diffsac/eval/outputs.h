@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include "diffsac/eval/results.h"
+#include "diffsac/eval/report.h"
 
 namespace diffsac {
 
 /// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
-std::string ResultsCsv(const ExperimentResults& results);
+std::string ResultsCsv(const Report& report);
 
 /// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,
 /// hypotheses,ms_features,ms_denoise,
@@ -16,13 +16,13 @@ std::string ProblemsCsv(const ExperimentResults& results);
 
 /// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA
 /// and that of the reference method's mAA minus its own, and the experiment's comparisons. Unknown values are null.
-std::string ResultsJson(const ExperimentResults& results);
+std::string ResultsJson(const Report& report);
 
 /// table.csv: the tables as they are printed, methods by conditions, one below the other: a line with the heading, one
 /// with the columns, a line a row, an empty line. Unknown values are empty.
-std::string TablesCsv(const ExperimentResults& results);
+std::string TablesCsv(const Report& report);
 
 /// Writes all of these, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
-void WriteResults(const ExperimentResults& results, const std::string& folder);
+void WriteResults(const Report& report, const std::string& folder);
 
 }  // namespace diffsac

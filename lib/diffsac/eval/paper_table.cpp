@@ -17,9 +17,12 @@ constexpr PaperMetric kMetrics[] = {{"mAA", &PaperValue::accuracy, nullptr},
                                     {"mAA of R", &PaperValue::rotation, &EstimateError::rotation_deg},
                                     {"mAA of t", &PaperValue::translation, &EstimateError::translation_deg}};
 
-SceneValues AccuraciesOf(const Cell& cell, const Tolerance& tolerance, const PaperMetric& metric) {
-  if (metric.error == nullptr) return SceneAccuracies(cell, tolerance);
-  return SceneAccuracies(cell, tolerance, [&](const EstimateError& error) { return error.*metric.error; });
+ConfidenceInterval OursBy(const Report& report, const Cell& cell, const PaperMetric& metric) {
+  if (metric.error == nullptr) return report.Of(cell).accuracy;
+  const ExperimentResults& results = report.results;
+  return BootstrapMean(SceneAccuracies(cell, results.experiment.tolerance(),
+                                       [&](const EstimateError& error) { return error.*metric.error; }),
+                       BootstrapRng(results));
 }
 
 template <class... Values>
@@ -29,15 +32,14 @@ std::string Text(const char* format, Values... values) {
   return text;
 }
 
-void AddRow(const ExperimentResults& results, const PaperRow& paper, std::size_t condition, const PaperMetric& metric,
+void AddRow(const Report& report, const PaperRow& paper, std::size_t condition, const PaperMetric& metric,
             Table* table) {
-  const ExperimentOptions& experiment = results.experiment;
+  const ExperimentOptions& experiment = report.results.experiment;
   const auto value = paper.values.find(experiment.conditions[condition].name);
-  const Cell* cell = results.Find(condition, experiment.RowOf(paper.ours));
+  const Cell* cell = report.results.Find(condition, experiment.RowOf(paper.ours));
   if (value == paper.values.end() || std::isnan(value->second.*metric.paper) || cell == nullptr) return;
-  const SceneValues values = AccuraciesOf(*cell, experiment.tolerance(), metric);
-  if (values.empty()) return;
-  const ConfidenceInterval ours = BootstrapMean(values, BootstrapRng(results));
+  const ConfidenceInterval ours = OursBy(report, *cell, metric);
+  if (std::isnan(ours.mean)) return;
   const double theirs = value->second.*metric.paper;
   Table::Row row;
   row.cells = {experiment.methods[cell->method].label + " / " + paper.label,
@@ -53,14 +55,15 @@ void AddRow(const ExperimentResults& results, const PaperRow& paper, std::size_t
 
 }  // namespace
 
-Table PaperTable(const ExperimentResults& results) {
+Table PaperTable(const Report& report) {
+  const ExperimentOptions& experiment = report.results.experiment;
   Table table;
   table.heading = "ours beside the paper's, which was measured on other data";
   table.columns = {
-      "ours / the paper's row", results.experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
-  for (const PaperRow& paper : results.experiment.paper)
-    for (std::size_t c = 0; c < results.experiment.conditions.size() && !paper.ours.empty(); ++c)
-      for (const PaperMetric& metric : kMetrics) AddRow(results, paper, c, metric, &table);
+      "ours / the paper's row", experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
+  for (const PaperRow& paper : experiment.paper)
+    for (std::size_t c = 0; c < experiment.conditions.size() && !paper.ours.empty(); ++c)
+      for (const PaperMetric& metric : kMetrics) AddRow(report, paper, c, metric, &table);
   return table;
 }
 

@@ -10,15 +10,8 @@
 namespace diffsac {
 namespace {
 
-double CellAccuracy(const ExperimentResults& results, std::size_t condition, std::size_t method) {
-  const Cell* cell = results.Find(condition, method);
-  const Tolerance c = results.experiment.tolerance();
-  return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, c), "mean", MetricName("mAA", c));
-}
-
-double CellCost(const ExperimentResults& results, std::size_t condition, std::size_t method, const std::string& cost) {
-  const Cell* cell = results.Find(condition, method);
-  return cell == nullptr ? std::nan("") : FindMetric(CellMetrics(*cell, results.experiment.tolerance()), "mean", cost);
+double CellAccuracy(const Report& report, std::size_t condition, std::size_t method) {
+  return report.Metric(condition, method, "mean", MetricName("mAA", report.results.experiment.tolerance()));
 }
 
 struct Point {
@@ -67,16 +60,17 @@ std::string RowStyle(const MethodRow& row, std::size_t index) {
 }
 
 // The lines of one condition's panel against a cost; the ceiling spans the whole axis.
-std::vector<Curve> CostCurves(const ExperimentResults& results, std::size_t condition, const std::string& cost) {
+std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const std::string& cost) {
   std::vector<Curve> curves;
-  const auto& methods = results.experiment.methods;
+  const ExperimentOptions& experiment = report.results.experiment;
+  const auto& methods = experiment.methods;
   double low = 1e300, high = 0.0;
-  for (const BudgetSeries& series : results.experiment.figures.budget) {
+  for (const BudgetSeries& series : experiment.figures.budget) {
     Curve curve{series.label, SeriesStyle(curves.size(), curves.empty()), {}};
     for (const std::string& name : series.methods) {
       for (std::size_t m = 0; m < methods.size(); ++m) {
         if (methods[m].name != name) continue;
-        const Point point{CellCost(results, condition, m, cost), CellAccuracy(results, condition, m)};
+        const Point point{report.Metric(condition, m, "mean", cost), CellAccuracy(report, condition, m)};
         // The axis is logarithmic: what cost nothing has no place on it.
         if (!(point.x > 0.0) || std::isnan(point.y)) continue;
         curve.points.push_back(point);
@@ -88,21 +82,21 @@ std::vector<Curve> CostCurves(const ExperimentResults& results, std::size_t cond
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
   for (std::size_t m = 0; m < methods.size() && !curves.empty(); ++m) {
-    const double ceiling = CellAccuracy(results, condition, m);
+    const double ceiling = CellAccuracy(report, condition, m);
     if (methods[m].type == "oracle" && !std::isnan(ceiling))
       curves.push_back({methods[m].label, kCeilingStyle, {{low, ceiling}, {high, ceiling}}});
   }
   return curves;
 }
 
-std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
+std::vector<Curve> ConditionCurves(const Report& report) {
   std::vector<Curve> curves;
-  const ExperimentOptions& experiment = results.experiment;
+  const ExperimentOptions& experiment = report.results.experiment;
   for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
     const MethodRow& row = experiment.methods[m];
     Curve curve{row.label, RowStyle(row, curves.size()), {}};
     for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-      const Point point{experiment.conditions[c].value, CellAccuracy(results, c, m)};
+      const Point point{experiment.conditions[c].value, CellAccuracy(report, c, m)};
       if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
     }
     if (curve.points.size() >= 2) curves.push_back(std::move(curve));
@@ -111,8 +105,9 @@ std::vector<Curve> ConditionCurves(const ExperimentResults& results) {
 }
 
 // `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
-bool PlotCost(const ExperimentResults& results, const std::string& folder, const std::string& cost,
-              const std::string& x_label, const std::string& name) {
+bool PlotCost(const Report& report, const std::string& folder, const std::string& cost, const std::string& x_label,
+              const std::string& name) {
+  const ExperimentResults& results = report.results;
   struct Panel {
     std::size_t condition = 0;
     std::vector<Curve> curves;
@@ -120,7 +115,7 @@ bool PlotCost(const ExperimentResults& results, const std::string& folder, const
   std::vector<Panel> panels;
   std::size_t richest = 0;
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
-    Panel panel{c, CostCurves(results, c, cost)};
+    Panel panel{c, CostCurves(report, c, cost)};
     if (panel.curves.empty()) continue;
     panels.push_back(std::move(panel));
     if (panels.back().curves.size() > panels[richest].curves.size()) richest = panels.size() - 1;
@@ -143,8 +138,9 @@ bool PlotCost(const ExperimentResults& results, const std::string& folder, const
 
 }  // namespace
 
-bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
-  const std::vector<Curve> curves = ConditionCurves(results);
+bool PlotCurve(const Report& report, const std::string& folder) {
+  const ExperimentResults& results = report.results;
+  const std::vector<Curve> curves = ConditionCurves(report);
   if (curves.empty()) return false;
   const std::string script = "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
                              AccuracyAxes(results, results.experiment.condition_label) +
@@ -153,12 +149,12 @@ bool PlotCurve(const ExperimentResults& results, const std::string& folder) {
   return DrawPicture(folder, "curve", script, 960, 560);
 }
 
-bool PlotBudget(const ExperimentResults& results, const std::string& folder) {
-  return PlotCost(results, folder, "hypotheses", "hypotheses (models solved or scored)", "budget");
+bool PlotBudget(const Report& report, const std::string& folder) {
+  return PlotCost(report, folder, "hypotheses", "hypotheses (models solved or scored)", "budget");
 }
 
-bool PlotTime(const ExperimentResults& results, const std::string& folder) {
-  return PlotCost(results, folder, "ms_total", "milliseconds (median)", "time");
+bool PlotTime(const Report& report, const std::string& folder) {
+  return PlotCost(report, folder, "ms_total", "milliseconds (median)", "time");
 }
 
 void DrawExamples(const ExperimentResults& results, const std::string& folder) {
@@ -168,12 +164,12 @@ void DrawExamples(const ExperimentResults& results, const std::string& folder) {
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
 }
 
-void DrawFigures(const ExperimentResults& results, const std::string& folder) {
-  if (results.experiment.figures.curve) PlotCurve(results, folder);
-  PlotBars(results, folder);
-  PlotBudget(results, folder);
-  PlotTime(results, folder);
-  DrawExamples(results, folder);
+void DrawFigures(const Report& report, const std::string& folder) {
+  if (report.results.experiment.figures.curve) PlotCurve(report, folder);
+  PlotBars(report, folder);
+  PlotBudget(report, folder);
+  PlotTime(report, folder);
+  DrawExamples(report.results, folder);
 }
 
 }  // namespace diffsac

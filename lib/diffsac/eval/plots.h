@@ -2,22 +2,22 @@
 
 #include <string>
 
-#include "diffsac/eval/results.h"
+#include "diffsac/eval/report.h"
 
 namespace diffsac {
 
 /// mAA against the conditions' values, one curve a method, the oracle as a dashed ceiling: `curve.png`. Nothing to draw
 /// (fewer than two conditions with a value, no ground truth) is no picture and no warning; so for all of these.
-bool PlotCurve(const ExperimentResults& results, const std::string& folder);
+bool PlotCurve(const Report& report, const std::string& folder);
 
 /// mAA of the rows in `figures.bars` with its 95 % interval, a cluster of bars a condition; where poses are known two, for
 /// rotation and translation on their own: `bars.png`.
-bool PlotBars(const ExperimentResults& results, const std::string& folder);
+bool PlotBars(const Report& report, const std::string& folder);
 
 /// mAA against the number of hypotheses, one panel a condition, one curve a series: `budget.png`.
-bool PlotBudget(const ExperimentResults& results, const std::string& folder);
+bool PlotBudget(const Report& report, const std::string& folder);
 /// The same against the median time: `time.png`.
-bool PlotTime(const ExperimentResults& results, const std::string& folder);
+bool PlotTime(const Report& report, const std::string& folder);
 
 /// The kept fits, a column a condition: points (inliers of the estimate coloured), the estimate and, where known, the
 /// true model: `fits.png`. Planes are shown in perspective with the estimate as a mesh.
@@ -37,6 +37,6 @@ bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, c
 void DrawExamples(const ExperimentResults& results, const std::string& folder);
 
 /// Every picture that the experiment has something for.
-void DrawFigures(const ExperimentResults& results, const std::string& folder);
+void DrawFigures(const Report& report, const std::string& folder);
 
 }  // namespace diffsac
