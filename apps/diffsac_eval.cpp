@@ -42,10 +42,17 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
   app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)");
   app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
+  app.add_option("--data", request.data_root, "Folder of data sets, ${data_root} in the configuration")
+      ->check(CLI::ExistingDirectory);
+  app.add_flag("--train-missing", request.train_missing, "Trains networks under runs/ that rows name and that are missing");
+  app.add_flag("--needs", request.needs, "Only prints which folders the rows and missing networks read");
   app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of the rows of its method");
   app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
   app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
   app.add_option("--output", request.output, "Run folder (default: runs/<name>)");
+  app.add_flag("--update", request.update, "Nothing is done where the run folder holds these results already");
+  auto* page = app.add_option("--page", request.page, "Also a page with tables and pictures (docs/results/NAME.md)");
+  app.add_option("--page-command", request.page_command, "What the page says that it was written by")->needs(page);
   app.add_option("--device", request.context.device, "auto, cpu or cuda");
   app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
@@ -58,6 +65,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
+    if (request.page_command.empty()) request.page_command = "diffsac_eval --config " + request.config_path;
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

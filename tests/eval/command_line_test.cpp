@@ -71,6 +71,30 @@ TEST_CASE("the command line overrides the configuration") {
   CHECK_THAT(experiment.conditions[0].data.Dump(), Contains("num_points: 50"));
 }
 
+TEST_CASE("the folder of data is the command line's, and what is needed is only printed") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  EvalRequest request = Request(
+      folder, "task: plane\ndata: {type: point_sets, task: plane, inlier_threshold: 1, paths: [\"${data_root}/scans\"]}\n"
+              "methods: [{type: ransac}]\n");
+  request.data_root = "it's data";
+  request.needs = true;
+  CHECK(Evaluate(request, {}, stop, out) == kExitOk);
+  CHECK(out.str() == "it's data/scans\n");
+  CHECK_FALSE(std::filesystem::exists(folder.File("out")));
+}
+
+TEST_CASE("what works on the whole alone is refused for a shard") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  EvalRequest request = Request(folder);
+  request.shard = "1/2";
+  request.page = folder.File("page.md");
+  CHECK_THROWS_WITH(Evaluate(request, {}, stop, out), Contains("--page"));
+}
+
 TEST_CASE("wrong input is one clear line") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};
@@ -90,23 +114,23 @@ TEST_CASE("wrong input is one clear line") {
   CHECK_THROWS_AS(Evaluate(request, {}, stop, out), Error);
 }
 
-TEST_CASE("optional data that is not there is skipped, other data is not") {
+TEST_CASE("an experiment without its data is skipped where that is allowed") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   const std::string yaml =
       "task: plane\ndata: {type: point_sets, task: plane, paths: [nowhere/scans]}\nmethods: [{type: ransac}]\n";
-  CHECK(Evaluate(Request(folder, yaml + "optional_data: true\n"), {}, stop, out) == kExitOk);
+  CHECK(Evaluate(Request(folder, yaml + "missing: leave_out\n"), {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/scans"));
   CHECK_THROWS_AS(Evaluate(Request(folder, yaml), {}, stop, out), Error);
 }
 
-TEST_CASE("optional data below a root that is not there was an error") {
+TEST_CASE("data below a root that is not there is missing as well") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   const std::string yaml =
-      "task: essential\noptional_data: true\ndata: {type: ransac_tutorial, task: essential, root: nowhere/tutorial}\n"
+      "task: essential\nmissing: leave_out\ndata: {type: ransac_tutorial, task: essential, root: nowhere/tutorial}\n"
       "methods: [{type: ransac}]\n";
   CHECK(Evaluate(Request(folder, yaml), {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/tutorial"));

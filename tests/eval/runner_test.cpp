@@ -6,6 +6,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/eval/outputs.h"
+#include "diffsac/eval/selection.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {

@@ -11,20 +11,34 @@
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/eval/merge.h"
+#include "diffsac/eval/missing_networks.h"
 #include "diffsac/eval/outputs.h"
+#include "diffsac/eval/page.h"
 #include "diffsac/eval/plots.h"
 #include "diffsac/eval/report_text.h"
+#include "diffsac/eval/selection.h"
 
 namespace diffsac {
+
+namespace {
+
+// As YAML reads any text.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
 
 ExperimentOptions ReadRequest(const EvalRequest& request) {
   Config config = Config::FromFile(request.config_path);
   for (const std::string& assignment : request.assignments) config.Set(assignment);
   if (request.seed >= 0) config.Set("seed=" + std::to_string(request.seed));
   if (request.context.threads > 0) config.Set("threads=" + std::to_string(request.context.threads));
+  if (!request.data_root.empty()) config.Set("data_root=" + Quoted(request.data_root));
   ExperimentOptions experiment = ReadExperiment(config);
   SelectMethods(request.methods, &experiment);
-  if (request.context.checkpoint_override.empty()) LeaveOutUnavailable(&experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
 }
@@ -51,10 +65,12 @@ void WriteShard(const ExperimentResults& results, const std::string& setup, cons
       << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
 }
 
-void WriteWhole(const ExperimentResults& results, const std::string& folder, std::ostream& out) {
+void WriteWhole(const ExperimentResults& results, const EvalRequest& request, const std::string& folder,
+                std::ostream& out) {
   const Report report = MakeReport(results);
   WriteResults(report, folder);
   if (!results.partial) DrawFigures(report, folder);
+  if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
 
@@ -90,27 +106,55 @@ bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults
   return true;
 }
 
+void CheckRequest(const EvalRequest& request) {
+  if (request.group != nullptr && (!request.merge.empty() || !request.shard.empty()))
+    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
+  const bool shared = request.group != nullptr || !request.shard.empty();
+  if (shared && (request.train_missing || request.update || !request.page.empty()))
+    throw Error("--train-missing, --update and --page are for one process that does all of the work");
+}
+
+// Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
+bool MakeReady(const EvalRequest& request, ExperimentOptions* experiment, std::ostream& out, int* code) {
+  const bool main = request.group == nullptr || request.group->main();
+  *code = kExitOk;
+  if (request.needs) {
+    for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
+    return false;
+  }
+  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment))) {
+    *code = kExitInterrupted;
+    return false;
+  }
+  const bool something = LeaveOutMissing(!request.context.checkpoint_override.empty(), experiment);
+  if (something) {
+    for (const std::string& what : experiment->left_out) LogWarning("left out: " + what);
+  } else if (main) {
+    out << experiment->name << ": skipped, nothing of it is here: " << experiment->left_out.front() << std::endl;
+  }
+  return something;
+}
+
 }  // namespace
 
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out) {
-  if (request.group != nullptr && (!request.merge.empty() || !request.shard.empty()))
-    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
+  CheckRequest(request);
   if (!request.merge.empty()) {
     MergeFolders(request.merge, request.output, out);
     return kExitOk;
   }
-  const bool main = request.group == nullptr || request.group->main();
-  const ExperimentOptions experiment = ReadRequest(request);
-  const std::vector<std::string> missing = MissingData(experiment);
-  if (experiment.optional_data && !missing.empty()) {
-    if (main) out << experiment.name << ": skipped, its data is not here: " << missing.front() << std::endl;
-    return kExitOk;
-  }
+  ExperimentOptions experiment = ReadRequest(request);
+  int code = kExitOk;
+  if (!MakeReady(request, &experiment, out, &code)) return code;
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
+  if (request.update && IsMade(experiment, folder, request.page)) {
+    out << experiment.name << ": made already, in " << folder << std::endl;
+    return kExitOk;
+  }
   std::optional<RunDirectory> run;
-  if (main) {
+  if (request.group == nullptr || request.group->main()) {
     // Before the work, so that a read-only folder is not found out afterwards.
     run.emplace(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
     std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
@@ -119,7 +163,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (request.group != nullptr && !JoinShards(*request.group, Setup(request), &results))
     return results.partial ? kExitInterrupted : kExitOk;
   if (request.shard.empty())
-    WriteWhole(results, folder, out);
+    WriteWhole(results, request, folder, out);
   else
     WriteShard(results, Setup(request), folder, out);
   if (results.partial) LogWarning("interrupted: partial results are in " + folder);

@@ -23,6 +23,12 @@ struct EvalRequest {
   std::int64_t seed = -1;                ///< --seed; negative: as configured
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
+  std::string data_root;                 ///< --data: replaces the experiment's data_root
+  bool needs = false;                    ///< --needs: only says which folders the experiment reads
+  bool train_missing = false;            ///< --train-missing: networks under runs/ that rows name and that are not there
+  bool update = false;                   ///< --update: nothing is done where the folder holds the results already
+  std::string page;                      ///< --page: a page with tables and pictures; empty: none
+  std::string page_command;              ///< --page-command: how the page says that it was made
   MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
   /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
   ProcessGroup* group = nullptr;
@@ -33,7 +39,7 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
 
-/// Reads the configuration with the command line on top. Throws Error.
+/// Reads the configuration with the command line on top. Data and networks may be missing. Throws Error.
 ExperimentOptions ReadRequest(const EvalRequest& request);
 
 /// Runs the experiment, writes the folder and prints the tables to `out`. A shard's folder holds its part of

@@ -11,13 +11,14 @@
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/eval/compose.h"
 
 namespace diffsac {
 namespace {
 
 using Kind = YamlTree::Kind;
 
-constexpr const char* kRowKeys[] = {"name", "label", "conditions", "max_problems", "optional"};
+constexpr const char* kRowKeys[] = {"name", "label", "series", "conditions", "max_problems"};
 
 // A document of its own, with the places of its parts kept for messages.
 Config ConfigOf(YamlTree tree) {
@@ -37,13 +38,6 @@ YamlTree Text(const std::string& text) {
   tree.kind = Kind::kScalar;
   tree.scalar = text;
   tree.quoted = true;
-  return tree;
-}
-
-YamlTree Flag(bool value) {
-  YamlTree tree;
-  tree.kind = Kind::kScalar;
-  tree.scalar = value ? "true" : "false";
   return tree;
 }
 
@@ -92,7 +86,6 @@ Condition ReadCondition(const Config& config, const YamlTree& base) {
     b.Field("name", condition.name);
     b.Field("label", condition.label);
     b.Field("value", condition.value);
-    b.Field("optional", condition.optional);
     b.Ignore("data");
   });
   if (condition.label.empty()) condition.label = condition.name;
@@ -115,9 +108,9 @@ MethodRow ReadMethodRow(const Config& config) {
     b.Field("name", row.name);
     b.Field("type", row.type);
     b.Field("label", row.label);
+    b.Field("series", row.series);
     b.Field("conditions", row.conditions);
     b.Field("max_problems", row.max_problems, AtLeast(0));
-    b.Field("optional", row.optional);
   });
   if (row.type.empty()) throw Error(config.Where() + ": expected a type (ransac, diffsac, oracle, ...)");
   if (row.name.empty()) row.name = row.type;
@@ -182,17 +175,16 @@ std::vector<PaperRow> ReadPaper(const Config& config, const std::vector<std::str
   return rows;
 }
 
-std::vector<BudgetSeries> ReadBudget(const Config& config) {
-  std::vector<BudgetSeries> series;
-  for (const Config& item : config.Sequence("figures.budget.series")) {
-    BudgetSeries one;
-    ReadOptionsWith(item, [&](OptionsBinder& b) {
-      b.Field("label", one.label);
-      b.Field("methods", one.methods);
-    });
-    series.push_back(std::move(one));
+// In the order in which they first appear.
+std::vector<BudgetSeries> SeriesOf(const std::vector<MethodRow>& methods) {
+  std::vector<BudgetSeries> all;
+  for (const MethodRow& row : methods) {
+    if (row.series.empty()) continue;
+    auto found = std::find_if(all.begin(), all.end(), [&](const BudgetSeries& one) { return one.label == row.series; });
+    if (found == all.end()) found = all.insert(all.end(), {row.series, {}});
+    found->methods.push_back(row.name);
   }
-  return series;
+  return all;
 }
 
 std::vector<ImageFolder> ReadImageFolders(const Config& config) {
@@ -253,8 +245,6 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   CheckKnown(config, "figures.bars", "method", figures.bars, methods);
   CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
   CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
-  for (const BudgetSeries& series : figures.budget)
-    CheckKnown(config, "figures.budget", "method", series.methods, methods);
 }
 
 YamlTree TextList(const std::vector<std::string>& texts) {
@@ -269,7 +259,6 @@ YamlTree ConditionTree(const Condition& condition) {
   Put(&tree, "name", Text(condition.name));
   Put(&tree, "label", Text(condition.label));
   if (!std::isnan(condition.value)) Put(&tree, "value", Number(condition.value));
-  if (condition.optional) Put(&tree, "optional", Flag(true));
   Put(&tree, "data", ParseYaml(WriteDatasetOptions(condition.data), {}));
   return tree;
 }
@@ -278,9 +267,9 @@ YamlTree MethodTree(const MethodRow& row) {
   YamlTree tree;
   Put(&tree, "name", Text(row.name));
   Put(&tree, "label", Text(row.label));
+  if (!row.series.empty()) Put(&tree, "series", Text(row.series));
   if (!row.conditions.empty()) Put(&tree, "conditions", TextList(row.conditions));
   if (row.max_problems > 0) Put(&tree, "max_problems", Number(row.max_problems));
-  if (row.optional) Put(&tree, "optional", Flag(true));
   for (const YamlEntry& entry : TreeOf(row.config).entries) tree.entries.push_back(entry);
   return tree;
 }
@@ -337,19 +326,6 @@ YamlTree ComparisonsTree(const std::vector<Comparison>& comparisons) {
   return list;
 }
 
-YamlTree BudgetTree(const std::vector<BudgetSeries>& all) {
-  YamlTree list, budget;
-  list.kind = Kind::kSequence;
-  for (const BudgetSeries& series : all) {
-    YamlTree one;
-    Put(&one, "label", Text(series.label));
-    Put(&one, "methods", TextList(series.methods));
-    list.items.push_back(std::move(one));
-  }
-  Put(&budget, "series", std::move(list));
-  return budget;
-}
-
 }  // namespace
 
 bool MethodRow::RunsOn(const std::string& condition) const {
@@ -376,7 +352,6 @@ void FigureOptions::Bind(OptionsBinder& b) {
   b.Field("qualitative_conditions", qualitative_conditions);
   b.Field("confidence_condition", confidence_condition);
   b.Field("bars", bars);
-  b.Ignore("budget");
   b.Ignore("images");
 }
 
@@ -397,100 +372,31 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("condition_label", condition_label);
   b.Field("reference", reference);
   b.Field("notes", notes);
-  b.Field("optional_data", optional_data);
+  b.Choice("missing", missing, {"error", "leave_out"});
+  b.Field("data_root", data_root);
   b.Group("figures", figures);
   for (const char* key : {"data", "conditions", "methods", "paper", "scene_groups", "compare"}) b.Ignore(key);
 }
 
-ExperimentOptions ReadExperiment(const Config& config) {
+ExperimentOptions ReadExperiment(const Config& given) {
+  const Config config = ComposeExperiment(given);
   auto experiment = ReadOptions<ExperimentOptions>(config);
   if (experiment.name.empty() || experiment.name.find('/') != std::string::npos)
     throw Error(config.Where("name") + ": expected a name without '/'");
   const YamlTree base = TreeOf(config.Sub("data"));
   for (const Config& item : config.Sequence("conditions")) experiment.conditions.push_back(ReadCondition(item, base));
-  if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nan(""), false, ConfigOf(base)});
+  if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nan(""), ConfigOf(base)});
   for (const Config& item : config.Sequence("methods")) experiment.methods.push_back(ReadMethodRow(item));
   if (experiment.methods.empty()) throw Error(config.Where("methods") + ": expected a list of methods");
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
-  experiment.figures.budget = ReadBudget(config);
+  experiment.figures.budget = SeriesOf(experiment.methods);
   experiment.figures.images = ReadImageFolders(config);
   CheckReferences(config, experiment);
   experiment.paper = ReadPaper(config, Names(experiment.conditions), Names(experiment.methods));
   experiment.scene_groups = ReadSceneGroups(config);
   experiment.compare = ReadComparisons(config, Names(experiment.methods));
   return experiment;
-}
-
-namespace {
-
-void RemoveCondition(const std::string& name, ExperimentOptions* experiment) {
-  std::erase_if(experiment->conditions, [&](const Condition& condition) { return condition.name == name; });
-  auto& figures = experiment->figures;
-  std::erase(figures.qualitative_conditions, name);
-  if (figures.confidence_condition == name) figures.confidence_condition.clear();
-  for (PaperRow& row : experiment->paper) row.values.erase(name);
-  // A row that has no condition left would pass for one of all conditions.
-  std::erase_if(experiment->methods, [&](MethodRow& row) {
-    const bool named = std::erase(row.conditions, name) > 0;
-    if (named && row.conditions.empty()) experiment->left_out.push_back(row.label + " (none of its conditions is left)");
-    return named && row.conditions.empty();
-  });
-}
-
-}  // namespace
-
-std::vector<std::string> Condition::MissingPaths() const {
-  std::vector<std::string> places;
-  for (const Config& path : data.Sequence("paths")) places.push_back(path.Text());
-  if (data.Has("root")) places.push_back(data.Text("root"));
-  std::erase_if(places, [](const std::string& place) { return std::filesystem::exists(place); });
-  return places;
-}
-
-void LeaveOutUnavailable(ExperimentOptions* experiment) {
-  const std::vector<Condition> all = experiment->conditions;
-  for (const Condition& condition : all) {
-    const auto missing = condition.MissingPaths();
-    if (!condition.optional || missing.empty()) continue;
-    experiment->left_out.push_back(condition.label + " (needs " + missing.front() + ")");
-    RemoveCondition(condition.name, experiment);
-  }
-  if (experiment->conditions.empty())
-    throw Error(experiment->name + ": no condition is left: " + experiment->left_out.front());
-  std::vector<std::string> available;
-  for (const MethodRow& row : experiment->methods) {
-    const std::string checkpoint = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
-    if (row.optional && !checkpoint.empty() && !std::filesystem::exists(checkpoint)) {
-      experiment->left_out.push_back(row.label + " (needs " + checkpoint + ")");
-    } else {
-      available.push_back(row.name);
-    }
-  }
-  if (available.empty()) throw Error(experiment->name + ": no row is left: " + experiment->left_out.front());
-  SelectMethods(available, experiment);
-}
-
-void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment) {
-  if (names.empty()) return;
-  const auto known = Names(experiment->methods);
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
-  }
-  const auto kept = [&](const std::string& name) {
-    return name.empty() || std::find(names.begin(), names.end(), name) != names.end();
-  };
-  std::erase_if(experiment->methods, [&](const MethodRow& row) { return !kept(row.name); });
-  if (!kept(experiment->reference)) experiment->reference.clear();
-  if (!kept(experiment->figures.qualitative_method)) experiment->figures.qualitative_method.clear();
-  for (auto* rows : {&experiment->figures.qualitative_methods, &experiment->figures.bars})
-    std::erase_if(*rows, [&](const std::string& name) { return !kept(name); });
-  for (PaperRow& row : experiment->paper)
-    if (!kept(row.ours)) row.ours.clear();
-  std::erase_if(experiment->compare, [&](const Comparison& pair) { return !kept(pair.a) || !kept(pair.b); });
-  for (BudgetSeries& series : experiment->figures.budget)
-    std::erase_if(series.methods, [&](const std::string& name) { return !kept(name); });
 }
 
 std::string WriteExperiment(const ExperimentOptions& experiment) {
@@ -500,7 +406,6 @@ std::string WriteExperiment(const ExperimentOptions& experiment) {
   for (const Condition& condition : experiment.conditions) conditions.items.push_back(ConditionTree(condition));
   for (const MethodRow& row : experiment.methods) methods.items.push_back(MethodTree(row));
   for (const PaperRow& row : experiment.paper) Put(&paper, row.label, PaperTree(row));
-  if (!experiment.figures.budget.empty()) Put(tree.Find("figures"), "budget", BudgetTree(experiment.figures.budget));
   if (!experiment.figures.images.empty())
     Put(tree.Find("figures"), "images", ImageFoldersTree(experiment.figures.images));
   Put(&tree, "conditions", std::move(conditions));

@@ -17,10 +17,7 @@ struct Condition {
   std::string name;                                         ///< Short and unique: "0.5".
   std::string label;                                        ///< Heading; the name when empty.
   double value = std::numeric_limits<double>::quiet_NaN();  ///< Position on the curve's axis; NaN: not on it.
-  bool optional = false;  ///< Left out, and named under the table, where its data is not there.
   Config data;            ///< The base data merged with this condition's overrides.
-  /// Those of the data's `paths` and `root` that don't exist; empty for generated data.
-  std::vector<std::string> MissingPaths() const;
 };
 
 /// A row of the table.
@@ -28,9 +25,9 @@ struct MethodRow {
   std::string name;                     ///< Unique; `--methods` and the output files use it.
   std::string type;                     ///< For the registry; `oracle` is computed by the runner.
   std::string label;                    ///< In tables and pictures; the name when empty.
+  std::string series;                   ///< Rows of one series are joined in the pictures of budgets; empty: none.
   std::vector<std::string> conditions;  ///< Only these; all when empty.
   int max_problems = 0;  ///< Only the first so many problems (slow rows); 0: all. Shown as n in the table.
-  bool optional = false;  ///< Left out, and named under the table, where its `checkpoint` is not there.
   Config config;         ///< type and the method's own options, without the keys above.
   bool RunsOn(const std::string& condition) const;
   /// False for references that are told more than the points: `oracle` the inliers, `line_posterior` the generator.
@@ -86,7 +83,7 @@ struct FigureOptions {
   std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
   std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
   std::vector<std::string> bars;                    ///< Rows in the picture of bars; empty: none.
-  std::vector<BudgetSeries> budget;                 ///< `figures.budget.series`.
+  std::vector<BudgetSeries> budget;                 ///< The rows' `series`.
   std::vector<ImageFolder> images;                  ///< Two views: `figures.images`, the first that fits a scene.
   void Bind(OptionsBinder& b);
 };
@@ -107,8 +104,8 @@ struct ExperimentOptions {
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
-  /// The data may be absent: then the run says so and ends well.
-  bool optional_data = false;
+  std::string missing = "error";  ///< Data and networks that are not there: "error" | "leave_out" (and name them).
+  std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
@@ -122,7 +119,7 @@ struct ExperimentOptions {
   std::vector<PaperRow> paper;
   std::vector<SceneGroup> scene_groups;
   std::vector<Comparison> compare;
-  std::vector<std::string> left_out;  ///< Optional rows and conditions that could not be run, with what they need.
+  std::vector<std::string> left_out;  ///< Rows, conditions and data that are not there, with what they need.
   /// The first group that holds the scene, or the scene itself.
   std::string GroupOf(const std::string& scene) const;
   /// The index of a row of this name; the number of rows when there is none.
@@ -132,13 +129,6 @@ struct ExperimentOptions {
 /// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods
 /// and conditions that don't exist.
 ExperimentOptions ReadExperiment(const Config& config);
-
-/// Takes the optional conditions whose data is not there, the rows that are for these alone, and the optional rows
-/// whose checkpoint is not there into `left_out`. Throws Error when no row or no condition is left.
-void LeaveOutUnavailable(ExperimentOptions* experiment);
-
-/// Keeps the named rows, in the experiment's order. Throws Error naming the nearest row for an unknown name.
-void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment);
 
 /// The whole experiment with every option of the data and the experiment filled in; reads back to the same.
 std::string WriteExperiment(const ExperimentOptions& experiment);

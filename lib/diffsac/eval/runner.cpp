@@ -259,14 +259,6 @@ std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_i
   return Rng(experiment_seed).Fork("estimate", problem_index).Seed();
 }
 
-std::vector<std::string> MissingData(const ExperimentOptions& experiment) {
-  std::vector<std::string> missing;
-  for (const Condition& condition : experiment.conditions)
-    for (const std::string& path : condition.MissingPaths())
-      if (std::find(missing.begin(), missing.end(), path) == missing.end()) missing.push_back(path);
-  return missing;
-}
-
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
   ExperimentResults results;
   results.experiment = experiment;

@@ -22,9 +22,6 @@ struct RunInputs {
 /// The seed of a problem: the same for every method, condition, batch and thread count, and whatever else runs.
 std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_index);
 
-/// The paths of a condition's data that don't exist, for `optional_data`; empty for generated data.
-std::vector<std::string> MissingData(const ExperimentOptions& experiment);
-
 /// Runs every method on the same problems of every condition. Methods without batches run in parallel over problems,
 /// batched ones batch after batch. Results depend on the experiment alone, times excepted. When `*stop` turns true the
 /// running problems or batch are finished and the rest is left out (`partial`).

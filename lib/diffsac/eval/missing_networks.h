@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diffsac/eval/experiment.h"
+
+namespace diffsac {
+
+/// A network that a row names as runs/NAME/checkpoints/..., that is not there, and the training that makes it.
+struct MissingNetwork {
+  std::string name;
+  std::string checkpoint;
+  std::string config;  ///< The training configuration named NAME; empty where there is none.
+};
+
+/// Those of an experiment's rows. Training configurations are looked for below `configs`, by their `name`.
+std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment, const std::string& configs = "configs");
+
+/// What an experiment reads and can be prepared: the folders of its data, and those below runs/ that the trainings of
+/// missing networks read.
+std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs = "configs");
+
+/// Trains them one after the other with the program beside this one, each where an earlier run of its stopped; the
+/// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. False: interrupted.
+bool TrainNetworks(const std::vector<MissingNetwork>& networks);
+
+}  // namespace diffsac

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/eval/experiment.h"
+
+namespace diffsac {
+
+/// Writes a page (docs/results/NAME.md) of a run's folder: its table.md, its pictures, of those of matches two, copied
+/// beside the page as NAME_*.png, `command`, which made it, and revision, seed, machine and date. Throws Error.
+void WritePage(const std::string& folder, const std::string& page, const std::string& command);
+
+/// Whether a folder holds what running the experiment would give: the whole results of the same configuration, newer
+/// than this program and than the networks that rows name; and, where `page` is not empty, that the page is of this run.
+bool IsMade(const ExperimentOptions& experiment, const std::string& folder, const std::string& page);
+
+}  // namespace diffsac

@@ -1,0 +1,38 @@
+#include "diffsac/eval/missing_networks.h"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+
+#include "diffsac/core/files.h"
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+TEST_CASE("a missing network is made by the training of its name, which says what it reads") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.File("configs/tables"));
+  WriteFileAtomically(folder.File("configs/tables/net.yaml"), "name: net\nmethods: []\n");
+  WriteFileAtomically(folder.File("configs/of_net.yaml"),
+                      "name: net\ntrain: {iterations: 1}\ndata: {parts: [{paths: [runs/pairs/train/fox, data/x]}]}\n");
+  const ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+data: {type: correspondences, task: line, paths: [runs/pairs/test]}
+methods:
+  a: {type: diffsac, checkpoint: runs/net/checkpoints/best.pt}
+  b: {type: diffsac, checkpoint: runs/nobody/checkpoints/best.pt}
+  c: {type: diffsac, checkpoint: elsewhere/model.pt}
+)"));
+  const auto networks = MissingNetworks(experiment, folder.File("configs"));
+  REQUIRE(networks.size() == 2);
+  CHECK(networks[0].name == "net");
+  CHECK(networks[0].config == folder.File("configs/of_net.yaml"));
+  CHECK(networks[1].name == "nobody");
+  CHECK(networks[1].config.empty());
+  CHECK(NeededFolders(experiment, folder.File("configs")) ==
+        std::vector<std::string>{"runs/pairs/test", "runs/pairs/train/fox"});
+  CHECK(TrainNetworks({networks[1]}));  // Only a warning.
+}
+
+}  // namespace
+}  // namespace diffsac
