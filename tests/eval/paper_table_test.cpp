@@ -10,7 +10,7 @@ namespace {
 TEST_CASE("ours stands beside the paper's with its interval, difference and number") {
   ExperimentResults results = testing::MadeUpResults();
   CHECK(PaperTable(MakeReport(results)).rows.empty());  // The paper's row names none of ours.
-  results.experiment.paper[0].ours = results.experiment.methods[0].name;
+  results.experiment.paper[0].second.ours = results.experiment.methods[0].name;
   const Table table = PaperTable(MakeReport(results));
   REQUIRE(table.rows.size() == 2);
   const auto& cells = table.rows[0].cells;
@@ -28,11 +28,10 @@ TEST_CASE("ours stands beside the paper's with its interval, difference and numb
 TEST_CASE("two views: rotation and translation apart") {
   ExperimentResults results = testing::MadeUpPoses();
   PaperRow paper;
-  paper.label = "DiffSAC";
   paper.ours = "second";
   paper.values["all"].rotation = 0.5;
   paper.values["all"].translation = 0.25;
-  results.experiment.paper.push_back(paper);
+  results.experiment.paper.push_back({"DiffSAC", paper});
   const Table table = PaperTable(MakeReport(results));
   REQUIRE(table.rows.size() == 2);
   CHECK(table.rows[0].cells[2] == "mAA of R");

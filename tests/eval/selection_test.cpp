@@ -92,7 +92,7 @@ paper: {Theirs: {ours: absent_alone, here: 0.5, absent: 0.6}}
   CHECK_THAT(experiment.left_out[0], Contains("Absent") && Contains("no/such/pairs"));
   CHECK_THAT(experiment.left_out[1], Contains("Lost"));
   CHECK(experiment.compare.empty());
-  CHECK(experiment.paper[0].values.size() == 1);
+  CHECK(experiment.paper[0].second.values.size() == 1);
   CHECK_NOTHROW(Read(WriteExperiment(experiment)));  // nothing refers to what is left out
 
   experiment = Read(text);

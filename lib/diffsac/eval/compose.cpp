@@ -206,13 +206,15 @@ YamlTree NamedRows(YamlTree methods) {
   return rows;
 }
 
-/// The named rows in that order; without names all, the oracle, which is a ceiling and no competitor, last.
-YamlTree Ordered(YamlTree rows, const YamlTree& names) {
-  if (names.kind == TreeKind::kNull) {
-    std::stable_partition(rows.items.begin(), rows.items.end(),
-                          [](const YamlTree& row) { return TextOf(row, "type") != "oracle"; });
-    return rows;
-  }
+/// The oracle, which is a ceiling and no competitor, last.
+YamlTree WithOracleLast(YamlTree rows) {
+  std::stable_partition(rows.items.begin(), rows.items.end(),
+                        [](const YamlTree& row) { return TextOf(row, "type") != "oracle"; });
+  return rows;
+}
+
+/// The named rows in that order.
+YamlTree Chosen(const YamlTree& rows, const YamlTree& names) {
   std::vector<std::string> known;
   for (const YamlTree& row : rows.items) known.push_back(TextOf(row, "name"));
   YamlTree chosen = ListAt(rows);
@@ -232,8 +234,19 @@ YamlTree ComposeMethods(const YamlTree& methods, YamlTree settings, const YamlTr
   YamlTree resolved = ListAt(listed), rows = ListAt(listed);
   for (const YamlTree& row : listed.items)
     resolved.items.push_back(row.kind == TreeKind::kMap ? known.Resolve(row) : row);
-  for (const YamlTree& row : Ordered(std::move(resolved), names).items) AddRows(row, &rows);
+  // A list has its author's order; a map may come from several files.
+  if (methods.kind == TreeKind::kMap) resolved = WithOracleLast(std::move(resolved));
+  if (names.kind != TreeKind::kNull) resolved = Chosen(resolved, names);
+  for (const YamlTree& row : resolved.items) AddRows(row, &rows);
   return rows;
+}
+
+/// A single value as a list of one.
+YamlTree ListOf(YamlTree value) {
+  if (value.kind != TreeKind::kScalar) return value;
+  YamlTree list = ListAt(value);
+  list.items.push_back(std::move(value));
+  return list;
 }
 
 YamlTree PairsOf(const YamlTree& compare) {
@@ -269,6 +282,8 @@ Config ComposeExperiment(const Config& config) {
   }
   if (YamlTree* methods = root.Find("methods")) *methods = ComposeMethods(*methods, std::move(settings), names);
   if (YamlTree* compare = root.Find("compare")) *compare = PairsOf(*compare);
+  if (YamlTree* groups = root.Find("scene_groups"))
+    for (YamlEntry& group : groups->entries) group.value = ListOf(std::move(group.value));
   return composed;
 }
 

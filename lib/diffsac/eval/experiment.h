@@ -1,9 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diffsac/core/options.h"
@@ -14,10 +15,11 @@ namespace diffsac {
 
 /// A column of the table: the base data with some options changed.
 struct Condition {
-  std::string name;                                         ///< Short and unique: "0.5".
-  std::string label;                                        ///< Heading; the name when empty.
-  double value = std::numeric_limits<double>::quiet_NaN();  ///< Position on the curve's axis; NaN: not on it.
-  Config data;            ///< The base data merged with this condition's overrides.
+  std::string name;             ///< Short and unique: "0.5".
+  std::string label;            ///< Heading; the name when empty.
+  std::optional<double> value;  ///< Position on the curve's axis; none: not on it.
+  Config data;                  ///< The base data merged with this condition's overrides.
+  void Bind(OptionsBinder& b);
 };
 
 /// A row of the table.
@@ -29,24 +31,24 @@ struct MethodRow {
   std::vector<std::string> conditions;  ///< Only these; all when empty.
   int max_problems = 0;  ///< Only the first so many problems (slow rows); 0: all. Shown as n in the table.
   Config config;         ///< type and the method's own options, without the keys above.
+  void Bind(OptionsBinder& b);
   bool RunsOn(const std::string& condition) const;
   /// False for references that are told more than the points: `oracle` the inliers, `line_posterior` the generator.
   bool Competes() const { return type != "oracle" && type != "line_posterior"; }
 };
 
-/// What the paper reports for one method and condition; NaN where it reports nothing.
+/// What the paper reports for one method and condition; none where it reports nothing. In YAML mAA, [mAA, median], or
+/// {R, t, median_R, median_t}.
 struct PaperValue {
-  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  double accuracy = kUnknown;
-  double median_deg = kUnknown;
+  std::optional<double> accuracy, median_deg;
   /// Two views, which the paper judges by rotation and translation apart.
-  double rotation = kUnknown, translation = kUnknown;
-  double median_rotation_deg = kUnknown, median_translation_deg = kUnknown;
+  std::optional<double> rotation, translation, median_rotation_deg, median_translation_deg;
+  void Bind(OptionsBinder& b);
 };
 struct PaperRow {
-  std::string label;
   std::string ours;                          ///< Our row that it stands beside (PaperTable); empty: none.
   std::map<std::string, PaperValue> values;  ///< By the condition's name.
+  void Bind(OptionsBinder& b);
 };
 
 /// Several budgets of one method, joined in the picture of mAA against the number of hypotheses.
@@ -55,22 +57,18 @@ struct BudgetSeries {
   std::vector<std::string> methods;
 };
 
-/// Scenes that the means over scenes count as one: KITTI's frame steps, say.
-struct SceneGroup {
-  std::string name;
-  std::vector<std::string> scenes;  ///< Names of scenes; `*` stands for any text, `?` for one character.
-};
-
 /// A difference "a minus b" of two rows that the report shows with its interval.
 struct Comparison {
   std::string a;
   std::string b;
+  void Bind(OptionsBinder& binder);
 };
 
 /// Where pictures find the images of scenes.
 struct ImageFolder {
   std::string scenes = "*";  ///< Names of scenes; `*` stands for any text, `?` for one character.
   std::string folder;        ///< Holds the images by the names that the pairs' ids have, with any extension.
+  void Bind(OptionsBinder& b);
 };
 
 struct FigureOptions {
@@ -83,10 +81,16 @@ struct FigureOptions {
   std::vector<std::string> qualitative_conditions;  ///< Empty: up to four, evenly spread.
   std::string confidence_condition;                 ///< Where the reverse steps are shown; empty: the middle condition.
   std::vector<std::string> bars;                    ///< Rows in the picture of bars; empty: none.
-  std::vector<BudgetSeries> budget;                 ///< The rows' `series`.
+  std::vector<BudgetSeries> budget;                 ///< The rows' `series`, in the order of their first rows.
   std::vector<ImageFolder> images;                  ///< Two views: `figures.images`, the first that fits a scene.
   void Bind(OptionsBinder& b);
 };
+
+/// What becomes of an experiment's data and networks that are not there: an error, or they are left out and named.
+enum class Missing { kError, kLeaveOut };
+template <>
+inline constexpr auto kEnumNames<Missing> =
+    NamesOf<Missing>({{Missing::kError, "error"}, {Missing::kLeaveOut, "leave_out"}});
 
 /// One table or figure: every method on every condition. See docs/metrics.md and configs/tables/.
 struct ExperimentOptions {
@@ -104,8 +108,8 @@ struct ExperimentOptions {
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
-  std::string missing = "error";  ///< Data and networks that are not there: "error" | "leave_out" (and name them).
-  std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
+  Missing missing = Missing::kError;
+  std::string data_root = "data";             ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
@@ -113,11 +117,13 @@ struct ExperimentOptions {
     return in_pixels || (task == "homography" && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
   }
 
-  // Lists, read by ReadExperiment.
-  std::vector<Condition> conditions;
+  Config data;                        ///< What conditions change; of an experiment that was read it is in them.
+  std::vector<Condition> conditions;  ///< One, "all", when empty.
   std::vector<MethodRow> methods;
-  std::vector<PaperRow> paper;
-  std::vector<SceneGroup> scene_groups;
+  std::vector<std::pair<std::string, PaperRow>> paper;  ///< By its label.
+  /// Scenes that the means over scenes count as one (KITTI's frame steps, say), by the group's name; in names of scenes
+  /// `*` stands for any text, `?` for one character.
+  std::vector<std::pair<std::string, std::vector<std::string>>> scene_groups;
   std::vector<Comparison> compare;
   std::vector<std::string> left_out;  ///< Rows, conditions and data that are not there, with what they need.
   /// The first group that holds the scene, or the scene itself.
@@ -128,12 +134,9 @@ struct ExperimentOptions {
 
 /// Reads an experiment. Throws Error (file, line, key) for unknown keys, double or missing names, references to methods
 /// and conditions that don't exist.
-ExperimentOptions ReadExperiment(const Config& config);
+ExperimentOptions ReadExperiment(const Config& given);
 
 /// The whole experiment with every option of the data and the experiment filled in; reads back to the same.
-std::string WriteExperiment(const ExperimentOptions& experiment);
-
-/// "mAA@0.5deg", "mAA@20px": a metric's name with its threshold.
-std::string MetricName(const std::string& metric, const Tolerance& tolerance);
+std::string WriteExperiment(ExperimentOptions experiment);
 
 }  // namespace diffsac

@@ -112,16 +112,16 @@ std::string PaperText(double value) {
 }
 
 void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Table* table) {
-  for (const PaperRow& paper : results.experiment.paper) {
+  for (const auto& [label, paper] : results.experiment.paper) {
     Table::Row row;
     bool known = false;
-    row.cells.push_back(paper.label + " (paper, other data)");
+    row.cells.push_back(label + " (paper, other data)");
     for (const MetricColumn& column : shown.columns) {
       const auto found = paper.values.find(results.experiment.conditions[column.condition].name);
       const bool has_value = column.paper != nullptr && found != paper.values.end();
-      const double value = has_value ? found->second.*column.paper : std::nan("");
-      known = known || !std::isnan(value);
-      row.cells.push_back(PaperText(value));
+      const auto value = has_value ? found->second.*column.paper : std::nullopt;
+      known = known || value.has_value();
+      row.cells.push_back(PaperText(value.value_or(std::nan(""))));
     }
     row.cells.resize(table->columns.size(), "");
     row.best.resize(row.cells.size());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct MetricColumn {
   std::string metric;
   int digits = 3;
   bool higher_is_better = true;
-  double PaperValue::*paper = nullptr;  ///< The paper's value for it, null where it gives none.
+  std::optional<double> PaperValue::*paper = nullptr;  ///< The paper's value for it, null where it gives none.
 };
 
 /// What a table of metrics shows: a row for each method.

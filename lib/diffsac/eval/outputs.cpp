@@ -30,6 +30,8 @@ std::string CsvText(const std::string& text) {
 
 Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+Json KnownJson(const std::optional<double>& value) { return value ? NumberJson(*value) : Json(nullptr); }
+
 Json IntervalJson(const ConfidenceInterval& interval) {
   return {{"mean", NumberJson(interval.mean)}, {"low", NumberJson(interval.low)}, {"high", NumberJson(interval.high)}};
 }
@@ -76,15 +78,15 @@ Json CellJson(const ExperimentOptions& experiment, const Cell& cell, const CellR
 
 Json PaperJson(const ExperimentResults& results) {
   Json rows = Json::object();
-  for (const PaperRow& row : results.experiment.paper)
+  for (const auto& [label, row] : results.experiment.paper)
     for (const auto& [condition, value] : row.values) {
-      Json& json = rows[row.label][condition] = {{"mAA", NumberJson(value.accuracy)},
-                                                 {"median_deg", NumberJson(value.median_deg)}};
-      if (std::isnan(value.rotation) && std::isnan(value.translation)) continue;
-      json["mAA_R"] = NumberJson(value.rotation);
-      json["mAA_t"] = NumberJson(value.translation);
-      json["median_R_deg"] = NumberJson(value.median_rotation_deg);
-      json["median_t_deg"] = NumberJson(value.median_translation_deg);
+      Json& json = rows[label][condition] = {{"mAA", KnownJson(value.accuracy)},
+                                                 {"median_deg", KnownJson(value.median_deg)}};
+      if (!value.rotation && !value.translation) continue;
+      json["mAA_R"] = KnownJson(value.rotation);
+      json["mAA_t"] = KnownJson(value.translation);
+      json["median_R_deg"] = KnownJson(value.median_rotation_deg);
+      json["median_t_deg"] = KnownJson(value.median_translation_deg);
     }
   return rows;
 }

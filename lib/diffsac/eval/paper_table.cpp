@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace diffsac {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 // One of the paper's metrics: its value, and the error that ours is made of; null: the task's main one.
 struct PaperMetric {
   const char* name;
-  double PaperValue::*paper;
+  std::optional<double> PaperValue::*paper;
   double EstimateError::*error;
 };
 
@@ -32,17 +33,17 @@ std::string Text(const char* format, Values... values) {
   return text;
 }
 
-void AddRow(const Report& report, const PaperRow& paper, std::size_t condition, const PaperMetric& metric,
-            Table* table) {
+void AddRow(const Report& report, const std::string& label, const PaperRow& paper, std::size_t condition,
+            const PaperMetric& metric, Table* table) {
   const ExperimentOptions& experiment = report.results.experiment;
   const auto value = paper.values.find(experiment.conditions[condition].name);
   const Cell* cell = report.results.Find(condition, experiment.RowOf(paper.ours));
-  if (value == paper.values.end() || std::isnan(value->second.*metric.paper) || cell == nullptr) return;
+  if (value == paper.values.end() || !(value->second.*metric.paper) || cell == nullptr) return;
   const ConfidenceInterval ours = OursBy(report, *cell, metric);
   if (std::isnan(ours.mean)) return;
-  const double theirs = value->second.*metric.paper;
+  const double theirs = *(value->second.*metric.paper);
   Table::Row row;
-  row.cells = {experiment.methods[cell->method].label + " / " + paper.label,
+  row.cells = {experiment.methods[cell->method].label + " / " + label,
                experiment.conditions[condition].label,
                metric.name,
                Text("%.3g", theirs),
@@ -61,9 +62,9 @@ Table PaperTable(const Report& report) {
   table.heading = "ours beside the paper's, which was measured on other data";
   table.columns = {
       "ours / the paper's row", experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
-  for (const PaperRow& paper : experiment.paper)
+  for (const auto& [label, paper] : experiment.paper)
     for (std::size_t c = 0; c < experiment.conditions.size() && !paper.ours.empty(); ++c)
-      for (const PaperMetric& metric : kMetrics) AddRow(report, paper, c, metric, &table);
+      for (const PaperMetric& metric : kMetrics) AddRow(report, label, paper, c, metric, &table);
   return table;
 }
 

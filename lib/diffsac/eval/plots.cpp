@@ -96,7 +96,7 @@ std::vector<Curve> ConditionCurves(const Report& report) {
     const MethodRow& row = experiment.methods[m];
     Curve curve{row.label, RowStyle(row, curves.size()), {}};
     for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-      const Point point{experiment.conditions[c].value, CellAccuracy(report, c, m)};
+      const Point point{experiment.conditions[c].value.value_or(std::nan("")), CellAccuracy(report, c, m)};
       if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
     }
     if (curve.points.size() >= 2) curves.push_back(std::move(curve));

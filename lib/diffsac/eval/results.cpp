@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 namespace diffsac {
@@ -41,6 +42,12 @@ double OverScenes(const std::vector<MetricValue>& scenes, const std::string& met
 }
 
 }  // namespace
+
+std::string MetricName(const std::string& metric, const Tolerance& tolerance) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%s@%g%s", metric.c_str(), tolerance.value, tolerance.pixels ? "px" : "deg");
+  return text;
+}
 
 const Cell* ExperimentResults::Find(std::size_t condition, std::size_t method) const {
   for (const Cell& cell : cells)

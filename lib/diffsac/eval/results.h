@@ -82,6 +82,9 @@ struct MetricValue {
   double value = 0.0;  ///< NaN: unknown (no ground truth).
 };
 
+/// "mAA@0.5deg", "mAA@20px": a metric's name with its threshold.
+std::string MetricName(const std::string& metric, const Tolerance& tolerance);
+
 /// The metrics of one scene's records, in the order of the files (docs/metrics.md); `poses` adds those of rotation and
 /// translation.
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,

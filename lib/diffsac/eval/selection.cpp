@@ -26,10 +26,9 @@ std::string CheckpointOf(const MethodRow& row) {
   return row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
 }
 
-/// Of the list `paths` those that are there; on a document of its own, for copies of an experiment share theirs.
+/// Of the list `paths` those that are there; in a document of its own, for copies of an experiment share theirs.
 void KeepPaths(Condition* condition) {
-  Config kept;
-  kept.impl_->document->root = *condition->data.impl_->Get();
+  Config kept = condition->data.MergedWith({});
   if (YamlTree* paths = kept.impl_->document->root.Find("paths"))
     std::erase_if(paths->items, [](const YamlTree& path) { return !IsThere(path.scalar); });
   condition->data = kept;
@@ -40,7 +39,7 @@ void RemoveCondition(const std::string& name, ExperimentOptions* experiment) {
   FigureOptions& figures = experiment->figures;
   std::erase(figures.qualitative_conditions, name);
   if (figures.confidence_condition == name) figures.confidence_condition.clear();
-  for (PaperRow& row : experiment->paper) row.values.erase(name);
+  for (auto& [label, row] : experiment->paper) row.values.erase(name);
 }
 
 /// Rows whose conditions are all gone; one that names none is for all of those that are left.
@@ -109,7 +108,7 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   for (std::string* name : {&experiment->reference, &figures.qualitative_method})
     if (lost(*name)) name->clear();
   for (auto* rows : {&figures.qualitative_methods, &figures.bars}) std::erase_if(*rows, lost);
-  for (PaperRow& row : experiment->paper)
+  for (auto& [label, row] : experiment->paper)
     if (lost(row.ours)) row.ours.clear();
   std::erase_if(experiment->compare, [&](const Comparison& pair) { return lost(pair.a) || lost(pair.b); });
   for (BudgetSeries& series : figures.budget) std::erase_if(series.methods, lost);
@@ -132,7 +131,7 @@ std::vector<std::string> MissingCheckpoints(const ExperimentOptions& experiment)
 }
 
 bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
-  if (experiment->missing == "leave_out") {
+  if (experiment->missing == Missing::kLeaveOut) {
     LeaveOutData(experiment);
     if (!any_checkpoint) LeaveOutRows(experiment);
     // Matches are drawn on empty canvases instead.
