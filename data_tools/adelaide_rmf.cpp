@@ -10,6 +10,7 @@
 #include "data_tools/number_file.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -38,7 +39,7 @@ LabelledPoints ReadLabelled(const std::string& path) {
   return read;
 }
 
-void ReadTentative(const std::string& prefix, TwoViewProblem* problem) {
+void ReadTentative(const std::string& prefix, Problem* problem) {
   const std::string path = prefix + "_pts.txt", score_path = prefix + "_score.txt";
   const auto lines = ReadNumberFile(path);
   const auto scores = ReadNumberFile(score_path, 1);
@@ -69,9 +70,9 @@ PointMatrix Inliers(const LabelledPoints& labelled) {
 }
 
 bool Explains(const Eigen::Matrix3d& fundamental, const PointMatrix& inliers) {
-  TwoViewProblem problem;
+  Problem problem;
   problem.points = inliers;
-  TwoViewTruth truth;
+  GroundTruth truth;
   truth.fundamental = fundamental;
   const auto near = (TruthDistances(problem, truth).array() < kPlausibleDistancePx).count();
   return static_cast<double>(near) >= kPlausibleShare * static_cast<double>(inliers.rows());
@@ -115,9 +116,9 @@ std::vector<std::string> NamesIn(const std::string& folder) {
   return names;
 }
 
-TwoViewExample ReadPair(const std::string& folder, const std::string& name, AdelaideCorrespondences kind) {
+Example ReadPair(const std::string& folder, const std::string& name, AdelaideCorrespondences kind) {
   const std::string prefix = (fs::path(folder) / name).string();
-  TwoViewExample pair;
+  Example pair;
   pair.image1 = ImageName(name + "A.png");
   pair.image2 = ImageName(name + "B.png");
   pair.id = pair.image1 + "-" + pair.image2;

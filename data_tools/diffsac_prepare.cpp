@@ -19,6 +19,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/pair_scenes.h"
 
 namespace {
 
@@ -141,8 +142,8 @@ int Inspect(const InspectRequest& request) {
   std::vector<diffsac::SceneSummary> summaries;
   bool good = true;
   for (const std::string& root : request.folders) {
-    for (const std::string& folder : diffsac::FindCorrespondenceScenes(root)) {
-      summaries.push_back(diffsac::InspectScene(folder, request.threshold_px, stop_requested));
+    for (const diffsac::SceneFolder& scene : diffsac::FindScenes(root)) {
+      summaries.push_back(diffsac::InspectScene(scene.folder, request.threshold_px, stop_requested));
       good = good && summaries.back().problems.empty();
       if (stop_requested) return kExitInterrupted;
     }

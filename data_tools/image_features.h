@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/image_pair.h"
+#include "diffsac/geometry/points.h"
 
 namespace diffsac {
 

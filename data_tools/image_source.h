@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "data_tools/lens_camera.h"
-#include "diffsac/data/two_view.h"
+#include "diffsac/geometry/rigid_motion.h"
 
 namespace diffsac {
 

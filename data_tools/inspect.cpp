@@ -9,6 +9,7 @@
 
 #include "diffsac/core/progress.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -53,21 +54,21 @@ bool Agree(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 }
 
 // Matrices in pixels have entries of very different size, so F is compared as the E that it stands for.
-bool TruthAgrees(const TwoViewExample& pair) {
-  const TwoViewTruth& truth = pair.truth;
+bool TruthAgrees(const Example& pair) {
+  const GroundTruth& truth = pair.truth;
   if (truth.motion && truth.essential && !Agree(EssentialFromMotion(*truth.motion), *truth.essential)) return false;
-  if (!truth.essential || !truth.fundamental || !pair.problem.calibrated) return true;
-  return Agree(pair.problem.K2.transpose() * *truth.fundamental * pair.problem.K1, *truth.essential);
+  if (!truth.essential || !truth.fundamental || !pair.problem.cameras) return true;
+  return Agree(pair.problem.cameras->K2.transpose() * *truth.fundamental * pair.problem.cameras->K1, *truth.essential);
 }
 
-std::string ContentsOf(const TwoViewExample& pair) {
+std::string ContentsOf(const Example& pair) {
   std::string text;
   const auto add = [&](bool has, const char* name) {
     if (has) text += (text.empty() ? "" : " ") + std::string(name);
   };
   add(pair.problem.quality.size() > 0, "ratio");
   add(pair.problem.size1.width > 0, "sizes");
-  add(pair.problem.calibrated, "K");
+  add(pair.problem.cameras.has_value(), "K");
   add(pair.truth.motion.has_value(), "pose");
   add(pair.truth.essential.has_value(), "E");
   add(pair.truth.fundamental.has_value(), "F");
@@ -81,8 +82,8 @@ class Inspector {
  public:
   explicit Inspector(double threshold_px) : threshold_px_(threshold_px) {}
 
-  void Add(const TwoViewExample& pair) {
-    const TwoViewProblem& problem = pair.problem;
+  void Add(const Example& pair) {
+    const Problem& problem = pair.problem;
     summary_.pairs += 1;
     if (summary_.contents.empty()) summary_.contents = ContentsOf(pair);
     counts_.push_back(static_cast<double>(problem.points.rows()));
@@ -107,7 +108,7 @@ class Inspector {
   }
 
  private:
-  void AddShares(const TwoViewExample& pair) {
+  void AddShares(const Example& pair) {
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     const double count = std::max(1.0, static_cast<double>(pair.problem.points.rows()));
     if (pair.truth.homography || pair.truth.fundamental) {
@@ -121,7 +122,7 @@ class Inspector {
           static_cast<double>(std::count_if(labels.begin(), labels.end(), [](int l) { return l > 0; })) / count);
   }
 
-  void Check(const TwoViewExample& pair, bool good, const char* problem) {
+  void Check(const Example& pair, bool good, const char* problem) {
     if (!good) summary_.problems.push_back(pair.id + ": " + problem);
   }
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/image_pair.h"
 
 namespace diffsac {
 

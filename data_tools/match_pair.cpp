@@ -3,6 +3,8 @@
 #include <array>
 #include <map>
 
+#include "diffsac/data/pair_truth.h"
+
 namespace diffsac {
 namespace {
 
@@ -26,12 +28,12 @@ std::vector<DescriptorMatch> WithoutRepeats(const std::vector<DescriptorMatch>& 
 }
 
 void FillProblem(const SourceImage& image1, const SourceImage& image2, const ImageFeatures& first,
-                 const ImageFeatures& second, const std::vector<DescriptorMatch>& matches, TwoViewProblem* into) {
+                 const ImageFeatures& second, const std::vector<DescriptorMatch>& matches, Problem* into) {
   const auto position = [](const SourceImage& image, const ImageFeatures& features, int row) -> Eigen::RowVector2d {
     const Eigen::Vector2d pixel = features.positions.row(row);
     return (image.camera ? image.camera->Undistort(pixel) : pixel).transpose();
   };
-  TwoViewProblem& problem = *into;
+  Problem& problem = *into;
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
   problem.quality.resize(count);
@@ -42,11 +44,7 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   }
   problem.size1 = first.size;
   problem.size2 = second.size;
-  problem.calibrated = image1.camera && image2.camera;
-  if (problem.calibrated) {
-    problem.K1 = image1.camera->K;
-    problem.K2 = image2.camera->K;
-  }
+  if (image1.camera && image2.camera) problem.cameras = CameraPair{image1.camera->K, image2.camera->K};
 }
 
 }  // namespace
@@ -56,7 +54,7 @@ MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const I
   const SourceImage &image1 = source.images[pair.image1], &image2 = source.images[pair.image2];
   MatchedPair matched;
   matched.matches = WithoutRepeats(MatchMutually(first.descriptors, second.descriptors, distance), first, second);
-  TwoViewExample& example = matched.example;
+  Example& example = matched.example;
   example.image1 = image1.name;
   example.image2 = image2.name;
   example.id = example.image1 + "-" + example.image2;

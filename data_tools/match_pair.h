@@ -4,12 +4,13 @@
 
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"
+#include "diffsac/data/problem.h"
 
 namespace diffsac {
 
 /// One pair, matched.
 struct MatchedPair {
-  TwoViewExample example;
+  Example example;
   std::vector<DescriptorMatch> matches;  ///< The rows of the features behind each correspondence.
 };
 

@@ -13,6 +13,7 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -55,7 +56,7 @@ cv::Mat Background(const std::string& images, const std::string& name, const Ima
   return color;
 }
 
-std::vector<Kind> KindsOf(const TwoViewExample& pair, double threshold_px) {
+std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
   const Eigen::Index count = pair.problem.points.rows();
   std::vector<Kind> kinds(static_cast<std::size_t>(count), Kind::kUnknown);
   const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
@@ -137,7 +138,7 @@ std::string ThresholdText(double threshold_px) {
   return text;
 }
 
-void DrawLegend(const TwoViewExample& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
+void DrawLegend(const Example& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
   if (counts.inliers < 0) {
     canvas->Legend(std::to_string(counts.matches) + " matches, truth not known", kUnknown);
   } else {
@@ -152,7 +153,7 @@ void DrawLegend(const TwoViewExample& pair, const PictureCounts& counts, double 
 
 }  // namespace
 
-PictureCounts DrawMatches(const TwoViewExample& pair, double threshold_px, const std::string& images,
+PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
                           const std::string& path) {
   const std::vector<Kind> kinds = KindsOf(pair, threshold_px);
   PictureCounts counts{static_cast<int>(kinds.size()),

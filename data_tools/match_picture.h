@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/problem.h"
 
 namespace diffsac {
 
@@ -19,7 +19,7 @@ struct PictureCounts {
 /// `images`: the folder of the images (or of a folder `images`), named as in the pair's id. Empty: white canvases of
 /// the sizes that the pair knows. Matches are drawn where they are stored, without lens distortion. Throws Error:
 /// images or sizes that are missing, a file that cannot be written.
-PictureCounts DrawMatches(const TwoViewExample& pair, double threshold_px, const std::string& images,
+PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
                           const std::string& path);
 
 }  // namespace diffsac

@@ -12,6 +12,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/modelnet.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -45,28 +46,21 @@ std::string ImagePrefix(const Example& example) {
   return number + mesh;
 }
 
-TwoViewExample ToTwoViews(Example example) {
-  TwoViewExample pair;
+// Named and with the truth that the files hold.
+Example AsImagePair(Example example) {
   const std::string prefix = ImagePrefix(example);
-  pair.image1 = prefix + "_1";
-  pair.image2 = prefix + "_2";
-  pair.id = pair.image1 + "-" + pair.image2;
-  TwoViewProblem& problem = pair.problem;
-  problem.points = std::move(example.problem.points);
-  problem.quality = std::move(example.problem.quality);
-  problem.calibrated = true;
-  problem.K1 = example.problem.cameras.value().K1;
-  problem.K2 = example.problem.cameras.value().K2;
-  problem.size1 = example.problem.size1;
-  problem.size2 = example.problem.size2;
-  pair.truth.motion = RigidMotion{example.truth.pose.value().rotation, example.truth.pose.value().translation};
-  pair.truth.labels.assign(example.truth.inliers.begin(), example.truth.inliers.end());
-  CompleteTruth(problem, &pair.truth);
-  return pair;
+  example.image1 = prefix + "_1";
+  example.image2 = prefix + "_2";
+  example.id = example.image1 + "-" + example.image2;
+  GroundTruth& truth = example.truth;
+  truth.motion = RigidMotion{truth.pose.value().rotation, truth.pose.value().translation};
+  truth.labels.assign(truth.inliers.begin(), truth.inliers.end());
+  CompleteTruth(example.problem, &truth);
+  return example;
 }
 
 // The first camera is the world.
-CorrespondenceSet Collect(std::vector<TwoViewExample> pairs, const std::vector<std::string>& problems) {
+CorrespondenceSet Collect(std::vector<Example> pairs, const std::vector<std::string>& problems) {
   CorrespondenceSet set;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!problems[i].empty()) continue;
@@ -91,14 +85,14 @@ PrepareResult WriteModelnetPairs(const ModelnetRequest& request, const std::atom
   }
   const auto dataset = MakeModelnet(options, static_cast<std::uint64_t>(request.seed));
   MakeWritableFolder(request.output);
-  std::vector<TwoViewExample> pairs(static_cast<std::size_t>(request.pairs));
+  std::vector<Example> pairs(static_cast<std::size_t>(request.pairs));
   std::vector<std::string> problems(pairs.size());
   {
     Progress progress(request.scene, request.pairs);
     ParallelFor(request.pairs, request.threads, [&](std::int64_t i) {
       if (stop) return;
       try {
-        pairs[i] = ToTwoViews(dataset->Get(static_cast<std::uint64_t>(i)));
+        pairs[i] = AsImagePair(dataset->Get(static_cast<std::uint64_t>(i)));
       } catch (const Error& error) {
         problems[i] = error.what();
       }

@@ -15,6 +15,8 @@
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/pair_scenes.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -22,10 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<SourcePair> EvenlySpaced(const std::vector<SourcePair>& pairs, int max_pairs) {
-  if (max_pairs == 0 || static_cast<int>(pairs.size()) <= max_pairs) return pairs;
   std::vector<SourcePair> chosen;
-  for (std::int64_t i = 0; i < max_pairs; ++i)
-    chosen.push_back(pairs[static_cast<std::size_t>(i * static_cast<std::int64_t>(pairs.size()) / max_pairs)]);
+  for (const std::int64_t position : EvenlySpread(static_cast<std::int64_t>(pairs.size()), max_pairs))
+    chosen.push_back(pairs[static_cast<std::size_t>(position)]);
   return chosen;
 }
 

@@ -28,7 +28,7 @@ struct PlacedImage {
 
 using PlacedImages = std::map<std::string, PlacedImage>;
 
-Place PlaceOf(const TwoViewExample& pair, Eigen::Index match, int column) {
+Place PlaceOf(const Example& pair, Eigen::Index match, int column) {
   return {pair.problem.points(match, column), pair.problem.points(match, column + 1)};
 }
 
@@ -37,7 +37,7 @@ bool CollectPlaces(const CorrespondenceScene& scene, const std::atomic<bool>& st
   Progress progress("places", scene.size());
   for (std::int64_t i = 0; i < scene.size(); ++i) {
     if (stop) return false;
-    const TwoViewExample pair = scene.Read(i);
+    const Example pair = scene.Read(i);
     if (pair.image1.empty() || pair.image2.empty())
       throw Error(scene.folder() + ": " + pair.id + ": expected the name of a pair, img1-img2");
     for (const auto& [name, column] : {std::pair(pair.image1, 0), std::pair(pair.image2, 2)}) {
@@ -98,7 +98,7 @@ std::vector<PairSizes> SizesOf(const CorrespondenceScene& scene, const PlacedIma
   return sizes;
 }
 
-DescriptorMatrix RowsOf(const TwoViewExample& pair, const PlacedImages& images, FeatureKind kind) {
+DescriptorMatrix RowsOf(const Example& pair, const PlacedImages& images, FeatureKind kind) {
   const Eigen::Index count = pair.problem.points.rows();
   DescriptorMatrix rows(count, 256);
   for (const auto& [name, column] : {std::pair(pair.image1, 0), std::pair(pair.image2, 2)}) {

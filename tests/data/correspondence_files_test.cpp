@@ -11,6 +11,7 @@
 #include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
+#include "diffsac/data/pair_truth.h"
 #include "two_view_test_util.h"
 
 namespace diffsac {
@@ -48,14 +49,13 @@ TEST_CASE("correspondences survive the way through the files without loss") {
   set.pairs[3].problem.points(0, 0) = 1e300;
   WriteCorrespondences(folder / "scene", set);
   CorrespondenceOptions options;
-  options.inlier_threshold_px = 0.75;
   options.descriptors = true;
   const CorrespondenceScene scene(folder / "scene/", options);
   CHECK(scene.scene() == "scene");
   REQUIRE(scene.size() == static_cast<std::int64_t>(set.pairs.size()));
   for (int i = 0; i < scene.size(); ++i) {
-    const TwoViewExample read = scene.Read(i);
-    const TwoViewExample& written = set.pairs[i];
+    const Example read = scene.Read(i);
+    const Example& written = set.pairs[i];
     CAPTURE(written.id);
     CHECK(read.id == written.id);
     CHECK(read.scene == "scene");
@@ -69,12 +69,11 @@ TEST_CASE("correspondences survive the way through the files without loss") {
     }
     CHECK(Same(read.problem.quality, written.problem.quality));
     CHECK(Same(read.problem.descriptors, written.problem.descriptors));
-    CHECK(read.problem.calibrated);
-    CHECK(Same(read.problem.K1, written.problem.K1));
-    CHECK(Same(read.problem.K2, written.problem.K2));
+    REQUIRE(read.problem.cameras);
+    CHECK(Same(read.problem.cameras->K1, written.problem.cameras->K1));
+    CHECK(Same(read.problem.cameras->K2, written.problem.cameras->K2));
     CHECK(read.problem.size1 == written.problem.size1);
     CHECK(read.problem.size2 == written.problem.size2);
-    CHECK(read.problem.inlier_threshold_px == 0.75);
     REQUIRE(read.truth.motion);
     CHECK(*read.truth.motion == *written.truth.motion);
     CHECK(Same(*read.truth.essential, *written.truth.essential));
@@ -84,8 +83,9 @@ TEST_CASE("correspondences survive the way through the files without loss") {
   }
   // Descriptors are read only when they are asked for.
   CHECK(CorrespondenceScene(folder / "scene").Read(0).problem.descriptors.size() == 0);
-  CHECK(FindCorrespondenceScenes(folder.path()) == std::vector<std::string>{folder / "scene"});
-  CHECK(FindCorrespondenceScenes(folder / "scene") == std::vector<std::string>{folder / "scene"});
+  // Closed files open again.
+  scene.CloseFiles();
+  CHECK(Same(scene.Read(0).problem.points, set.pairs[0].problem.points));
 }
 
 TEST_CASE("matches alone are enough, and what can be derived is") {
@@ -93,36 +93,35 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
   CorrespondenceSet set = SyntheticSet(2, 10, Rng(2));
   const CorrespondenceSet full = set;
   set.cameras.clear();
-  for (TwoViewExample& pair : set.pairs) {
+  for (Example& pair : set.pairs) {
     pair.problem.quality.resize(0);
     pair.problem.descriptors.resize(0, 0);
-    pair.problem.calibrated = false;
+    pair.problem.cameras.reset();
     pair.problem.size1 = {};
     pair.truth = {};
   }
   WriteCorrespondences(folder / "bare", set);
   CHECK(std::distance(std::filesystem::directory_iterator(folder / "bare"), {}) == 1);
-  const TwoViewExample bare = CorrespondenceScene(folder / "bare").Read(0);
-  CHECK(!bare.problem.calibrated);
-  CHECK(bare.problem.K1 == Eigen::Matrix3d::Identity());
+  const Example bare = CorrespondenceScene(folder / "bare").Read(0);
+  CHECK(!bare.problem.cameras);
   CHECK(bare.problem.quality.size() == 0);
   CHECK(bare.problem.size1 == ImageSize{});
   CHECK((!bare.truth.motion && !bare.truth.essential && !bare.truth.fundamental && bare.truth.labels.empty()));
   CHECK(TruthDistances(bare.problem, bare.truth).size() == 0);
 
   set = full;
-  for (TwoViewExample& pair : set.pairs) pair.truth.essential.reset(), pair.truth.fundamental.reset();
+  for (Example& pair : set.pairs) pair.truth.essential.reset(), pair.truth.fundamental.reset();
   WriteCorrespondences(folder / "pose", set);
-  const TwoViewExample pose = CorrespondenceScene(folder / "pose").Read(0);
+  const Example pose = CorrespondenceScene(folder / "pose").Read(0);
   CHECK(pose.truth.essential->isApprox(*full.pairs[0].truth.essential, 1e-12));
   CHECK(pose.truth.fundamental->isApprox(*full.pairs[0].truth.fundamental, 1e-12));
 
   // The first set again in the folder of a fuller one: nothing of that one may remain.
   WriteCorrespondences(folder / "full", full);
   set.cameras.clear();
-  for (TwoViewExample& pair : set.pairs) pair.truth = {}, pair.problem.quality.resize(0);
+  for (Example& pair : set.pairs) pair.truth = {}, pair.problem.quality.resize(0);
   WriteCorrespondences(folder / "full", set);
-  const TwoViewExample again = CorrespondenceScene(folder / "full").Read(0);
+  const Example again = CorrespondenceScene(folder / "full").Read(0);
   CHECK(!again.truth.fundamental);
   CHECK(again.problem.quality.size() == 0);
 }
@@ -130,7 +129,7 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
 TEST_CASE("a pair without matches goes with the others") {
   TemporaryFolder folder;
   CorrespondenceSet set = SyntheticSet(3, 12, Rng(3));
-  TwoViewExample& empty = set.pairs[1];
+  Example& empty = set.pairs[1];
   empty.problem.points.resize(0, 4);
   empty.problem.quality.resize(0);
   empty.problem.descriptors.resize(0, 8);
@@ -158,7 +157,7 @@ TEST_CASE("correspondences from elsewhere: other types and shapes, a homography'
   CHECK(Has(ReadErrorOf(path), "calibration"));
   std::filesystem::remove(path + "/K1_K2.h5");
   PutRaw(path + "/Hgt.h5", "v_artisans_1_6", {3, 3}, 0.5);
-  const TwoViewExample pair = CorrespondenceScene(path).Read(0);
+  const Example pair = CorrespondenceScene(path).Read(0);
   CHECK(pair.id == "v_artisans_1_6");
   CHECK(pair.image1.empty());
   CHECK(pair.problem.points(1, 2) == 7.5);
@@ -191,9 +190,6 @@ TEST_CASE("missing, truncated and wrong files are named with their data set") {
   std::filesystem::remove(path + "/T.h5");
   expect("T.h5", "", "no such file");
   CHECK(Has(ReadErrorOf(folder / "nowhere"), "no such folder"));
-  CHECK(Has(ErrorOf([&] { FindCorrespondenceScenes(folder / "nowhere"); }), "no such folder"));
-  TemporaryFolder empty;
-  CHECK(Has(ErrorOf([&] { FindCorrespondenceScenes(empty.path()); }), "matches.h5"));
 
   PutRaw(path + "/matches.h5", id, {20, 3});
   expect("matches.h5", id, "20x3");
@@ -274,7 +270,7 @@ TEST_CASE("descriptors may come one pair at a time") {
   CorrespondenceSet set = SyntheticSet(2, 6, Rng(6));
   set.descriptors = [](std::size_t i) { return DescriptorMatrix(DescriptorMatrix::Constant(6, 4, i + 0.5f)); };
   WriteCorrespondences(folder / "scene", set);
-  const CorrespondenceScene scene(folder / "scene", {1.0, true});
+  const CorrespondenceScene scene(folder / "scene", {true});
   CHECK(scene.Read(0).problem.descriptors == DescriptorMatrix::Constant(6, 4, 0.5f));
   CHECK(scene.Read(0).problem.descriptors.cols() == 4);
 }
@@ -287,7 +283,7 @@ TEST_CASE("scenes can be read and written by several threads at once") {
   std::vector<int> same(64);
   ParallelFor(64, 8, [&](std::int64_t i) {
     if (i % 16 == 0) WriteCorrespondences(folder / ("copy" + std::to_string(i)), set);
-    const TwoViewExample read = scene.Read(i % scene.size());
+    const Example read = scene.Read(i % scene.size());
     const CorrespondenceScene own(folder / "a");
     same[i] = Same(read.problem.points, set.pairs[i % scene.size()].problem.points) &&
               Same(own.Read(0).problem.points, set.pairs[0].problem.points);

@@ -108,12 +108,12 @@ TEST_CASE("matches between an image and its warped copy follow the warp, at full
     const ImageFeatures second = ExtractFeatures(folder / "b.png", options);
     CHECK(first.size == ImageSize{480, 360});
     const auto matches = MatchMutually(first.descriptors, second.descriptors);
-    TwoViewProblem problem;
+    Problem problem;
     problem.points.resize(static_cast<Eigen::Index>(matches.size()), 4);
     for (std::size_t i = 0; i < matches.size(); ++i)
       problem.points.row(static_cast<Eigen::Index>(i)) << first.positions.row(matches[i].first),
           second.positions.row(matches[i].second);
-    TwoViewTruth truth;
+    GroundTruth truth;
     truth.homography = H;
     const Eigen::VectorXd distances = TruthDistances(problem, truth);
     REQUIRE(distances.size() > 100);

@@ -1,21 +1,14 @@
 #include "data_tools/image_source.h"
 
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <filesystem>
 
 #include "data_test_util.h"
-#include "data_tools/adelaide_rmf.h"
 #include "data_tools/number_file.h"
 #include "image_test_util.h"
 
 namespace diffsac {
 namespace {
-
-void MakeFolder(const std::string& path) { std::filesystem::create_directories(path); }
-
-// Small images, since readers of sources look at their names alone.
-void WriteSmall(const std::string& path) { WriteImage(path, cv::Mat(8, 10, CV_8U, cv::Scalar(7))); }
 
 std::string KittiFolder(const TemporaryFolder& folder) {
   const std::string root = folder / "kitti";
@@ -315,76 +308,6 @@ TEST_CASE("poses: in folders, or beside images and depth maps") {
   CHECK(Has(ErrorOf([&] { ReadPoses(folder / "empty", given); }), "no images"));
 }
 
-TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
-  TemporaryFolder folder;
-  for (int i = 0; i < 7; ++i) {
-    const std::string name = folder / ("im-" + std::to_string(i));
-    WriteSmall(name + ".png");
-    WriteRaw(name + ".pose.txt", i == 3 ? "broken\n" : "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-  }
-  const ImageSource all = ReadPoses(folder.path(), {"", 5, {1, 2}});
-  REQUIRE(all.images.size() == 6);
-  const auto choose = [&](const PairChoice& choice) {
-    ImageSource source = all;
-    ChoosePairs(choice, "here", &source);
-    return source;
-  };
-  const auto names = [](const ImageSource& source, int scene) {
-    std::string text;
-    for (const SourcePair& pair : source.scenes.at(scene).pairs)
-      text += source.images[pair.image1].name.substr(3) + source.images[pair.image2].name.substr(3) + " ";
-    return text;
-  };
-  CHECK(names(choose({}), 0).size() == 15 * 3);
-  // Image 3 was left out, which does not make 2 and 4 neighbours.
-  const ImageSource steps = choose({1, {1, 2}, ""});
-  CHECK(names(steps, 0) == "01 12 45 56 ");
-  CHECK(names(steps, 1) == "02 24 46 ");
-  CHECK(Has(steps.scenes[1].name, "_step_02"));
-  CHECK(names(choose({2, {}, ""}), 0) == "02 04 06 24 26 46 ");
-  CHECK(names(choose({2, {1}, ""}), 0) == "02 24 46 ");
-  WriteRaw(folder / "pairs.txt", "# chosen\nim-0.png im-5.png\nsome/folder/im-2.png, im_1\nim-3.png im-4.png\n");
-  CHECK(names(choose({1, {}, folder / "pairs.txt"}), 0) == "05 21 ");
-  const auto error = [&](const PairChoice& choice) { return ErrorOf([&] { choose(choice); }); };
-  const auto list_error = [&](const std::string& text) {
-    WriteRaw(folder / "pairs.txt", text);
-    return error({1, {}, folder / "pairs.txt"});
-  };
-  CHECK(Has(list_error("im-0 im-9\n"), "pairs.txt:1: there is no image im-9"));
-  CHECK(Has(list_error("im-0\n"), "pairs.txt:1: expected the names of two images"));
-  CHECK(Has(list_error("im-0 im-0\n"), "itself"));
-  CHECK(Has(list_error("im-0 im-1\nim-0 im-1\n"), "pairs.txt:2: this pair stands there twice"));
-  CHECK(Has(list_error("\n"), "no pairs"));
-  CHECK(Has(error({1, {}, folder / "missing.txt"}), "missing.txt"));
-  CHECK(Has(error({0, {}, ""}), "--every"));
-  CHECK(Has(error({1, {0}, ""}), "positive"));
-  CHECK(Has(error({1, {9}, ""}), "no pairs"));
-  CHECK(Has(error({1, {1}, folder / "pairs.txt"}), "exclude"));
-}
-
-TEST_CASE("pairs of cameras that stand still are left out on demand") {
-  TemporaryFolder folder;
-  for (int i = 0; i < 4; ++i) {
-    const std::string name = folder / ("im_" + std::to_string(i));
-    WriteSmall(name + ".png");
-    // Turned, and at x = 0, 0, 1, 3.
-    const char* x[] = {"0", "0", "1", "3"};
-    WriteRaw(name + ".pose.txt", "0 -1 0 " + std::string(x[i]) + "\n1 0 0 0\n0 0 1 0\n0 0 0 1\n");
-  }
-  const auto left = [&](double min_motion) {
-    ImageSource source = ReadPoses(folder.path(), {"", 5, {1, 2}});
-    RequireMotion(min_motion, "here", &source);
-    return source.scenes[0].pairs.size();
-  };
-  CHECK(left(0.0) == 6);
-  CHECK(left(0.5) == 5);
-  CHECK(left(2.0) == 3);
-  CHECK(Has(ErrorOf([&] { left(9.0); }), "no pairs"));
-  CHECK(Has(ErrorOf([&] { left(-1.0); }), "--min-motion"));
-  ImageSource plain = ReadImageFolder(folder.path());
-  CHECK(Has(ErrorOf([&] { RequireMotion(1.0, "here", &plain); }), "needs poses"));
-}
-
 TEST_CASE("homographies under both names, and folders of images") {
   TemporaryFolder folder;
   const std::string graf = folder / "graf", hpatches = folder / "v_dog";
@@ -425,68 +348,6 @@ TEST_CASE("homographies under both names, and folders of images") {
   WriteSmall(single / "a.png");
   CHECK(Has(ErrorOf([&] { ReadImageFolder(single.path()); }), "no pairs"));
   CHECK(Has(ErrorOf([&] { ReadHomographies(single.path()); }), "no homographies"));
-}
-
-TEST_CASE("AdelaideRMF: labels, tentative matches, a wrong F is fitted again") {
-  TemporaryFolder folder;
-  const TwoViewExample pair = SyntheticSet(1, 60, Rng(9)).pairs[0];
-  const PointMatrix& points = pair.problem.points;
-  const auto number = [](double value) {
-    char text[40];
-    std::snprintf(text, sizeof(text), "%.12g ", value);
-    return std::string(text);
-  };
-  std::string labelled, tentative = "60\n", scores;
-  for (Eigen::Index i = 0; i < 60; ++i) {
-    const std::string x1 = number(points(i, 0)) + number(points(i, 1)),
-                      x2 = number(points(i, 2)) + number(points(i, 3));
-    labelled += x1 + "1 " + x2 + "1 " + std::to_string(i % 3) + "\n";
-    tentative += x1 + x2 + "\n";
-    scores += number(pair.problem.quality[i]) + "\n";
-  }
-  const auto write_model = [&](const Eigen::Matrix3d& F) {
-    std::string text;
-    for (int i = 0; i < 9; ++i) text += number(F(i / 3, i % 3)) + (i % 3 == 2 ? "\n" : "");
-    WriteRaw(folder / "house_model.txt", text);
-  };
-  MakeFolder(folder / "sift_update");
-  WriteSmall(folder / "houseA.png");
-  WriteSmall(folder / "houseB.png");
-  WriteRaw(folder / "house_pts.txt", labelled);
-  WriteRaw(folder / "sift_update/house_pts.txt", tentative);
-  WriteRaw(folder / "sift_update/house_score.txt", scores);
-  const auto read = [&](AdelaideCorrespondences kind) { return ReadAdelaideRmf(folder.path(), kind).pairs.at(0); };
-  const auto error = [&](AdelaideCorrespondences kind) { return ErrorOf([&] { read(kind); }); };
-
-  write_model(*pair.truth.fundamental);
-  const TwoViewExample with_labels = read(AdelaideCorrespondences::kLabelled);
-  CHECK(with_labels.id == "houseA-houseB");
-  CHECK(with_labels.problem.size1 == ImageSize{10, 8});
-  CHECK((with_labels.problem.points - points).cwiseAbs().maxCoeff() < 1e-8);
-  CHECK(with_labels.truth.labels[2] == 2);
-  CHECK(with_labels.problem.quality.size() == 0);
-  CHECK((*with_labels.truth.fundamental - *pair.truth.fundamental).norm() < 1e-9);
-  const TwoViewExample with_ratio = read(AdelaideCorrespondences::kTentative);
-  CHECK((with_ratio.problem.quality - pair.problem.quality).cwiseAbs().maxCoeff() < 1e-9);
-  CHECK(with_ratio.truth.labels.empty());
-  CHECK((with_ratio.problem.points - points).cwiseAbs().maxCoeff() < 1e-8);
-
-  write_model(Eigen::Matrix3d(pair.truth.fundamental->transpose()));
-  const TwoViewExample refitted = read(AdelaideCorrespondences::kLabelled);
-  const Eigen::VectorXd distances = TruthDistances(refitted.problem, refitted.truth);
-  for (int i = 0; i < 60; ++i)
-    if (i % 3 != 0) CHECK(distances[i] < 0.1);
-
-  WriteRaw(folder / "sift_update/house_score.txt", "0.5\n");
-  CHECK(Has(error(AdelaideCorrespondences::kTentative), "house_score.txt: expected 60 ratios"));
-  WriteRaw(folder / "sift_update/house_pts.txt", "61\n1 2 3 4\n");
-  CHECK(Has(error(AdelaideCorrespondences::kTentative), "number of rows"));
-  WriteRaw(folder / "house_pts.txt", "1 2 1 3 4 1 0\n1 2 5 3 4 1 0\n");
-  CHECK(Has(error(AdelaideCorrespondences::kLabelled), "house_pts.txt:2"));
-  WriteRaw(folder / "house_pts.txt", "1 2 1 3 4 1 1\n1 2 1 30 4 1 1\n");
-  CHECK(Has(error(AdelaideCorrespondences::kLabelled), "house_model.txt"));
-  TemporaryFolder empty;
-  CHECK(Has(ErrorOf([&] { ReadAdelaideRmf(empty.path(), AdelaideCorrespondences::kLabelled); }), "_model.txt"));
 }
 
 }  // namespace diffsac

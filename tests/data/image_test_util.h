@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -9,7 +10,7 @@
 
 #include "data_tools/lens_camera.h"
 #include "diffsac/core/random.h"
-#include "diffsac/data/two_view.h"
+#include "diffsac/geometry/rigid_motion.h"
 #include "two_view_test_util.h"
 
 namespace diffsac {
@@ -62,5 +63,10 @@ inline void WriteImage(const std::string& path, const cv::Mat& grey) {
   if (path.ends_with(".ppm")) cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   if (!cv::imwrite(path, image)) throw std::runtime_error("cannot write " + path);
 }
+
+inline void MakeFolder(const std::string& path) { std::filesystem::create_directories(path); }
+
+// Small images, since readers of sources look at their names alone.
+inline void WriteSmall(const std::string& path) { WriteImage(path, cv::Mat(8, 10, CV_8U, cv::Scalar(7))); }
 
 }  // namespace diffsac

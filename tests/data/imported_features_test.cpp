@@ -143,8 +143,8 @@ TEST_CASE("pairs from imported features are those from the same features found h
   REQUIRE(RunPairs(request, kNeverStop).finished);
   CorrespondenceOptions options;
   options.descriptors = true;
-  const TwoViewProblem own = CorrespondenceScene(folder / "own/plane", options).Read(0).problem;
-  const TwoViewProblem imported = CorrespondenceScene(folder / "imported/plane", options).Read(0).problem;
+  const Problem own = CorrespondenceScene(folder / "own/plane", options).Read(0).problem;
+  const Problem imported = CorrespondenceScene(folder / "imported/plane", options).Read(0).problem;
   REQUIRE(own.points.rows() == imported.points.rows());
   REQUIRE(own.points.rows() > 60);
   CHECK((own.points - imported.points).cwiseAbs().maxCoeff() < 1e-4);

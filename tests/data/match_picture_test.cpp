@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 TEST_CASE("a picture of matches has the sizes and colours that it should have") {
   TemporaryFolder folder;
-  TwoViewExample pair = SyntheticSet(1, 60, Rng(4)).pairs[0];
+  Example pair = SyntheticSet(1, 60, Rng(4)).pairs[0];
   const std::string path = folder / "p.png";
   PictureCounts counts = DrawMatches(pair, 1.0, "", path);
   CHECK(counts.matches == 60);

@@ -37,9 +37,9 @@ TEST_CASE("modelnet: virtual views as files, with what is true of them") {
   REQUIRE(scene.size() == 3);
   CHECK(Has(scene.pairs()[0], "tetra_1_1-"));
   for (int i = 0; i < 3; ++i) {
-    const TwoViewExample pair = scene.Read(i);
+    const Example pair = scene.Read(i);
     REQUIRE(pair.problem.points.rows() == 60);
-    CHECK(pair.problem.calibrated);
+    CHECK(pair.problem.cameras);
     CHECK(pair.problem.size1.width == 640);
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     int inliers = 0;

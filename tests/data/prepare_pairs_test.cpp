@@ -7,9 +7,9 @@
 
 #include "data_test_util.h"
 #include "data_tools/feature_cache.h"
-#include "data_tools/inspect.h"
 #include "diffsac/core/files.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/pair_truth.h"
 #include "image_test_util.h"
 
 namespace diffsac {
@@ -104,7 +104,7 @@ PairsRequest Request(const std::string& format, const std::string& input, const 
   return request;
 }
 
-double ShareNearTruth(const TwoViewExample& pair, double threshold_px) {
+double ShareNearTruth(const Example& pair, double threshold_px) {
   return (TruthDistances(pair.problem, pair.truth).array() < threshold_px).cast<double>().mean();
 }
 
@@ -133,20 +133,20 @@ TEST_CASE("views in every layout give matches on their true geometry") {
     const CorrespondenceScene scene(scene_path);
     REQUIRE(scene.size() == (format == "kitti" ? 2 : 3));
     for (int i = 0; i < scene.size(); ++i) {
-      const TwoViewExample pair = scene.Read(i);
+      const Example pair = scene.Read(i);
       CAPTURE(pair.id);
       REQUIRE(pair.problem.points.rows() > 60);
       CHECK(ShareNearTruth(pair, 1.0) > 0.6);
       CHECK(pair.problem.size1 == kSize);
-      CHECK(pair.problem.calibrated);
+      CHECK(pair.problem.cameras);
       // The opposite direction of the same motion must not fit.
-      TwoViewExample wrong = pair;
+      Example wrong = pair;
       wrong.truth = {};
       wrong.truth.motion = Inverse(*pair.truth.motion);
       CompleteTruth(wrong.problem, &wrong.truth);
       CHECK(ShareNearTruth(wrong, 1.0) < 0.3);
     }
-    const TwoViewExample first = scene.Read(0);
+    const Example first = scene.Read(0);
     const RigidMotion expected = RelativeMotion(views.poses[0], views.poses[1]);
     CHECK(first.truth.motion->rotation.isApprox(expected.rotation, 1e-9));
     CHECK(first.truth.motion->translation.isApprox(expected.translation, 1e-9));
@@ -173,7 +173,7 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
   options.descriptors = true;
   const CorrespondenceScene one(folder / "one/s", options), four(folder / "four/s", options);
   for (int i = 0; i < 3; ++i) {
-    const TwoViewProblem a = one.Read(i).problem, b = four.Read(i).problem;
+    const Problem a = one.Read(i).problem, b = four.Read(i).problem;
     CHECK((a.points == b.points && a.quality == b.quality && a.descriptors == b.descriptors));
     REQUIRE(a.descriptors.cols() == 256);
     // Descriptors belong to their match: an equal pair has a small ratio, and its two halves are near.
@@ -221,7 +221,7 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
     CHECK(scene.Read(0).problem.points.rows() <= 200);
     CHECK(ShareNearTruth(scene.Read(0), 1.0) > 0.6);
     CHECK(ShareNearTruth(scene.Read(1), 1.0) < 0.1);
-    CHECK(!scene.Read(0).problem.calibrated);
+    CHECK(!scene.Read(0).problem.cameras);
   }
   // Images that have nothing in common are left out on demand.
   request.options.min_true_matches = 20;
@@ -383,7 +383,7 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
     CorrespondenceOptions options;
     options.descriptors = true;
     const CorrespondenceScene scene(folder / ToString(kind) + "/s", options);
-    const TwoViewExample pair = scene.Read(0);
+    const Example pair = scene.Read(0);
     REQUIRE(pair.problem.points.rows() > 60);
     CHECK(ShareNearTruth(pair, 2.0) > 0.6);
     CHECK(pair.problem.quality.maxCoeff() <= 1.0);
@@ -396,39 +396,6 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
       CHECK((rows.leftCols(128).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
     }
   }
-}
-
-TEST_CASE("inspect finds what is wrong with a scene") {
-  TemporaryFolder folder;
-  const CorrespondenceSet good = SyntheticSet(3, 30, Rng(4));
-  const auto summary_of = [&](auto change) {
-    CorrespondenceSet set = good;
-    change(set);
-    WriteCorrespondences(folder / "scene", set);
-    return InspectScene(folder / "scene", 1.0, kNeverStop);
-  };
-  const auto problems_of = [&](auto change) {
-    const SceneSummary summary = summary_of(change);
-    std::string text;
-    for (const std::string& problem : summary.problems) text += problem + "\n";
-    return text;
-  };
-  const SceneSummary fine = summary_of([](auto&) {});
-  CHECK(fine.problems.empty());
-  CHECK(fine.labelled_share == Approx(2.0 / 3.0));
-  CHECK(fine.mean_share >= 2.0 / 3.0);
-  CHECK((fine.matches.min == 30 && fine.matches.max == 30));
-  const std::string text = SummaryText({fine}, 1.0);
-  CHECK((Has(text, "scene") && Has(text, "66.7") && Has(text, "ok")));
-
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = std::nan(""); }), "not finite"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = 5000; }), "outside"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.quality[3] = 1.5; }), "ratio"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.fundamental->transposeInPlace(); }), "disagree"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.essential->transposeInPlace(); }), "disagree"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points.col(1).array() += 60.0; }), "near the truth"));
-  CHECK(summary_of([](auto& s) { s.pairs[0].problem.points.row(4) = s.pairs[0].problem.points.row(3); }).repeats == 1);
-  CHECK(Has(SummaryText({summary_of([](auto& s) { s.pairs[1].problem.quality[3] = -1; })}, 1.0), "1 bad"));
 }
 
 }  // namespace diffsac

@@ -22,15 +22,15 @@ std::string SharedFolder(const std::string& name) {
 }
 
 // Matches with a ratio of at most 0.8, so that the share near the truth says something about the truth.
-TwoViewExample MatchPair(const ImageSource& source, int scene, std::size_t index, int max_image_size) {
+Example MatchPair(const ImageSource& source, int scene, std::size_t index, int max_image_size) {
   FeatureOptions options;
   options.max_image_size = max_image_size;
   options.max_keypoints = 4000;
   const SourcePair& pair = source.scenes.at(scene).pairs.at(index);
   const SourceImage &image1 = source.images[pair.image1], &image2 = source.images[pair.image2];
   const ImageFeatures first = ExtractFeatures(image1.path, options), second = ExtractFeatures(image2.path, options);
-  TwoViewExample example;
-  TwoViewProblem& problem = example.problem;
+  Example example;
+  Problem& problem = example.problem;
   problem.points.resize(first.positions.rows(), 4);
   Eigen::Index count = 0;
   const auto pinhole = [](const SourceImage& image, const Eigen::Vector2d& pixel) -> Eigen::RowVector2d {
@@ -42,9 +42,7 @@ TwoViewExample MatchPair(const ImageSource& source, int scene, std::size_t index
           pinhole(image2, second.positions.row(match.second));
   problem.points.conservativeResize(count, 4);
   if (image1.camera) {
-    problem.calibrated = true;
-    problem.K1 = image1.camera->K;
-    problem.K2 = image2.camera->K;
+    problem.cameras = CameraPair{image1.camera->K, image2.camera->K};
     if (image1.camera->size.width > 0) CHECK(image1.camera->size == first.size);
   }
   example.truth.homography = pair.homography;
@@ -65,14 +63,14 @@ std::size_t SharpestTurn(const ImageSource& source, int scene) {
   return best;
 }
 
-double ShareNear(const TwoViewProblem& problem, const TwoViewTruth& truth, double threshold_px) {
+double ShareNear(const Problem& problem, const GroundTruth& truth, double threshold_px) {
   return (TruthDistances(problem, truth).array() < threshold_px).cast<double>().mean();
 }
 
-void CheckPose(const TwoViewExample& pair, double threshold_px, double share) {
+void CheckPose(const Example& pair, double threshold_px, double share) {
   REQUIRE(pair.problem.points.rows() > 50);
   CHECK(ShareNear(pair.problem, pair.truth, threshold_px) > share);
-  TwoViewTruth opposite;
+  GroundTruth opposite;
   opposite.motion = Inverse(*pair.truth.motion);
   CompleteTruth(pair.problem, &opposite);
   CHECK(ShareNear(pair.problem, opposite, threshold_px) < 0.5 * share);
@@ -148,9 +146,9 @@ TEST_CASE("real data: homographies explain the matches of graf and dogman") {
     if (folder.empty()) return;
     const ImageSource source = ReadHomographies(folder);
     CHECK(source.scenes[0].pairs.size() == 5);
-    const TwoViewExample pair = MatchPair(source, 0, 0, 0);
+    const Example pair = MatchPair(source, 0, 0, 0);
     CHECK(ShareNear(pair.problem, pair.truth, 3.0) > 0.7);
-    TwoViewTruth opposite;
+    GroundTruth opposite;
     opposite.homography = pair.truth.homography->inverse();
     CHECK(ShareNear(pair.problem, opposite, 3.0) < 0.05);
   }
@@ -164,7 +162,7 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
   REQUIRE(labelled.pairs.size() == 18);
   REQUIRE(tentative.pairs.size() == 18);
   for (std::size_t i = 0; i < 18; ++i) {
-    const TwoViewExample& pair = labelled.pairs[i];
+    const Example& pair = labelled.pairs[i];
     CAPTURE(pair.id);
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     double near[2] = {0, 0}, count[2] = {0, 0};

@@ -5,14 +5,14 @@
 #include <catch2/catch.hpp>
 
 #include "data/two_view_test_util.h"
-#include "diffsac/data/two_view_dataset.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
 
 // A pair whose given motion is turned by more than half a degree, some pixels off.
-TwoViewExample RoughPair() {
-  TwoViewExample pair = SyntheticSet(1, 300, Rng(9)).pairs.front();
+Example RoughPair() {
+  Example pair = SyntheticSet(1, 300, Rng(9)).pairs.front();
   pair.scene = "scene";
   pair.truth.labels.clear();  // inliers are to be judged by the model
   pair.truth.motion->rotation =
@@ -23,7 +23,7 @@ TwoViewExample RoughPair() {
   return pair;
 }
 
-std::int64_t Near(const TwoViewProblem& problem, const TwoViewTruth& truth) {
+std::int64_t Near(const Problem& problem, const GroundTruth& truth) {
   return (TruthDistances(problem, truth).array() < 1.0).count();
 }
 
@@ -31,10 +31,10 @@ std::int64_t Near(const TwoViewProblem& problem, const TwoViewTruth& truth) {
 
 TEST_CASE("a rough truth is refined on the matches near it, with and without calibration") {
   for (const bool calibrated : {true, false}) {
-    TwoViewExample pair = RoughPair();
-    pair.problem.calibrated = calibrated;
+    Example pair = RoughPair();
+    if (!calibrated) pair.problem.cameras.reset();
     const std::int64_t before = Near(pair.problem, pair.truth);
-    TwoViewTruth refined = pair.truth;
+    GroundTruth refined = pair.truth;
     RefineEpipolarTruth(pair.problem, 4.0, &refined);
     CHECK(before < 150);
     CHECK(Near(pair.problem, refined) >= 165);
@@ -44,19 +44,17 @@ TEST_CASE("a rough truth is refined on the matches near it, with and without cal
 }
 
 TEST_CASE("a truth with too few matches near it stays") {
-  TwoViewExample pair = RoughPair();
+  Example pair = RoughPair();
   pair.problem.points.conservativeResize(12, 4);
-  TwoViewTruth refined = pair.truth;
+  GroundTruth refined = pair.truth;
   RefineEpipolarTruth(pair.problem, 4.0, &refined);
   CHECK(refined.fundamental == pair.truth.fundamental);
 }
 
 TEST_CASE("examples for training have the refined inliers and the given pose") {
-  const TwoViewExample pair = RoughPair();
-  CorrespondencesOptions options;
-  const Example given = ToExample(pair, Task::kEssential, options);
-  options.refine_truth_px = 4.0;
-  const Example refined = ToExample(pair, Task::kEssential, options);
+  Example given = RoughPair(), refined = RoughPair();
+  RefineEpipolarTruth(refined.problem, 4.0, &refined.truth);
+  for (Example* pair : {&given, &refined}) SetTask(Task::kEssential, 1.0, pair);
   const auto inliers = [](const Example& e) { return std::count(e.truth.inliers.begin(), e.truth.inliers.end(), 1); };
   CHECK(inliers(refined) > inliers(given) + 40);
   CHECK(refined.truth.pose->rotation == given.truth.pose->rotation);

@@ -67,7 +67,7 @@ TEST_CASE("tutorial: descriptors come back from the images") {
   {
     const CorrespondenceScene read(scene, with);
     for (int i = 0; i < 3; ++i) {
-      const TwoViewProblem problem = read.Read(i).problem;
+      const Problem problem = read.Read(i).problem;
       CHECK(problem.size1 == kSize);
       // A place with two orientations has two descriptors, of which the strongest is taken.
       CHECK(ShareAlike(problem.descriptors, expected[i]) > 0.7);
@@ -76,7 +76,7 @@ TEST_CASE("tutorial: descriptors come back from the images") {
   CHECK(AddTutorialDescriptors(request, kNeverStop).already_there);
 
   // Places half-way between keypoints and pixels far away are described as well.
-  TwoViewExample moved;
+  Example moved;
   {
     const CorrespondenceScene read(scene);
     CorrespondenceSet set;
@@ -95,8 +95,14 @@ TEST_CASE("tutorial: descriptors come back from the images") {
   CHECK((rows.leftCols(128).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
   CHECK(ShareAlike(rows, expected[0]) < 0.1);
 
-  // A request to stop writes nothing.
-  fs::remove(scene + "/descriptors.h5");
+}
+
+TEST_CASE("tutorial: a request to stop writes nothing, and mistakes are named") {
+  TemporaryFolder folder;
+  const std::string scene = folder / "val/scene";
+  WriteTutorialScene(scene);
+  TutorialRequest request;
+  request.input = scene;
   const std::atomic<bool> stop{true};
   CHECK(!AddTutorialDescriptors(request, stop).finished);
   CHECK(!fs::exists(scene + "/descriptors.h5"));

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 
@@ -40,14 +40,12 @@ inline CorrespondenceSet SyntheticSet(int num_pairs, int num_points, Rng rng) {
     set.cameras[name] = RandomCamera(&rng);
   }
   for (int i = 0; i < num_pairs; ++i) {
-    TwoViewExample pair;
+    Example pair;
     pair.image1 = names[i];
     pair.image2 = names[i + 1];
     pair.id = pair.image1 + "-" + pair.image2;
-    TwoViewProblem& problem = pair.problem;
-    problem.calibrated = true;
-    problem.K1 = Calibration(500.5, 501.25, 320, 240);
-    problem.K2 = Calibration(600, 600, 300, 200);
+    Problem& problem = pair.problem;
+    problem.cameras = CameraPair{Calibration(500.5, 501.25, 320, 240), Calibration(600, 600, 300, 200)};
     problem.size1 = {640, 480};
     problem.size2 = {600, 400};
     problem.points.resize(num_points, 4);
@@ -55,8 +53,8 @@ inline CorrespondenceSet SyntheticSet(int num_pairs, int num_points, Rng rng) {
     problem.descriptors.resize(num_points, 8);
     for (int k = 0; k < num_points; ++k) {
       const Eigen::Vector3d point(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(4, 8));
-      problem.points.row(k) << Project(problem.K1, set.cameras[pair.image1], point).transpose(),
-          Project(problem.K2, set.cameras[pair.image2], point).transpose();
+      problem.points.row(k) << Project(problem.cameras->K1, set.cameras[pair.image1], point).transpose(),
+          Project(problem.cameras->K2, set.cameras[pair.image2], point).transpose();
       const bool inlier = k % 3 != 0;
       if (!inlier) problem.points(k, 3) += 50.0, problem.points(k, 2) -= 30.0;
       problem.quality[k] = rng.Uniform();

@@ -13,6 +13,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -62,6 +63,8 @@ class LazyFile {
   std::vector<std::string> Names() {
     return WithClearErrors(path_, [&] { return NamesIn(Open(), path_); });
   }
+
+  void Close() { file_.reset(); }
 
   Numbers Read(const std::string& key) {
     WithClearErrors(path_, [&] { Open(); });
@@ -144,8 +147,13 @@ struct CorrespondenceScene::Impl {
     impl.reset();
   }
 
-  void ReadProblem(const std::string& id, TwoViewProblem* problem);
-  void ReadTruth(const TwoViewExample& example, TwoViewTruth* truth);
+  std::array<LazyFile*, 11> Files() {
+    return {&matches,     &quality,    &calibration, &rotations,   &translations, &essential,
+            &fundamental, &homography, &sizes,       &descriptors, &labels};
+  }
+
+  void ReadProblem(const std::string& id, Problem* problem);
+  void ReadTruth(const Example& example, GroundTruth* truth);
   RigidMotion ReadCamera(const std::string& image);
   Numbers ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count);
 
@@ -164,22 +172,20 @@ Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::strin
   return numbers;
 }
 
-void CorrespondenceScene::Impl::ReadProblem(const std::string& id, TwoViewProblem* problem) {
+void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* problem) {
   const Numbers points = matches.Read(id);
   if (points.shape.size() != 2 || points.shape[1] != 4)
     throw Error(matches.Place(id) + ": expected Nx4 (x1 y1 x2 y2), found " + ShapeText(points));
   const auto count = static_cast<Eigen::Index>(points.shape[0]);
   problem->points = Eigen::Map<const PointMatrix>(points.values.data(), count, 4);
-  problem->inlier_threshold_px = options.inlier_threshold_px;
   if (quality.exists()) {
     const Numbers ratios = ReadPerMatch(quality, id, count);
     problem->quality = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   }
   if (calibration.exists()) {
     const Numbers both = calibration.ReadExactly(id, 18, "1x2x3x3 (K1, K2)");
-    problem->K1 = CheckedCalibration(both.values.data(), calibration.Place(id));
-    problem->K2 = CheckedCalibration(both.values.data() + 9, calibration.Place(id));
-    problem->calibrated = true;
+    problem->cameras = CameraPair{CheckedCalibration(both.values.data(), calibration.Place(id)),
+                                  CheckedCalibration(both.values.data() + 9, calibration.Place(id))};
   }
   if (sizes.exists()) {
     const Numbers values = sizes.ReadExactly(id, 4, "4 values (h1 w1 h2 w2)");
@@ -210,7 +216,7 @@ RigidMotion CorrespondenceScene::Impl::ReadCamera(const std::string& image) {
   return camera;
 }
 
-void CorrespondenceScene::Impl::ReadTruth(const TwoViewExample& example, TwoViewTruth* truth) {
+void CorrespondenceScene::Impl::ReadTruth(const Example& example, GroundTruth* truth) {
   if (rotations.exists() != translations.exists()) {
     const bool has_rotations = rotations.exists();
     throw Error((has_rotations ? translations : rotations).path() + ": no such file, but " +
@@ -233,7 +239,6 @@ void CorrespondenceScene::Impl::ReadTruth(const TwoViewExample& example, TwoView
 }
 
 CorrespondenceScene::CorrespondenceScene(const std::string& folder, const CorrespondenceOptions& options) {
-  if (!(options.inlier_threshold_px > 0.0)) throw Error("inlier_threshold_px must be positive");
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
   const std::lock_guard lock(Hdf5Mutex());
@@ -261,12 +266,14 @@ const std::string& CorrespondenceScene::folder() const { return impl_->folder; }
 const std::string& CorrespondenceScene::scene() const { return impl_->scene; }
 const std::vector<std::string>& CorrespondenceScene::pairs() const { return impl_->pairs; }
 
-TwoViewExample CorrespondenceScene::Read(std::int64_t index) const {
+Example CorrespondenceScene::Read(std::int64_t index) const {
   if (index < 0 || index >= size())
     throw Error(impl_->folder + ": no pair number " + std::to_string(index) + ", it holds " + std::to_string(size()));
   const std::lock_guard lock(Hdf5Mutex());
   H5::Exception::dontPrint();
-  TwoViewExample example;
+  Example example;
+  example.problem.task = Task::kFundamental;
+  example.problem.inlier_threshold = 1.0;
   example.id = impl_->pairs[static_cast<std::size_t>(index)];
   example.scene = impl_->scene;
   SplitId(example.id, &example.image1, &example.image2);
@@ -275,16 +282,9 @@ TwoViewExample CorrespondenceScene::Read(std::int64_t index) const {
   return example;
 }
 
-std::vector<std::string> FindCorrespondenceScenes(const std::string& root) {
-  std::error_code code;
-  if (!fs::is_directory(root, code)) throw Error(root + ": no such folder");
-  if (fs::exists(fs::path(root) / "matches.h5")) return {root};
-  std::vector<std::string> folders;
-  for (const auto& entry : fs::directory_iterator(root))
-    if (fs::exists(entry.path() / "matches.h5", code)) folders.push_back(entry.path().string());
-  if (folders.empty()) throw Error(root + ": no matches.h5 in it or in a folder directly below");
-  std::sort(folders.begin(), folders.end());
-  return folders;
+void CorrespondenceScene::CloseFiles() const {
+  const std::lock_guard lock(Hdf5Mutex());
+  for (LazyFile* file : impl_->Files()) file->Close();
 }
 
 }  // namespace diffsac

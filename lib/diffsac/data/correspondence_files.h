@@ -7,14 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/problem.h"
 
 namespace diffsac {
 
 /// How a scene in the layout of the CVPR 2020 RANSAC tutorial is read.
 struct CorrespondenceOptions {
-  double inlier_threshold_px = 1.0;  ///< The layout stores none.
-  bool descriptors = false;          ///< Whether to read `descriptors.h5` where it exists.
+  bool descriptors = false;  ///< Whether to read `descriptors.h5` where it exists.
 };
 
 /// One scene in the layout of the CVPR 2020 RANSAC tutorial: a folder of flat HDF5 files whose data sets carry the name
@@ -49,21 +48,21 @@ class CorrespondenceScene {
   const std::vector<std::string>& pairs() const;
   std::int64_t size() const { return static_cast<std::int64_t>(pairs().size()); }
 
-  /// Reads one pair. Throws Error for an index out of range as well.
-  TwoViewExample Read(std::int64_t index) const;
+  /// Reads one pair: `id` is its name, `truth` what the files know, and `problem` as yet of no task: fundamental
+  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in data/pair_truth.h). Throws Error for an index out
+  /// of range as well.
+  Example Read(std::int64_t index) const;
+  /// Closes the files until the next pair is read.
+  void CloseFiles() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// The folders with a `matches.h5`: `root` itself or those directly in it, in the order of their names. Throws Error
-/// when there is none.
-std::vector<std::string> FindCorrespondenceScenes(const std::string& root);
-
 /// What a scene's folder holds.
 struct CorrespondenceSet {
-  std::vector<TwoViewExample> pairs;
+  std::vector<Example> pairs;
   /// World-to-camera, for R.h5 and T.h5, by image. `truth.motion` of the pairs is not stored: reading derives it.
   std::map<std::string, RigidMotion> cameras;
   /// The N × 2d descriptors of a pair, asked for one after the other so that all need not be in memory at once.

@@ -119,13 +119,13 @@ class SceneWriter {
   template <class HasIt, class Put>
   void WriteOptional(const char* name, HasIt has, Put put) const {
     std::size_t count = 0;
-    for (const TwoViewExample& pair : set_.pairs) count += has(pair) ? 1 : 0;
+    for (const Example& pair : set_.pairs) count += has(pair) ? 1 : 0;
     if (count == 0) return;
     if (count < set_.pairs.size())
       throw Error(Path(name) + ": only " + std::to_string(count) + " of " + std::to_string(set_.pairs.size()) +
                   " pairs have a value for it");
     WriteFile(name, [&](FlatFile& file) {
-      for (const TwoViewExample& pair : set_.pairs) put(file, pair);
+      for (const Example& pair : set_.pairs) put(file, pair);
     });
   }
 
@@ -133,22 +133,22 @@ class SceneWriter {
   template <class SizeOf, class Put>
   void WritePerMatch(const char* name, SizeOf size_of, Put put) const {
     Eigen::Index total = 0;
-    for (const TwoViewExample& pair : set_.pairs) total += size_of(pair);
+    for (const Example& pair : set_.pairs) total += size_of(pair);
     if (total == 0) return;
     WriteOptional(
-        name, [&](const TwoViewExample& pair) { return size_of(pair) == pair.problem.points.rows(); }, put);
+        name, [&](const Example& pair) { return size_of(pair) == pair.problem.points.rows(); }, put);
   }
 
   template <class Member>
   void WriteModel(const char* name, Member member) const {
     WriteOptional(
-        name, [&](const TwoViewExample& pair) { return (pair.truth.*member).has_value(); },
-        [&](FlatFile& file, const TwoViewExample& pair) { file.Put(pair.id, *(pair.truth.*member)); });
+        name, [&](const Example& pair) { return (pair.truth.*member).has_value(); },
+        [&](FlatFile& file, const Example& pair) { file.Put(pair.id, *(pair.truth.*member)); });
   }
 
   void WriteAll() const;
   void CheckPairs() const;
-  void CheckCounts(const TwoViewExample& pair) const;
+  void CheckCounts(const Example& pair) const;
   void RemoveEarlierFiles() const;
   void WriteMatches() const;
   void WriteInputs() const;
@@ -161,8 +161,8 @@ class SceneWriter {
   bool only_check_ = false;  // go through all files without writing any
 };
 
-void SceneWriter::CheckCounts(const TwoViewExample& pair) const {
-  const TwoViewProblem& problem = pair.problem;
+void SceneWriter::CheckCounts(const Example& pair) const {
+  const Problem& problem = pair.problem;
   const Eigen::Index count = problem.points.rows();
   const bool fits = problem.points.cols() == 4 && (problem.quality.size() == 0 || problem.quality.size() == count) &&
                     (problem.descriptors.size() == 0 || problem.descriptors.rows() == count) &&
@@ -173,7 +173,7 @@ void SceneWriter::CheckCounts(const TwoViewExample& pair) const {
 void SceneWriter::CheckPairs() const {
   if (set_.pairs.empty()) throw Error(folder_ + ": there are no pairs to write");
   std::set<std::string> ids;
-  for (const TwoViewExample& pair : set_.pairs) {
+  for (const Example& pair : set_.pairs) {
     if (pair.id.empty() || pair.id == "." || pair.id.find('/') != std::string::npos)
       throw Error(folder_ + ": '" + pair.id + "' cannot name a data set");
     if (!ids.insert(pair.id).second) throw Error(folder_ + ": " + pair.id + ": two pairs have this name");
@@ -194,29 +194,29 @@ void SceneWriter::RemoveEarlierFiles() const {
 
 void SceneWriter::WriteMatches() const {
   WriteFile("matches.h5", [&](FlatFile& file) {
-    for (const TwoViewExample& pair : set_.pairs)
+    for (const Example& pair : set_.pairs)
       file.Put(pair.id, pair.problem.points.data(), {static_cast<hsize_t>(pair.problem.points.rows()), 4});
   });
 }
 
 void SceneWriter::WriteInputs() const {
   WritePerMatch(
-      "match_conf.h5", [](const TwoViewExample& pair) { return pair.problem.quality.size(); },
-      [](FlatFile& file, const TwoViewExample& pair) {
+      "match_conf.h5", [](const Example& pair) { return pair.problem.quality.size(); },
+      [](FlatFile& file, const Example& pair) {
         file.Put(pair.id, pair.problem.quality.data(), {static_cast<hsize_t>(pair.problem.quality.size())});
       });
   WriteOptional(
-      "K1_K2.h5", [](const TwoViewExample& pair) { return pair.problem.calibrated; },
-      [](FlatFile& file, const TwoViewExample& pair) {
+      "K1_K2.h5", [](const Example& pair) { return pair.problem.cameras.has_value(); },
+      [](FlatFile& file, const Example& pair) {
         std::array<double, 18> both;
-        Eigen::Map<RowMajor3>(both.data()) = pair.problem.K1;
-        Eigen::Map<RowMajor3>(both.data() + 9) = pair.problem.K2;
+        Eigen::Map<RowMajor3>(both.data()) = pair.problem.cameras->K1;
+        Eigen::Map<RowMajor3>(both.data() + 9) = pair.problem.cameras->K2;
         file.Put(pair.id, both.data(), {1, 2, 3, 3});
       });
   WriteOptional(
       "sizes.h5",
-      [](const TwoViewExample& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
-      [](FlatFile& file, const TwoViewExample& pair) {
+      [](const Example& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
+      [](FlatFile& file, const Example& pair) {
         PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2);
       });
 }
@@ -244,14 +244,14 @@ void SceneWriter::WriteDescriptors() const {
     return;
   }
   WritePerMatch(
-      "descriptors.h5", [](const TwoViewExample& pair) { return pair.problem.descriptors.rows(); },
-      [&](FlatFile& file, const TwoViewExample& pair) { PutRows(file, pair.id, pair.problem.descriptors); });
+      "descriptors.h5", [](const Example& pair) { return pair.problem.descriptors.rows(); },
+      [&](FlatFile& file, const Example& pair) { PutRows(file, pair.id, pair.problem.descriptors); });
 }
 
 void SceneWriter::WriteLabels() const {
   WritePerMatch(
-      "labels.h5", [](const TwoViewExample& pair) { return static_cast<Eigen::Index>(pair.truth.labels.size()); },
-      [](FlatFile& file, const TwoViewExample& pair) {
+      "labels.h5", [](const Example& pair) { return static_cast<Eigen::Index>(pair.truth.labels.size()); },
+      [](FlatFile& file, const Example& pair) {
         file.Put(pair.id, pair.truth.labels.data(), {static_cast<hsize_t>(pair.truth.labels.size())});
       });
 }
@@ -259,9 +259,9 @@ void SceneWriter::WriteLabels() const {
 void SceneWriter::WriteAll() const {
   WriteInputs();
   WriteCameras();
-  WriteModel("Egt.h5", &TwoViewTruth::essential);
-  WriteModel("Fgt.h5", &TwoViewTruth::fundamental);
-  WriteModel("Hgt.h5", &TwoViewTruth::homography);
+  WriteModel("Egt.h5", &GroundTruth::essential);
+  WriteModel("Fgt.h5", &GroundTruth::fundamental);
+  WriteModel("Hgt.h5", &GroundTruth::homography);
   WriteLabels();
   WriteDescriptors();
   WriteMatches();

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "diffsac/data/off_mesh.h"
-#include "diffsac/data/two_view.h"
 #include "diffsac/data/virtual_views.h"
+#include "diffsac/geometry/rigid_motion.h"
 
 namespace diffsac {
 

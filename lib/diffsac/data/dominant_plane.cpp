@@ -5,6 +5,7 @@
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/data/pair_truth.h"
 #include "diffsac/geometry/homography.h"
 
 namespace diffsac {
@@ -24,7 +25,7 @@ ConsensusOptions Options() {
 
 }  // namespace
 
-std::optional<Eigen::Matrix3d> DominantHomography(const TwoViewProblem& problem, const TwoViewTruth& truth,
+std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth,
                                                   double threshold_px, const std::string& id) {
   if (!truth.fundamental || truth.homography) return truth.homography;
   const Eigen::VectorXd distances = TruthDistances(problem, truth);

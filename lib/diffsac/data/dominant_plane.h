@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/problem.h"
 
 namespace diffsac {
 
@@ -12,7 +12,7 @@ namespace diffsac {
 /// (KITTI, where the paper trains and tests homographies and does not say with which truth): the best of 500 sets of four
 /// matches within `threshold_px` of the true F, by MSAC at `threshold_px`, with local optimisation and Levenberg-Marquardt.
 /// Depends on the matches and on `id` alone. Empty where fewer than 16 matches follow it, or the truth is unknown.
-std::optional<Eigen::Matrix3d> DominantHomography(const TwoViewProblem& problem, const TwoViewTruth& truth,
+std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth,
                                                   double threshold_px, const std::string& id);
 
 }  // namespace diffsac

@@ -246,19 +246,20 @@ ModelnetOptions::ModelnetOptions() {
 }
 
 void ModelnetOptions::Bind(OptionsBinder& b) {
-  b.Field("paths", paths);
-  b.Field("subset", subset);
-  b.Choice("task", task, {"fundamental", "essential"});
+  b.Field("paths", paths).Help("OFF files, or folders that hold them at any depth");
+  b.Field("subset", subset).Help("only files in a folder of this name (train, test); empty: all");
+  b.Choice("task", task, {"fundamental", "essential"}).Help("what is estimated");
   matches.Bind(b);
   cameras.Bind(b);
-  b.Field("fill", fill, Within(0.05, 10.0));
-  b.Field("view_angle_deg", view_angle_deg, Within(0.1, 180.0));
-  b.Field("roll_deg", roll_deg, Within(0.0, 180.0));
-  b.Field("aim_offset", aim_offset, Within(0.0, 0.5));
-  b.Field("depth_tolerance", depth_tolerance, Within(0.0, 1.0));
-  b.Field("cached_meshes", cached_meshes, AtLeast(1));
-  b.Field("size", size, AtLeast(-1));
-  b.Field("split", split);
+  b.Field("fill", fill, Within(0.05, 10.0)).Help("radius of the mesh in the image over half of the shorter side");
+  b.Field("view_angle_deg", view_angle_deg, Within(0.1, 180.0)).Help("between the two viewing directions");
+  b.Field("roll_deg", roll_deg, Within(0.0, 180.0)).Help("turn of each camera about its axis, up to this either way");
+  b.Field("aim_offset", aim_offset, Within(0.0, 0.5))
+      .Help("each camera looks at a point up to this far from the centre, in radii");
+  b.Field("depth_tolerance", depth_tolerance, Within(0.0, 1.0)).Help("of the depth test, in radii");
+  b.Field("cached_meshes", cached_meshes, AtLeast(1)).Help("meshes kept in memory");
+  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
+  b.Field("split", split).Help("its name, of the random numbers; it does not choose meshes");
   b.Require(!paths.empty(), "paths", "a list of OFF files or folders");
 }
 

@@ -150,12 +150,16 @@ std::vector<PointSet> ReadPointFile(const std::string& path) {
 }
 
 void PointSetsOptions::Bind(OptionsBinder& b) {
-  b.Field("paths", paths);
-  b.Choice("task", task, {"line", "plane"});
-  b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0));
-  b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0));
-  b.Field("max_points", max_points, AtLeast(0));
-  b.Field("seed", seed);
+  b.Field("paths", paths)
+      .Help("files, or folders whose readable files are taken in the order of their names (not recursively)");
+  b.Choice("task", task, {"line", "plane"}).Help("2 or 3 columns");
+  b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0))
+      .Help("ε in the data's unit; 0: as the next option or the file says");
+  b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0))
+      .Help("ε as a share of the diagonal of the set's bounding box (finite points); 0: not used");
+  b.Field("max_points", max_points, AtLeast(0))
+      .Help("larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points");
+  b.Field("seed", seed).Help("of the random subsets; the seed of a run leaves them alone");
   b.Require(!paths.empty(), "paths", "at least one file or folder of points");
   b.Require(inlier_threshold == 0.0 || inlier_threshold_relative == 0.0, "inlier_threshold_relative",
             "only one of inlier_threshold and inlier_threshold_relative");

@@ -9,6 +9,7 @@
 #include "diffsac/data/image_pair.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/rigid_motion.h"
 
 namespace diffsac {
 
@@ -38,12 +39,13 @@ struct CameraPair {
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
 struct Problem {
   Task task = Task::kLine;
-  PointMatrix points;              ///< N × PointDimension(task), in the data's unit; two views: pixels.
-  double inlier_threshold = 0.1;   ///< ε, in the data's unit, linear; two views: pixels.
+  PointMatrix points;             ///< N × PointDimension(task), in the data's unit; two views: pixels.
+  double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
   Eigen::VectorXd quality = {};
-  std::optional<CameraPair> cameras = {};   ///< Two views: where the calibration is known. The essential matrix needs it.
-  ImageSize size1 = {}, size2 = {};         ///< Two views: of the images, where they are known.
+  std::optional<CameraPair> cameras =
+      {};                            ///< Two views: where the calibration is known. The essential matrix needs it.
+  ImageSize size1 = {}, size2 = {};  ///< Two views: of the images, where they are known.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
 };
@@ -52,18 +54,29 @@ struct Problem {
 /// model (all equal; collinear for planes).
 Status CheckProblem(const Problem& problem);
 
-/// What only labels, metrics and the oracle may see.
+/// What only labels, metrics and the oracle may see; each part is empty where it is unknown.
 struct GroundTruth {
-  ModelParameters model;               ///< Empty when unknown (real scans). E in normalised coordinates.
-  std::optional<RelativePose> pose = {};    ///< Two views: of the second camera seen from the first, where it is known.
-  std::vector<std::uint8_t> inliers;   ///< N values, 1 for a true inlier; empty when unknown.
+  // What estimates of the problem's task are measured against.
+  ModelParameters model;                  ///< Of the task. E in normalised coordinates.
+  std::optional<RelativePose> pose = {};  ///< Two views: of the second camera seen from the first; |t| = 1, or t = 0.
+  std::vector<std::uint8_t> inliers;      ///< N values, 1 for a true inlier.
+
+  // What the source of a pair of images knows, whatever the task; SetTask (data/pair_truth.h) makes the above of it.
+  // Matrices act on homogeneous column vectors, scale and sign are arbitrary.
+  std::optional<RigidMotion> motion = {};           ///< x_camera2 = R x_camera1 + t, t in the unit of the source.
+  std::optional<Eigen::Matrix3d> essential = {};    ///< x2ᵀ E x1 = 0 in coordinates K⁻¹ x.
+  std::optional<Eigen::Matrix3d> fundamental = {};  ///< x2ᵀ F x1 = 0 in pixels.
+  std::optional<Eigen::Matrix3d> homography = {};   ///< x2 ~ H x1 in pixels.
+  /// N values: 0 an outlier, k ≥ 1 an inlier of structure k (1 alone, or one number a plane).
+  std::vector<std::int32_t> labels = {};
 };
 
-/// One item of a dataset.
+/// One item of a dataset, or one pair of images of a scene.
 struct Example {
-  std::uint64_t index = 0;    ///< Position in the dataset; seeds everything drawn for this problem.
-  std::string id;             ///< Unique in the dataset, stable.
-  std::string scene;          ///< Group for per-scene means ("all" for synthetic data).
+  std::uint64_t index = 0;     ///< Position in the dataset; seeds everything drawn for this problem.
+  std::string id;              ///< Unique in the dataset (or the scene that is read), stable.
+  std::string scene;           ///< Group for per-scene means ("all" for synthetic data).
+  std::string image1, image2;  ///< Two views: the names of the images; empty where there are none.
   Problem problem;
   GroundTruth truth;
 };

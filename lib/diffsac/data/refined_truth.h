@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/problem.h"
 
 namespace diffsac {
 
@@ -11,6 +11,6 @@ namespace diffsac {
 /// coordinates where the calibration is known. Nothing changes where a homography is known, where fewer than 16 matches
 /// are near, or where the refined model has fewer matches within `loss_px` than the given one. The motion stays what it
 /// was: errors of poses are measured against the source's.
-void RefineEpipolarTruth(const TwoViewProblem& problem, double loss_px, TwoViewTruth* truth);
+void RefineEpipolarTruth(const Problem& problem, double loss_px, GroundTruth* truth);
 
 }  // namespace diffsac

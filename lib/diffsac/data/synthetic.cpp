@@ -183,20 +183,24 @@ class SyntheticDataset : public Dataset {
 }  // namespace
 
 void SyntheticOptions::Bind(OptionsBinder& b) {
-  b.Field("num_points", num_points, Within(3, 1e7));
-  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0));
-  b.Field("inlier_threshold", inlier_threshold, Positive());
-  b.Choice("model_sampling", model_sampling, {"isotropic", "through_point"});
-  b.Choice("noise", noise, {"gaussian", "uniform"});
-  b.Field("noise_scale", noise_scale, AtLeast(0.0));
-  b.Choice("outliers", outliers, {"uniform", "aggregated", "structured"});
-  b.Field("clusters", clusters, AtLeast(1));
-  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true});
-  b.Field("structured_share", structured_share, Within(0.0, 1.0));
+  b.Field("num_points", num_points, Within(3, 1e7)).Help("points of a problem");
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
+  b.Field("inlier_threshold", inlier_threshold, Positive()).Help("ε, in the picture's unit");
+  b.Choice("model_sampling", model_sampling, {"isotropic", "through_point"})
+      .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
+  b.Choice("noise", noise, {"gaussian", "uniform"}).Help("of the inliers' distances");
+  b.Field("noise_scale", noise_scale, AtLeast(0.0))
+      .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
+  b.Choice("outliers", outliers, {"uniform", "aggregated", "structured"}).Help("how they lie");
+  b.Field("clusters", clusters, AtLeast(1)).Help("aggregated: number of clusters");
+  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true}).Help("aggregated: standard deviation of a cluster");
+  b.Field("structured_share", structured_share, Within(0.0, 1.0))
+      .Help("structured: share of outliers on the second, weaker model");
   // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
-  b.Field("min_extent", min_extent, Within(0.0, kSide));
-  b.Field("size", size, AtLeast(-1));
-  b.Field("split", split);
+  b.Field("min_extent", min_extent, Within(0.0, kSide))
+      .Help("shortest chord (lines); planes: smallest square root of the area inside");
+  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
+  b.Field("split", split).Help("its name; splits of different names never share a stream");
   b.Require(std::floor(num_points.low) == num_points.low && std::floor(num_points.high) == num_points.high,
             "num_points", "whole numbers");
 }

@@ -64,15 +64,17 @@ bool Whole(const Range& range) { return std::floor(range.low) == range.low && st
 }  // namespace
 
 void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
-  b.Field("num_points", num_points, Within(5, 1e6));
-  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0));
-  b.Field("inlier_threshold_px", inlier_threshold_px, Positive());
-  b.Field("noise_px", noise_px, AtLeast(0.0));
-  b.Field("displaced_share", displaced_share, Within(0.0, 1.0));
-  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true});
-  b.Field("match_ratio", match_ratio);
-  b.Field("correct_ratio_power", correct_ratio_power, Within(0.1, 1000.0));
-  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0));
+  b.Field("num_points", num_points, Within(5, 1e6)).Help("matches of a problem");
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
+  b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
+  b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate in both images; one value a problem");
+  b.Field("displaced_share", displaced_share, Within(0.0, 1.0))
+      .Help("share of the outliers that are true matches whose second point was moved; the others are uniform");
+  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true}).Help("by how much, log-uniform");
+  b.Field("match_ratio", match_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
+  b.Field("correct_ratio_power", correct_ratio_power, Within(0.1, 1000.0))
+      .Help("a of correct matches, log-uniform a problem");
+  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0)).Help("a of wrong ones");
   b.Require(Whole(num_points), "num_points", "whole numbers");
 }
 
@@ -135,9 +137,7 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
 
 void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example) {
   const RigidMotion& motion = pair.motion;
-  const double length = motion.translation.norm();
-  example->truth.pose =
-      RelativePose{motion.rotation, length > 0.0 ? Eigen::Vector3d(motion.translation / length) : motion.translation};
+  example->truth.pose = PoseOf(motion);
   if (example->problem.task == Task::kHomography) {
     example->truth.model = AsParameters(homography);
     return;

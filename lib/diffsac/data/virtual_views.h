@@ -5,8 +5,8 @@
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "diffsac/data/image_pair.h"
+#include "diffsac/data/pair_truth.h"
 #include "diffsac/data/problem.h"
-#include "diffsac/data/two_view.h"
 
 namespace diffsac {
 

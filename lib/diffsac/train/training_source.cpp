@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/pair_filter.h"
 #include "diffsac/data/repeated_structures.h"
 
 namespace diffsac {
@@ -32,6 +33,12 @@ bool KnowsTruth(const Example& example) {
          std::find(inliers.begin(), inliers.end(), 1) != inliers.end();
 }
 
+std::vector<int> AllRows(Eigen::Index count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
 // Matches of at most the drawn ratio; all where there are too few of them.
 std::vector<int> PointsWithin(const Problem& problem, double max_ratio, int fewest) {
   const int count = static_cast<int>(problem.points.rows());
@@ -39,32 +46,40 @@ std::vector<int> PointsWithin(const Problem& problem, double max_ratio, int fewe
   if (problem.quality.size() == count)
     for (int i = 0; i < count; ++i)
       if (problem.quality[i] <= max_ratio) kept.push_back(i);
-  if (static_cast<int>(kept.size()) < fewest) {
-    kept.resize(count);
-    std::iota(kept.begin(), kept.end(), 0);
-  }
-  return kept;
+  return static_cast<int>(kept.size()) < fewest ? AllRows(count) : kept;
 }
 
-void KeepPoints(const std::vector<int>& kept, Example* example) {
-  Problem& problem = example->problem;
-  const auto count = static_cast<std::size_t>(problem.points.rows());
-  if (kept.size() == count) return;
-  if (problem.quality.size() == problem.points.rows()) problem.quality = Eigen::VectorXd(problem.quality(kept));
-  if (problem.descriptors.rows() == problem.points.rows())
-    problem.descriptors = DescriptorMatrix(problem.descriptors(kept, Eigen::all));
-  problem.points = PointMatrix(problem.points(kept, Eigen::all));
-  if (example->truth.inliers.size() == count) {
-    std::vector<std::uint8_t> inliers;
-    for (const int i : kept) inliers.push_back(example->truth.inliers[i]);
-    example->truth.inliers = std::move(inliers);
-  }
+// Where a row of ascending `rows` stands among them.
+int PlaceOf(int row, const std::vector<int>& rows) {
+  return static_cast<int>(std::lower_bound(rows.begin(), rows.end(), row) - rows.begin());
 }
 
-// `must` and random others of `from`, `count` in all, ascending.
-std::vector<int> RandomSubset(const std::vector<int>& from, const std::vector<int>& must, int count, Rng rng) {
+// The sets whose points are all `present`, as places among `rows`.
+Sets SetsWithin(const Sets& sets, const std::vector<char>& present, const std::vector<int>& rows) {
+  Sets within;
+  for (const auto& set : sets) {
+    if (!std::all_of(set.begin(), set.end(), [&](int i) { return present[i] != 0; })) continue;
+    within.push_back(set);
+    for (int& i : within.back()) i = PlaceOf(i, rows);
+  }
+  return within;
+}
+
+Sets ChooseSets(const Sets& sets, int count, Rng rng) {
+  Sets chosen;
+  for (int k = 0; k < count && !sets.empty(); ++k) chosen.push_back(sets[rng.Below(sets.size())]);
+  return chosen;
+}
+
+// The points of the sets and random others, `count` of `total`, ascending.
+std::vector<int> RandomSubset(int total, const Sets& sets, int count, Rng rng) {
+  std::vector<int> must;
+  for (const auto& set : sets) must.insert(must.end(), set.begin(), set.end());
+  std::sort(must.begin(), must.end());
+  must.erase(std::unique(must.begin(), must.end()), must.end());
+  const std::vector<int> all = AllRows(total);
   std::vector<int> others;
-  std::set_difference(from.begin(), from.end(), must.begin(), must.end(), std::back_inserter(others));
+  std::set_difference(all.begin(), all.end(), must.begin(), must.end(), std::back_inserter(others));
   std::vector<int> subset = must;
   for (std::size_t i = 0; static_cast<int>(subset.size()) < count && i < others.size(); ++i) {
     std::swap(others[i], others[i + rng.Below(others.size() - i)]);
@@ -174,75 +189,57 @@ TrainingSource::Drawn TrainingSource::Draw(std::uint64_t index) const {
               dataset.Get(position).id + "'");
 }
 
-TrainingItem TrainingSource::Make(std::uint64_t index) const {
-  auto [example, all_sets] = Draw(index);
-  const Rng rng = rng_.Fork("item", index);
-  const bool two_view = IsTwoView(example.problem.task);
-  const int total = static_cast<int>(example.problem.points.rows());
-  std::vector<char> moved(total, 0);
-  if (two_view && two_view_.repeats > 0.0 && rng.Fork("repeats").Uniform() < two_view_.repeats)
+TrainingSource::Drawn TrainingSource::Restricted(Drawn drawn, const Rng& rng) const {
+  Example& example = drawn.example;
+  if (!IsTwoView(example.problem.task)) return drawn;
+  std::vector<char> moved(static_cast<std::size_t>(example.problem.points.rows()), 0);
+  if (two_view_.repeats > 0.0 && rng.Fork("repeats").Uniform() < two_view_.repeats)
     moved = MoveGroups(rng.Fork("moved_groups"), &example);
-
-  std::vector<int> within;
-  Sets usable;
-  if (two_view && !two_view_.max_ratios.empty()) {
+  std::vector<int> rows = AllRows(example.problem.points.rows());
+  if (!two_view_.max_ratios.empty()) {
     Rng choice = rng.Fork("max_ratio");
-    within = PointsWithin(example.problem, two_view_.max_ratios[choice.Below(two_view_.max_ratios.size())],
-                          MinimalSetSize(example.problem.task) + 1);
-  } else {
-    within.resize(total);
-    std::iota(within.begin(), within.end(), 0);
+    rows = PointsWithin(example.problem, two_view_.max_ratios[choice.Below(two_view_.max_ratios.size())],
+                        MinimalSetSize(example.problem.task) + 1);
   }
-  std::vector<char> present(total, 0);
-  for (const int i : within) present[i] = !moved[i];
-  for (const auto& set : *all_sets)
-    if (std::all_of(set.begin(), set.end(), [&](int i) { return present[i] != 0; })) usable.push_back(set);
-  if (usable.empty() && !all_sets->empty()) {
-    // None of the kept sets lies within: search among what is left.
-    KeepPoints(within, &example);
-    usable = FindSets(example, labels_);
-    within.resize(example.problem.points.rows());
-    std::iota(within.begin(), within.end(), 0);
-  }
+  std::vector<char> present(moved.size(), 0);
+  for (const int i : rows) present[i] = !moved[i];
+  if (rows.size() < moved.size()) example = WithRows(example, rows);
+  if (drawn.sets->empty()) return drawn;
+  Sets usable = SetsWithin(*drawn.sets, present, rows);
+  // Where none of the kept sets lies within, others are searched for among what is left.
+  if (usable.empty()) usable = FindSets(example, labels_);
+  drawn.sets = std::make_shared<const Sets>(std::move(usable));
+  return drawn;
+}
 
-  Rng choice = rng.Fork("label");
-  std::vector<const std::vector<int>*> chosen;
-  for (int k = 0; k < copies_ && !usable.empty(); ++k) chosen.push_back(&usable[choice.Below(usable.size())]);
-  std::vector<int> must;
-  for (const auto* set : chosen) must.insert(must.end(), set->begin(), set->end());
-  std::sort(must.begin(), must.end());
-  must.erase(std::unique(must.begin(), must.end()), must.end());
-  const bool reduce = two_view && two_view_.max_points > 0 && static_cast<int>(within.size()) > two_view_.max_points;
-  const auto subset = reduce ? RandomSubset(within, must, two_view_.max_points, rng.Fork("subset")) : within;
-  // Features are those of all matches, as at inference; only then is the subset taken.
-  Example full = example;
-  KeepPoints(within, &full);
-  std::vector<int> places;
-  for (const int i : subset)
-    places.push_back(static_cast<int>(std::lower_bound(within.begin(), within.end(), i) - within.begin()));
+TrainingItem TrainingSource::Make(std::uint64_t index) const {
+  const Rng rng = rng_.Fork("item", index);
+  const Drawn drawn = Restricted(Draw(index), rng);
+  const bool two_view = IsTwoView(drawn.example.problem.task);
+  const int total = static_cast<int>(drawn.example.problem.points.rows());
+  const Sets chosen = ChooseSets(*drawn.sets, copies_, rng.Fork("label"));
+  const bool reduce = two_view && two_view_.max_points > 0 && total > two_view_.max_points;
+  const std::vector<int> rows =
+      reduce ? RandomSubset(total, chosen, two_view_.max_points, rng.Fork("subset")) : AllRows(total);
   TrainingItem item;
   item.index = index;
-  item.features = features_.Compute(full.problem, rng.Fork("features"));
-  item.features.values = decltype(item.features.values)(item.features.values(places, Eigen::all));
-  KeepPoints(subset, &example);
+  // Features are those of all matches, as at inference; only then is the subset taken.
+  item.features = features_.Compute(drawn.example.problem, rng.Fork("features"));
+  item.features.values = decltype(item.features.values)(item.features.values(rows, Eigen::all));
   if (two_view && two_view_.augment && item.features.values.cols() >= 4)
     Augment(features_, rng.Fork("augment"), &item.features);
-  const std::size_t points = static_cast<std::size_t>(example.problem.points.rows());
-  item.inliers.assign(points, 0.0f);
-  std::copy(example.truth.inliers.begin(), example.truth.inliers.end(), item.inliers.begin());
-
-  item.labels.assign(copies_ * points, -1.0f);
+  item.example = std::make_shared<const Example>(WithRows(drawn.example, rows));
+  const auto& inliers = item.example->truth.inliers;
+  item.inliers.assign(rows.size(), 0.0f);
+  std::copy(inliers.begin(), inliers.end(), item.inliers.begin());
+  item.labels.assign(copies_ * rows.size(), -1.0f);
   for (std::size_t k = 0; k < chosen.size(); ++k)
-    for (const int i : *chosen[k]) {
-      const auto at = std::lower_bound(subset.begin(), subset.end(), i) - subset.begin();
-      item.labels[k * points + static_cast<std::size_t>(at)] = 1.0f;
-    }
+    for (const int i : chosen[k]) item.labels[k * rows.size() + static_cast<std::size_t>(PlaceOf(i, rows))] = 1.0f;
   Rng time = rng.Fork("time");
   for (int k = 0; k < copies_; ++k) item.times.push_back(static_cast<int>(time.Below(schedule_steps_)));
   Rng noise = rng.Fork("noise");
-  item.noise.resize(copies_ * points);
+  item.noise.resize(copies_ * rows.size());
   for (float& value : item.noise) value = static_cast<float>(noise.Normal());
-  item.example = std::make_shared<const Example>(std::move(example));
   return item;
 }
 

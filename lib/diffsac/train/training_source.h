@@ -15,12 +15,12 @@ namespace diffsac {
 
 /// One problem with everything a training step draws for it.
 struct TrainingItem {
-  std::uint64_t index = 0;      ///< in the training run
+  std::uint64_t index = 0;  ///< in the training run
   FeatureSet features;
-  std::vector<float> inliers;   ///< N, 1 for a true inlier
-  std::vector<float> labels;    ///< copies × N, ±1
-  std::vector<float> noise;     ///< copies × N, standard normal
-  std::vector<int> times;       ///< copies, uniform in [0, T)
+  std::vector<float> inliers;  ///< N, 1 for a true inlier
+  std::vector<float> labels;   ///< copies × N, ±1
+  std::vector<float> noise;    ///< copies × N, standard normal
+  std::vector<int> times;      ///< copies, uniform in [0, T)
   /// The points behind the features, in their order, with their truth; not augmented.
   std::shared_ptr<const Example> example;
 };
@@ -71,6 +71,8 @@ class TrainingSource {
     std::shared_ptr<const Sets> sets;
   };
   Drawn Draw(std::uint64_t index) const;
+  /// What is left of an example after repeats and the drawn ratio, with the sets that lie within, as its rows.
+  Drawn Restricted(Drawn drawn, const Rng& rng) const;
   std::shared_ptr<const Sets> SetsOf(std::size_t part, std::uint64_t position, const Example& example) const;
 
   std::vector<TrainingPart> parts_;

@@ -1,4 +1,4 @@
-#include "diffsac/data/two_view.h"
+#include "diffsac/data/pair_truth.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -24,7 +24,7 @@ TEST_CASE("the relative motion takes points from camera 1 to camera 2") {
 
 TEST_CASE("true matches are on the true epipolar geometry, outliers are not") {
   const CorrespondenceSet set = SyntheticSet(20, 60, Rng(2));
-  for (const TwoViewExample& pair : set.pairs) {
+  for (const Example& pair : set.pairs) {
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     REQUIRE(distances.size() == 60);
     int near_outliers = 0;
@@ -38,26 +38,26 @@ TEST_CASE("true matches are on the true epipolar geometry, outliers are not") {
 
 TEST_CASE("the Sampson distance is the distance to first order, in pixels") {
   // Parallel cameras: the epipolar lines are rows, and a shift by d across them is shared by both images, d / sqrt 2.
-  TwoViewProblem problem;
+  Problem problem;
   problem.points.resize(2, 4);
   problem.points << 10, 20, 40, 20, 10, 20, 40, 23;
-  TwoViewTruth truth;
+  GroundTruth truth;
   truth.fundamental = CrossMatrix(Eigen::Vector3d(1, 0, 0));
   const Eigen::VectorXd distances = TruthDistances(problem, truth);
   CHECK(distances[0] == Approx(0.0).margin(1e-12));
   CHECK(distances[1] == Approx(3.0 / std::sqrt(2.0)));
   CHECK(distances.isApprox([&] {
-    TwoViewTruth scaled;
+    GroundTruth scaled;
     scaled.fundamental = -1e-7 * *truth.fundamental;
     return TruthDistances(problem, scaled);
   }()));
 }
 
 TEST_CASE("a homography's distance is the transfer error in image 2") {
-  TwoViewProblem problem;
+  Problem problem;
   problem.points.resize(3, 4);
   problem.points << 1, 2, 7, 10, 1, 2, 7, 14, std::nan(""), 2, 7, 10;
-  TwoViewTruth truth;
+  GroundTruth truth;
   truth.homography = (Eigen::Matrix3d() << 2, 0, 5, 0, 2, 6, 0, 0, 1).finished();
   truth.fundamental = Eigen::Matrix3d::Ones();  // the homography is the stronger statement
   const Eigen::VectorXd distances = TruthDistances(problem, truth);
@@ -67,16 +67,40 @@ TEST_CASE("a homography's distance is the transfer error in image 2") {
 }
 
 TEST_CASE("E and F follow from each other and the calibration") {
-  const TwoViewExample pair = SyntheticSet(1, 4, Rng(3)).pairs[0];
-  TwoViewTruth from_fundamental;
+  const Example pair = SyntheticSet(1, 4, Rng(3)).pairs[0];
+  GroundTruth from_fundamental;
   from_fundamental.fundamental = pair.truth.fundamental;
   CompleteTruth(pair.problem, &from_fundamental);
   CHECK(from_fundamental.essential->isApprox(*pair.truth.essential, 1e-9));
-  TwoViewProblem uncalibrated;
-  TwoViewTruth alone;
+  Problem uncalibrated;
+  GroundTruth alone;
   alone.fundamental = pair.truth.fundamental;
   CompleteTruth(uncalibrated, &alone);
   CHECK(!alone.essential);
+}
+
+TEST_CASE("a pair becomes a problem of each task, with the truth that is known") {
+  const Example pair = SyntheticSet(1, 60, Rng(3)).pairs.front();
+  for (const Task task : {Task::kFundamental, Task::kEssential, Task::kHomography}) {
+    CAPTURE(ToString(task));
+    Example example = pair;
+    SetTask(task, 2.0, &example);
+    CHECK(example.problem.task == task);
+    CHECK(example.problem.inlier_threshold == 2.0);
+    CHECK(example.problem.points == pair.problem.points);
+    CHECK((example.truth.model.size() == 9) == (task != Task::kHomography));
+    CHECK(example.truth.pose->translation.norm() == Approx(1.0));
+    for (int k = 0; k < 60; ++k) CHECK(example.truth.inliers[k] == pair.truth.labels[k]);
+  }
+  Example unlabelled = pair;
+  unlabelled.truth.labels.clear();
+  SetTask(Task::kEssential, 2.0, &unlabelled);
+  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
+  for (int k = 0; k < 60; ++k) CHECK(unlabelled.truth.inliers[k] == (distances[k] <= 2.0));
+  unlabelled.truth = {};
+  SetTask(Task::kEssential, 2.0, &unlabelled);
+  CHECK(unlabelled.truth.inliers.empty());
+  CHECK(!unlabelled.truth.pose);
 }
 
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "diffsac/data/tutorial_dataset.h"
+#include "diffsac/data/pair_dataset.h"
 
 #include <H5Cpp.h>
 
@@ -16,6 +16,7 @@
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/synthetic_two_view.h"
 #include "diffsac/geometry/fundamental.h"
+#include "two_view_test_util.h"
 
 namespace diffsac {
 namespace {
@@ -295,6 +296,43 @@ TEST_CASE("KITTI scenes are chosen by sequence and step") {
   CHECK(Has(ErrorOf([&] { scenes("steps: [3]\n"); }), "diffsac_prepare"));
   const std::string text = WriteDatasetOptions(Config::FromString("type: kitti\nroot: a\nsteps: [1, 5]\n"));
   CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+}
+
+TEST_CASE("scenes of a folder are read through the factory; what is missing is named") {
+  const TemporaryFolder folder;
+  WriteCorrespondences(folder / "a", SyntheticSet(3, 40, Rng(1)));
+  WriteCorrespondences(folder / "b", SyntheticSet(4, 40, Rng(2)));
+  const auto make = [&](const std::string& more) {
+    return MakeDataset(
+        Config::FromString("type: correspondences\npaths: [\"" + folder.path() + "\"]\n" + more, "test.yaml"), 1);
+  };
+  const auto dataset = make("task: essential\n");
+  CHECK(dataset->task() == Task::kEssential);
+  REQUIRE(dataset->size() == 7);
+  CHECK(dataset->Get(0).scene == "a");
+  CHECK(dataset->Get(6).scene == "b");
+  CHECK(dataset->Get(6).index == 6);
+  CHECK(dataset->Get(0).truth.pose->translation.norm() == Approx(1.0));
+  CHECK(make("max_pairs: 2\n")->size() == 4);
+  // Of three and four pairs the first half and the second, rounded, are all.
+  const auto first = make("part: [0, 0.5]\n"), second = make("part: [0.5, 1]\n");
+  CHECK(first->size() == 4);
+  CHECK(second->size() == 3);
+  CHECK(first->Get(0).id == dataset->Get(0).id);
+  CHECK(second->Get(2).id == dataset->Get(6).id);
+  CHECK(dataset->Get(0).problem.descriptors.size() == 0);
+  CHECK(dataset->Get(0).problem.size2 == ImageSize{600, 400});
+  // Descriptors go with their matches.
+  const CorrespondenceSet written = SyntheticSet(3, 40, Rng(1));
+  const Example few = make("descriptors: true\nmax_points: 7\n")->Get(0);
+  REQUIRE(few.problem.descriptors.rows() == 7);
+  for (int i = 0; i < 7; ++i)
+    for (int k = 0; k < 40; ++k)
+      if (written.pairs[0].problem.points.row(k) == few.problem.points.row(i))
+        CHECK(few.problem.descriptors.row(i) == written.pairs[0].problem.descriptors.row(k));
+  CHECK_THROWS_AS(make("min_points: 1000\n"), Error);
+  CHECK_THROWS_AS(make("task: line\n"), Error);
+  CHECK_THROWS_AS(MakeDataset(Config::FromString("type: correspondences\npaths: [nowhere]\n", "test.yaml"), 1), Error);
 }
 
 }  // namespace diffsac
