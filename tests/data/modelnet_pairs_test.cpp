@@ -5,6 +5,7 @@
 
 #include "data_test_util.h"
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -9,6 +9,7 @@
 #include "data_tools/adelaide_rmf.h"
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"
+#include "diffsac/data/pair_truth.h"
 
 namespace diffsac {
 namespace {
