@@ -9,6 +9,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "data_tools/image_format.h"
+#include "data_tools/image_sets.h"
 #include "data_tools/inspect.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/modelnet_pairs.h"
@@ -70,6 +71,14 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
   app->add_option("--threads", options.threads, "Threads (0: all cores)");
+}
+
+void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
+  app->add_option("--config", request->config, "A list of image sets (configs/sets.yaml)")->required();
+  app->add_option("--data", request->data, "Folder of the image sets")->required()->check(CLI::ExistingDirectory);
+  app->add_option("--only", request->only, "Sets by name, * for any text, or by the folders they make (all)")
+      ->delimiter(',');
+  app->add_option("--threads", request->threads, "Threads (0: all cores)");
 }
 
 void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
@@ -172,6 +181,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   diffsac::PairsRequest pairs;
   AddPairs(app.add_subcommand("pairs", "Images, calibration and truth to correspondence files"), &pairs);
+  diffsac::SetsRequest sets;
+  CLI::App* sets_app = app.add_subcommand("sets", "The matches of the image sets that a file lists");
+  AddSets(sets_app, &sets);
   diffsac::TutorialRequest tutorial;
   CLI::App* tutorial_app =
       app.add_subcommand("tutorial", "Adds descriptors to a scene of the tutorial, from its images");
@@ -201,6 +213,7 @@ int main(int argc, char** argv) {
     diffsac::InitLogging();
     // Images are spread over threads here.
     cv::setNumThreads(1);
+    if (sets_app->parsed()) return diffsac::PrepareSets(sets, stop_requested) ? kExitOk : kExitInterrupted;
     if (inspect_app->parsed()) return Inspect(inspect);
     if (tutorial_app->parsed()) return Tutorial(tutorial);
     if (warp_app->parsed()) return diffsac::WarpImages(warp, stop_requested) ? kExitOk : kExitInterrupted;

@@ -27,3 +27,28 @@ expect_error 'both shard 1/3' evaluate --merge "$own"/shard{1,1,2,3} --output "$
 expect_error 'excludes' evaluate "${table[@]}" --merge "$own"/shard{1,2,3}
 expect_error '1 <= i <= n' evaluate "${table[@]}" --shard 4/3 --output "$own/other"
 expect_error 'config' evaluate --limit 3
+
+# Where data is found in a folder, and what is left out, is the program's to say.
+data="$own/it's data"
+mkdir -p "$data/modelnet_off" "$data/tutorial"
+needs() { evaluate --config "configs/tables/$1.yaml" --data "$data" --needs; }
+needs_only() { [[ "$(needs "$1")" == "$2" ]] || fail "$1 needs '$(needs "$1")', not '$2'"; }
+needs_only line ""
+needs_only modelnet_fundamental "$data/modelnet_off"
+needs_only essential_tutorial "$data/tutorial"
+mkdir "$data/ModelNet40"
+needs_only modelnet_fundamental "$data/ModelNet40"
+needs ablation | grep -qx runs/pairs/test/castle-P19 || fail "the ablation's scenes are not named"
+[[ -d runs/ablation_mlp ]] || needs ablation | grep -qx runs/pairs/train/fox || fail "its trainings' scenes are not named"
+run_expecting 0 evaluate --config configs/tables/scans.yaml --data "$data" --output "$own/scans"
+grep -q 'scans: skipped.*pyransac3d_ply' "$own/out" || { cat "$own/out"; fail "what is left out is not named"; }
+
+# A page, and a run that is there already.
+page=(--config configs/tables/line.yaml --methods ransac_20 --output "$own/page" --page "$own/docs/line.md" --update)
+run_expecting 0 evaluate "${page[@]}" --limit 3
+expect_file "$own/docs/line.md" "$own/docs/line_curve.png"
+run_expecting 0 evaluate "${page[@]}" --limit 3
+grep -q 'made already' "$own/out" || fail "a run that is there is made again"
+run_expecting 0 evaluate "${page[@]}" --limit 2
+grep -q 'made already' "$own/out" && fail "another run passes for this one"
+expect_error '--page' evaluate "${page[@]}" --shard 1/2

@@ -25,6 +25,18 @@ grep -qE '^views +1 .* ok +ratio sizes H$' "$own/out" || { cat "$own/out" >&2; f
 awk '$1 == "views" && $4 > 50 { found = 1 } END { exit !found }' "$own/out" ||
   { cat "$own/out" >&2; fail "the matches do not follow the shift"; }
 
+# The sets of a list: those that are there, by name or by the folders that they make.
+printf 'sets:\n  - {name: shifted, input: [absent, views], format: homographies, output: %s, scenes: [views]}\n' "$own/listed" >"$own/sets.yaml"
+printf '  - {name: elsewhere, input: [nowhere], format: images, output: %s, scenes: [nowhere]}\n' "$own/listed" >>"$own/sets.yaml"
+sets=(prepare sets --config "$own/sets.yaml" --data "$own")
+run_expecting 0 "${sets[@]}"
+grep -q 'left out: elsewhere' "$own/out" "$own/err" || fail "a set that is not there is not named"
+expect_file "$own/listed/views/matches.h5"
+run_expecting 0 "${sets[@]}" --only "$own/listed/views"
+grep -q 'views: already there' "$own/out" "$own/err" || fail "a listed set was made again"
+expect_error 'none of the sets' "${sets[@]}" --only elsewhere
+expect_error 'no_sets' prepare sets --config "$own/no_sets.yaml" --data "$own"
+
 # Mistakes.
 expect_error 'format' prepare pairs --format tiff --input "$own/views" --output "$own/scenes"
 expect_error 'nowhere' prepare pairs --format images --input "$own/nowhere" --output "$own/scenes"

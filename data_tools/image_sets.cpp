@@ -1,0 +1,142 @@
+#include "data_tools/image_sets.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "data_tools/image_format.h"
+#include "data_tools/warp_images.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDescribedFeatures[] = {"rootsift", "orb"};
+
+struct ImageSetList {
+  std::vector<ImageSet> sets;
+  void Bind(OptionsBinder& b) {
+    b.Field("sets", sets).Help("image sets");
+    b.Require(!sets.empty(), "sets", "a list of image sets");
+  }
+};
+
+bool Matches(const std::string& pattern, const std::string& text) {
+  return ::fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
+}
+
+bool IsAround(const std::string& outer, const std::string& inner) { return inner.starts_with(outer + "/"); }
+
+/// The folder of the set's images below `data`; empty when it is not there.
+std::string InputOf(const ImageSet& set, const std::string& data) {
+  for (const std::string& input : set.input) {
+    const fs::path folder = fs::path(data) / input;
+    if (fs::is_directory(folder / set.needs)) return folder.lexically_normal().string();
+  }
+  return "";
+}
+
+bool PrepareWarped(const ImageSet& set, const std::string& input, PairsRequest pairs, const std::atomic<bool>& stop) {
+  WarpRequest warp;
+  warp.input = input;
+  warp.output = "runs/warped/" + set.pairs.scene;
+  warp.images = set.warp_images;
+  warp.views = set.warp_views;
+  if (!WarpImages(warp, stop)) return false;
+  std::vector<std::string> folders;
+  for (const auto& entry : fs::directory_iterator(warp.output))
+    if (entry.is_directory()) folders.push_back(entry.path().string());
+  std::sort(folders.begin(), folders.end());
+  for (const std::string& folder : folders) {
+    pairs.input = folder;
+    pairs.scene = set.pairs.scene + "_" + FolderName(folder);
+    if (!RunPairs(pairs, stop).finished) return false;
+  }
+  return true;
+}
+
+/// The same with descriptors of one kind.
+ImageSet Described(ImageSet set, const std::string& features) {
+  set.name += "_" + features;
+  set.output = "runs/descriptors/" + features + "/" + set.described;
+  set.pairs.options.features.kind = FeatureKindFromString(features);
+  set.pairs.options.descriptors = true;
+  return set;
+}
+
+}  // namespace
+
+void ImageSet::Bind(OptionsBinder& b) {
+  b.Field("name", name).Help("what `--only` calls it");
+  b.Field("input", input).Help("folders below the folder of data: the first that is there");
+  b.Field("needs", needs).Help("a folder in the input that must be there; empty: the input itself");
+  b.Field("output", output).Help("holds the scenes' folders; empty: only those with descriptors are made");
+  b.Field("scenes", scenes).Help("which scenes it makes; `*` stands for any text");
+  b.Choice("described", described, {"", "test", "train"}).Help("also with descriptors, in runs/descriptors");
+  b.Field("warp_images", warp_images, AtLeast(0)).Help("so many images as planes from other places; 0: as they are");
+  b.Field("warp_views", warp_views, AtLeast(1)).Help("views of each");
+  b.Choice("format", pairs.format, Registry<ImageFormat>::Instance().Names());
+  b.Field("scene", pairs.scene).Help("replaces the name of a single scene");
+  b.Field("sequence", pairs.sequence).Help("of KITTI");
+  b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
+  b.Field("every", pairs.choice.every, AtLeast(1)).Help("only every so many images");
+  b.Field("focal", pairs.calibration.focal, AtLeast(0)).Help("of images without calibration, pixels");
+  b.Field("center", pairs.calibration.center).Help("principal point, pixels");
+  b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
+  b.Field("max_pairs", pairs.options.max_pairs, AtLeast(0)).Help("at most so many a scene, evenly spaced; 0: all");
+  b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
+  b.Field("true_match_px", pairs.options.true_match_px, Positive()).Help("what counts as near the truth, pixels");
+  b.Require(!name.empty(), "name", "a name");
+  b.Require(!input.empty(), "input", "a list of folders");
+}
+
+std::vector<ImageSet> ReadImageSets(const std::string& path) {
+  std::vector<ImageSet> all;
+  for (const ImageSet& set : ReadOptions<ImageSetList>(Config::FromFile(path)).sets) {
+    if (!set.output.empty()) all.push_back(set);
+    for (const char* features : kDescribedFeatures)
+      if (!set.described.empty()) all.push_back(Described(set, features));
+  }
+  return all;
+}
+
+bool Makes(const ImageSet& set, const std::string& name_or_folder) {
+  if (Matches(name_or_folder, set.name)) return true;
+  if (name_or_folder == set.output || IsAround(name_or_folder, set.output)) return true;
+  return std::any_of(set.scenes.begin(), set.scenes.end(), [&](const std::string& scene) {
+    return Matches(set.output + "/" + scene, name_or_folder);
+  });
+}
+
+bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
+  int made = 0, wanted = 0;
+  for (const ImageSet& set : ReadImageSets(request.config)) {
+    const auto& only = request.only;
+    const bool is_wanted =
+        only.empty() || std::any_of(only.begin(), only.end(), [&](const auto& what) { return Makes(set, what); });
+    if (!is_wanted) continue;
+    ++wanted;
+    const std::string input = InputOf(set, request.data);
+    if (input.empty()) {
+      LogWarning("left out: " + set.name + ", there is no " +
+                 (fs::path(request.data) / set.input.front() / set.needs).lexically_normal().string());
+      continue;
+    }
+    ++made;
+    PairsRequest pairs = set.pairs;
+    pairs.input = input;
+    pairs.output = set.output;
+    pairs.options.threads = request.threads;
+    const bool finished =
+        set.warp_images > 0 ? PrepareWarped(set, input, pairs, stop) : RunPairs(pairs, stop).finished;
+    if (!finished) return false;
+  }
+  if (wanted > 0 && made == 0) throw Error(request.data + ": there are none of the sets that are asked for");
+  return true;
+}
+
+}  // namespace diffsac

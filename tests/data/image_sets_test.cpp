@@ -1,0 +1,73 @@
+#include "data_tools/image_sets.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+
+TEST_CASE("image sets are read; those with descriptors are sets of their own") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("sets.yaml"), R"(
+sets:
+  - {name: a, input: [a, other/a], format: strecha, output: runs/test, scenes: [a], described: test, steps: [1, 2]}
+  - {name: b, input: [b], format: images, scenes: ["b_*"], described: train}
+)");
+  const std::vector<ImageSet> sets = ReadImageSets(folder.File("sets.yaml"));
+  REQUIRE(sets.size() == 5);
+  CHECK(sets[0].pairs.choice.steps == std::vector<int>{1, 2});
+  CHECK(sets[1].name == "a_rootsift");
+  CHECK(sets[1].output == "runs/descriptors/rootsift/test");
+  CHECK(sets[1].pairs.options.descriptors);
+  CHECK(sets[2].pairs.options.features.kind == FeatureKind::kOrb);
+  CHECK(sets[4].output == "runs/descriptors/orb/train");
+}
+
+TEST_CASE("a set is meant by its name and by the folders that it makes") {
+  ImageSet set;
+  set.name = "kitti_01";
+  set.output = "runs/pairs/test";
+  set.scenes = {"kitti_01_step_*"};
+  for (const char* wanted : {"kitti_01", "kitti_*", "runs/pairs/test", "runs/pairs", "runs/pairs/test/kitti_01_step_05"}) {
+    INFO(wanted);
+    CHECK(Makes(set, wanted));
+  }
+  for (const char* other : {"kitti_0", "runs/pairs/te", "runs/pairs/test/kitti_00_step_05", "runs/pairs/train"}) {
+    INFO(other);
+    CHECK_FALSE(Makes(set, other));
+  }
+}
+
+TEST_CASE("mistakes in a list of sets name the file, the line and the nearest key") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    WriteFileAtomically(folder.File("sets.yaml"), text);
+    return ReadImageSets(folder.File("sets.yaml"));
+  };
+  CHECK_THROWS_WITH(read("sets:\n  - {name: a, inputs: [a]}\n"), Contains("sets.yaml:2") && Contains("'input'"));
+  CHECK_THROWS_WITH(read("sets:\n  - {name: a, input: [a], format: colmapp}\n"), Contains("'colmap'"));
+  CHECK_THROWS_WITH(read("sets: []\n"), Contains("a list of image sets"));
+}
+
+TEST_CASE("the shipped sets can be read, and none of what is asked for is an error") {
+  const TemporaryFolder folder;
+  SetsRequest request;
+  request.config = DIFFSAC_SOURCE_DIR "/configs/sets.yaml";
+  request.data = folder.path();
+  CHECK(ReadImageSets(request.config).size() > 15);
+  const std::atomic<bool> stop{false};
+  CHECK_THROWS_WITH(PrepareSets(request, stop), Contains("none of the sets"));
+  request.only = {"nobody"};
+  CHECK(PrepareSets(request, stop));
+}
+
+}  // namespace
+}  // namespace diffsac
