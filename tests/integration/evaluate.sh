@@ -52,3 +52,19 @@ grep -q 'made already' "$own/out" || fail "a run that is there is made again"
 run_expecting 0 evaluate "${page[@]}" --limit 2
 grep -q 'made already' "$own/out" && fail "another run passes for this one"
 expect_error '--page' evaluate "${page[@]}" --shard 1/2
+
+# Networks that rows name and that are not there are trained by the configuration of their name, where the program runs.
+mkdir -p "$own/there/configs"
+sed 's/^name: .*/name: tiny/' "$3/train/run/config.yaml" >"$own/there/configs/tiny.yaml"
+printf '%s\n' 'name: lines' 'problems: 3' 'missing: leave_out' 'data: {type: synthetic_line, split: test}' 'methods:' \
+  '  ransac: {type: ransac}' '  tiny: {type: diffsac, label: Tiny, checkpoint: runs/tiny/checkpoints/best.pt}' \
+  '  nobody: {type: diffsac, label: Nobody, checkpoint: runs/nobody/checkpoints/best.pt}' >"$own/there/lines.yaml"
+(
+  cd "$own/there"
+  run_expecting 0 evaluate --config lines.yaml --device cpu
+  grep -q 'Left out: Tiny (needs runs/tiny' "$own/out" || fail "a row without its network is not named"
+  run_expecting 0 evaluate --config lines.yaml --device cpu --threads 1 --train-missing
+  expect_file runs/tiny/checkpoints/best.pt runs/tiny.log
+  grep -q '| Tiny ' "$own/out" || { cat "$own/err"; fail "a row whose network was trained is left out"; }
+  grep -q "no training configuration is named 'nobody'" "$own/err" || fail "a network without a training is not named"
+)
