@@ -172,7 +172,7 @@ TEST_CASE("inlier noise has the documented scale") {
     collect();
     CHECK(std::sqrt(Variance(all)) == Approx(0.05).epsilon(0.03));
     options.noise_scale = 0.0;
-    options.noise = "uniform";  // default ± ε
+    options.noise = NoiseKind::kUniform;  // default ± ε
     collect();
     CHECK(std::sqrt(Variance(all)) == Approx(0.1 / std::sqrt(3.0)).epsilon(0.03));
     CHECK(*std::max_element(all.begin(), all.end()) <= 0.1 + 1e-12);
@@ -231,7 +231,7 @@ TEST_CASE("uniform outliers fill the box, also next to the model") {
 TEST_CASE("aggregated outliers stand in clusters inside the box") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     SyntheticOptions options = Fixed(400, 0.5);
-    options.outliers = "aggregated";
+    options.outliers = OutlierKind::kAggregated;
     options.clusters = 2;
     options.cluster_sigma = 0.2;
     const auto dataset = MakeSynthetic(task, options, 4);
@@ -256,7 +256,7 @@ TEST_CASE("aggregated outliers stand in clusters inside the box") {
 
 TEST_CASE("structured outliers put a weaker second model beside the true one") {
   SyntheticOptions options = Fixed(200, 0.5);
-  options.outliers = "structured";
+  options.outliers = OutlierKind::kStructured;
   options.structured_share = 0.6;
   const auto dataset = MakeSynthetic(Task::kLine, options, 9);
   for (int i = 0; i < 10; ++i) {
@@ -305,7 +305,7 @@ TEST_CASE("examples depend on seed, split and index alone") {
 TEST_CASE("conditions are paired: another noise or outlier kind keeps the models") {
   SyntheticOptions noisy = Fixed(100, 0.5), clean = noisy, clustered = noisy;
   noisy.noise_scale = 0.2;
-  clustered.outliers = "aggregated";
+  clustered.outliers = OutlierKind::kAggregated;
   for (int i = 0; i < 5; ++i) {
     const Example base = MakeSynthetic(Task::kLine, clean, 1)->Get(i);
     CHECK(MakeSynthetic(Task::kLine, noisy, 1)->Get(i).truth.model == base.truth.model);

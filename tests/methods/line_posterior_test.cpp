@@ -11,7 +11,7 @@ namespace {
 
 std::unique_ptr<Dataset> Lines(double outlier_ratio) {
   SyntheticOptions options;
-  options.model_sampling = "through_point";
+  options.model_sampling = ModelSampling::kThroughPoint;
   options.outlier_ratio = {outlier_ratio, outlier_ratio};
   return MakeSynthetic(Task::kLine, options, 1);
 }

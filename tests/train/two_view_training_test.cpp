@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "core/temporary_folder.h"
@@ -231,10 +232,12 @@ TEST_CASE("the shipped trainings of two views can be read") {
 }
 
 TEST_CASE("every shipped training can be read") {
+  // The other folders hold tables, and parts that tables and trainings share.
+  const std::set<std::string> others = {"data", "problems", "rows", "tables"};
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(DIFFSAC_SOURCE_DIR + std::string("/configs"))) {
-    const auto folder = entry.path().parent_path().filename();
-    if (entry.path().extension() != ".yaml" || folder == "tables" || folder == "data") continue;
+    const bool training = others.count(entry.path().parent_path().filename().string()) == 0;
+    if (entry.path().extension() != ".yaml" || !training) continue;
     INFO(entry.path().string());
     const Config config = Config::FromFile(entry.path().string());
     CHECK_NOTHROW(ReadTrainConfig(config));

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "diffsac/core/enum_names.h"
 #include "diffsac/core/random.h"
 
 namespace diffsac {
@@ -11,6 +12,9 @@ enum class ModelSampling {
   kIsotropic,      ///< uniform among the offsets that meet the box
   kThroughPoint,   ///< through a point uniform in the box
 };
+template <>
+inline constexpr auto kEnumNames<ModelSampling> = NamesOf<ModelSampling>(
+    {{ModelSampling::kIsotropic, "isotropic"}, {ModelSampling::kThroughPoint, "through_point"}});
 
 /// The part of a random line inside the square [0, side]², from which points are drawn uniformly.
 class LineSection {

@@ -26,10 +26,8 @@ using PointOf = typename Section::Point;
 
 template <class Section>
 Section DrawSection(const SyntheticOptions& options, Rng rng) {
-  const auto sampling =
-      options.model_sampling == "through_point" ? ModelSampling::kThroughPoint : ModelSampling::kIsotropic;
   for (;;) {
-    Section section = Section::Random(kSide, rng, sampling);
+    Section section = Section::Random(kSide, rng, options.model_sampling);
     if (section.extent() > 0.0 && section.extent() >= options.min_extent) return section;
   }
 }
@@ -37,7 +35,7 @@ Section DrawSection(const SyntheticOptions& options, Rng rng) {
 // Displacements along the normal.
 class NoiseSource {
  public:
-  NoiseSource(const SyntheticOptions& options, Rng rng) : gaussian_(options.noise == "gaussian"), rng_(rng) {
+  NoiseSource(const SyntheticOptions& options, Rng rng) : gaussian_(options.noise == NoiseKind::kGaussian), rng_(rng) {
     const double standard = gaussian_ ? options.inlier_threshold / 3.0 : options.inlier_threshold;
     scale_ = options.noise_scale > 0.0 ? options.noise_scale : standard;
   }
@@ -104,9 +102,9 @@ void AppendStructured(const SyntheticOptions& options, int count, int inliers, R
 template <class Section>
 void AppendOutliers(const SyntheticOptions& options, int count, int inliers, Rng rng,
                     std::vector<PointOf<Section>>* points) {
-  if (options.outliers == "aggregated") {
+  if (options.outliers == OutlierKind::kAggregated) {
     AppendAggregated(options, count, rng, points);
-  } else if (options.outliers == "structured") {
+  } else if (options.outliers == OutlierKind::kStructured) {
     AppendStructured<Section>(options, count, inliers, rng, points);
   } else {
     AppendUniform(count, rng, points);
@@ -186,12 +184,12 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("num_points", num_points, Within(3, 1e7)).Help("points of a problem");
   b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
   b.Field("inlier_threshold", inlier_threshold, Positive()).Help("ε, in the picture's unit");
-  b.Choice("model_sampling", model_sampling, {"isotropic", "through_point"})
+  b.Field("model_sampling", model_sampling)
       .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
-  b.Choice("noise", noise, {"gaussian", "uniform"}).Help("of the inliers' distances");
+  b.Field("noise", noise).Help("of the inliers' distances");
   b.Field("noise_scale", noise_scale, AtLeast(0.0))
       .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
-  b.Choice("outliers", outliers, {"uniform", "aggregated", "structured"}).Help("how they lie");
+  b.Field("outliers", outliers).Help("how they lie");
   b.Field("clusters", clusters, AtLeast(1)).Help("aggregated: number of clusters");
   b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true}).Help("aggregated: standard deviation of a cluster");
   b.Field("structured_share", structured_share, Within(0.0, 1.0))

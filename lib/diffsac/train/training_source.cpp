@@ -123,10 +123,14 @@ void Augment(const PointFeatures& kinds, Rng rng, FeatureSet* features) {
 }  // namespace
 
 void TwoViewTrainingOptions::Bind(OptionsBinder& b) {
-  b.Field("max_points", max_points, AtLeast(0));
-  b.Field("max_ratios", max_ratios, Within(0.01, 1.0));
-  b.Field("augment", augment);
-  b.Field("repeats", repeats, Within(0.0, 1.0));
+  b.Field("max_points", max_points, AtLeast(0))
+      .Help("at most so many matches: those of the drawn labels and random others; 0 keeps all");
+  b.Field("max_ratios", max_ratios, Within(0.01, 1.0))
+      .Help("one is drawn for each item, and only matches of at most this ratio are kept; empty: all matches");
+  b.Field("augment", augment)
+      .Help("both images mirrored and turned together, one turned a little more, the images exchanged");
+  b.Field("repeats", repeats, Within(0.0, 1.0))
+      .Help("share of the items in which groups of correct matches become wrong ones (data/repeated_structures.h)");
   b.Require(max_points == 0 || max_points >= 16, "max_points", "0 or at least 16");
 }
 
