@@ -27,8 +27,8 @@ TEMPLATE_TEST_CASE("guided sets are all-inlier more often than uniform ones", ""
                    Essential) {
   DgsacOptions options;
   options.hypotheses = 400;
-  options.stopping = "budget";
-  options.refit = "none";
+  options.stopping = Stopping::kBudget;
+  options.refit = Refit::kNone;
   double guided = 0.0, uniform = 0.0;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     const ModelProblem problem = MakeModelProblem<TestType>(100, 0.5, Rng(seed));
@@ -136,8 +136,8 @@ TEST_CASE("a budget is kept to the set") {
   for (int hypotheses : {1, 2, 7, 20, 333}) {
     DgsacOptions options;
     options.hypotheses = hypotheses;
-    options.stopping = "budget";
-    options.refit = "none";
+    options.stopping = Stopping::kBudget;
+    options.refit = Refit::kNone;
     const DgsacResult result = EstimateDgsac<Line>(problem.points, options, Rng(2));
     CHECK(static_cast<int>(result.sets.size()) == 2 * hypotheses);
     CHECK(result.hypotheses == hypotheses);

@@ -14,20 +14,13 @@
 namespace diffsac {
 namespace {
 
+using testing::AllSources;
+using testing::kOptimizers;
+using testing::kRefits;
+using testing::kScores;
 using testing::MakeRandomProblem;
 
 constexpr double kThreshold = 0.1;
-constexpr const char* kSources[] = {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"};
-constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"};
-constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
-constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
-
-std::unique_ptr<HypothesisSource> Source(const char* name, const PointMatrix& points, int set_size,
-                                         const std::vector<double>& quality) {
-  SourceOptions options;
-  options.source = name;
-  return MakeHypothesisSource(options, points, set_size, quality, quality);
-}
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.status == b.status);
@@ -46,10 +39,10 @@ TEST_CASE("The sequential test gives the same bits for any threads and blocks") 
     const auto problem = MakeRandomProblem<3>(200, 0.7, 0.03, Rng(trial));
     ConsensusOptions options;
     options.sprt = true;
-    options.stopping = trial % 2 ? "budget" : "confidence";
+    options.stopping = trial % 2 ? Stopping::kBudget : Stopping::kConfidence;
     const auto run = [&](int threads, int block) {
       options.block_size = block;
-      return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial), {}, threads);
+      return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial), {}, threads);
     };
     const ConsensusResult one = run(1, 0);
     CHECK(one.rejected_early > 0);
@@ -63,9 +56,9 @@ TEST_CASE("Same seed, same result; another seed, other sets") {
   const auto problem = MakeRandomProblem<2>(200, 0.6, 0.03, Rng(1));
   ConsensusOptions options;
   options.max_iterations = 20;
-  options.refit = "none";
+  options.refit = Refit::kNone;
   const auto run = [&](int seed) {
-    return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(seed));
+    return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(seed));
   };
   CheckSame(run(1), run(1));
   CHECK(run(1).model != run(2).model);
@@ -73,17 +66,17 @@ TEST_CASE("Same seed, same result; another seed, other sets") {
 
 TEST_CASE("Masks are the residuals' own and scores the model's, for every combination") {
   const auto problem = MakeRandomProblem<2>(120, 0.5, 0.03, Rng(4));
-  for (const char* score : kScores)
-    for (const char* optimizer : kOptimizers)
-      for (const char* refit : kRefits) {
-        CAPTURE(score, optimizer, refit);
+  for (const ScoreKind score : kScores)
+    for (const LocalOptimization optimizer : kOptimizers)
+      for (const Refit refit : kRefits) {
+        CAPTURE(ToString(score), ToString(optimizer), ToString(refit));
         ConsensusOptions options;
         options.score = score;
-        options.final_score = "inlier_count";
+        options.final_score = ScoreKind::kInlierCount;
         options.local_optimization = optimizer;
         options.refit = refit;
         options.max_iterations = 200;
-        const auto result = SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
+        const auto result = SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1));
         REQUIRE(result.status == Status::kOk);
         int inliers = 0;
         for (int i = 0; i < 120; ++i) {
@@ -98,17 +91,18 @@ TEST_CASE("Masks are the residuals' own and scores the model's, for every combin
 }
 
 TEST_CASE("No optimiser lowers the score that chose the model, and each raises it on the whole") {
-  for (const char* score : {"inlier_count", "msac", "magsac_pp"})
-    for (const char* optimizer : {"lo_ransac", "irls", "gc_ransac"}) {
+  for (const ScoreKind score : {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kMagsac})
+    for (const LocalOptimization optimizer :
+         {LocalOptimization::kInnerSamples, LocalOptimization::kReweighted, LocalOptimization::kGraphCut}) {
       double gain = 0.0;
       for (int trial = 0; trial < 40; ++trial) {
         const auto problem = MakeRandomProblem<3>(100, 0.5, 0.04, Rng(trial));
         ConsensusOptions options;
-        options.refit = "none";
+        options.refit = Refit::kNone;
         options.score = options.final_score = score;
         options.max_iterations = 100;
         const auto run = [&] {
-          return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
+          return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial));
         };
         const auto plain = run();
         options.local_optimization = optimizer;
@@ -118,25 +112,25 @@ TEST_CASE("No optimiser lowers the score that chose the model, and each raises i
         CHECK(optimized.iterations == 100);
         gain += optimized.score - plain.score;
       }
-      CAPTURE(score, optimizer);
+      CAPTURE(ToString(score), ToString(optimizer));
       CHECK(gain > 0.0);
     }
 }
 
 TEST_CASE("A reweighted refit never lowers the final score") {
-  for (const char* score : kScores)
+  for (const ScoreKind score : kScores)
     for (int trial = 0; trial < 40; ++trial) {
       const auto problem = MakeRandomProblem<2>(100, 0.6, 0.04, Rng(trial));
       ConsensusOptions options;
-      options.refit = "none";
-      options.score = "msac";
+      options.refit = Refit::kNone;
+      options.score = ScoreKind::kMsac;
       options.final_score = score;
       options.max_iterations = 100;
       const auto run = [&] {
-        return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
+        return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1));
       };
       const double plain = run().score;
-      options.refit = "irls";
+      options.refit = Refit::kReweighted;
       CHECK(run().score >= plain);
     }
 }
@@ -148,16 +142,17 @@ TEST_CASE("MAGSAC++ is more accurate than a plain search, most of all where the 
       const auto problem = MakeRandomProblem<3>(150, 0.6, sigma, Rng(trial).Fork("magsac"));
       const auto error = [&](ConsensusOptions options) {
         options.max_iterations = 300;
-        const auto result = SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
+        const auto result = SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial));
         return AngleBetweenDegrees(result.model, problem.truth);
       };
       ConsensusOptions options;
       plain_error += error(options);
-      options.score = options.final_score = "magsac_pp";
+      options.score = options.final_score = ScoreKind::kMagsac;
       options.score_threshold_factor = 2.0;
-      options.local_optimization = options.refit = "irls";
+      options.local_optimization = LocalOptimization::kReweighted;
+      options.refit = Refit::kReweighted;
       magsac_error += error(options);
-      options.local_optimization = "gc_ransac";
+      options.local_optimization = LocalOptimization::kGraphCut;
       cut_error += error(options);
     }
     CAPTURE(sigma, plain_error, magsac_error, cut_error);
@@ -188,22 +183,24 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
   for (const auto& [points, expected] : cases) {
     const double scale = points.rows() > 2 && points.allFinite() ? points.cwiseAbs().maxCoeff() / 5.0 : 1.0;
     const std::vector<double> quality(points.rows(), 0.0);  // All weights zero, all qualities equal.
-    for (const char* name : kSources) {
-      const auto source = Source(name, points, 2, quality);
-      for (const char* score : kScores)
-        for (const char* optimizer : kOptimizers) {
+    const AllSources sources(points, 2, quality);
+    for (const auto& [name, make] : sources) {
+      if (name == "given") continue;  // Of refused points there may be no set to give.
+      for (const ScoreKind score : kScores)
+        for (const LocalOptimization optimizer : kOptimizers) {
           // Refused points are refused by every option alike: once is enough.
           if (expected != Status::kOk && optimizer != kOptimizers[0]) continue;
           ConsensusOptions options;
           options.score = options.final_score = score;
           options.local_optimization = optimizer;
           options.max_iterations = 30;
-          options.refit = optimizer == std::string("irls") ? "irls" : "em";
-          options.final_refinement = "lm";
+          options.refit = optimizer == LocalOptimization::kReweighted ? Refit::kReweighted : Refit::kMixture;
+          options.final_refinement = FinalRefinement::kRefinement;
           ConsensusHints hints;
           hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
+          const auto source = make(1);
           const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints);
-          CAPTURE(name, score, optimizer, points.rows(), scale);
+          CAPTURE(name, ToString(score), ToString(optimizer), points.rows(), scale);
           CHECK(result.status == expected);
           CHECK(result.model.size() == (expected == Status::kOk ? 3 : 0));
           CHECK(result.model.allFinite());
@@ -216,14 +213,14 @@ TEST_CASE("Useless thresholds give no model") {
   const PointMatrix points = MakeRandomProblem<2>(30, 0.5, 0.03, Rng(5)).points;
   for (double threshold :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
-    CHECK(SampleConsensus<Line>(points, threshold, UniformSource(), {}, Rng(1)).status == Status::kNoModel);
+    CHECK(SearchUniformly<Line>(points, threshold, {}, Rng(1)).status == Status::kNoModel);
   for (double threshold : {1e-300, 1e-12, 1e12, 1e300})
-    for (const char* score : kScores) {
+    for (const ScoreKind score : kScores) {
       ConsensusOptions options;
       options.score = options.final_score = score;
-      options.local_optimization = "irls";
+      options.local_optimization = LocalOptimization::kReweighted;
       options.max_iterations = 50;
-      const auto result = SampleConsensus<Line>(points, threshold, UniformSource(), options, Rng(1));
+      const auto result = SearchUniformly<Line>(points, threshold, options, Rng(1));
       CHECK((result.status == Status::kOk || result.status == Status::kNoModel));
       CHECK(result.model.allFinite());
     }

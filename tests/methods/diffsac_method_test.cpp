@@ -111,7 +111,7 @@ TEST_CASE("bad points give a status, alone and beside good ones") {
 
 TEST_CASE("the budget counts the features' hypotheses, the κ sets and every refit") {
   auto options = FewSteps();
-  options.consensus.refit = "none";
+  options.consensus.refit = Refit::kNone;
   const auto problem = TinyExamples(Task::kLine, 1)[0].problem;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6);
   options.learned_refit = true;

@@ -32,8 +32,8 @@ DiffsacOptions Options(int copies) {
   DiffsacOptions options;
   options.copies = copies;
   options.sampler.steps = 2;
-  options.consensus.score = options.consensus.final_score = "msac";
-  options.consensus.local_optimization = "lo_ransac";
+  options.consensus.score = options.consensus.final_score = ScoreKind::kMsac;
+  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
   return options;
 }
 

@@ -68,7 +68,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
     for (const Task task : kTasks) {
       CAPTURE(type, ToString(task));
       auto options = DefaultWeightedOptions(type);
-      options.consensus.score = options.consensus.final_score = "msac";
+      options.consensus.score = options.consensus.final_score = ScoreKind::kMsac;
       options.consensus.final_refinement = IsTwoView(task) ? "lm" : "none";
       const WeightedMethod method(Network(type, task), options, 1);
       int good = 0;
@@ -95,7 +95,7 @@ TEST_CASE("a batch of learned weights gives what single calls give; budgets are 
   for (const std::string type : {"ng_ransac", "clnet"})
     for (const Task task : {Task::kLine, Task::kEssential}) {
       auto options = DefaultWeightedOptions(type);
-      options.consensus.refit = "none";
+      options.consensus.refit = Refit::kNone;
       const WeightedMethod method(Network(type, task), options, 1);
       std::vector<Problem> problems;
       std::vector<std::uint64_t> seeds;
