@@ -2,6 +2,7 @@
 // own, the same bits for any threads and blocks, a status for whatever data, and models that come out right.
 
 #include "consensus/all_models.h"
+#include "consensus/search.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -20,6 +21,7 @@ using testing::ForEachCombination;
 using testing::MakeModelProblem;
 using testing::MakeQuality;
 using testing::ModelProblem;
+using testing::SearchUniformly;
 
 #define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential
 
@@ -63,8 +65,8 @@ void CheckAgainstResiduals(const ModelProblem& problem, const ConsensusOptions& 
   }
   CHECK(wrong == 0);
   CHECK(inliers >= Model::kMinimalSize);
-  if (options.final_score == "inlier_count") CHECK(result.score == inliers);
-  if (options.final_score == "msac") CHECK(result.score == Approx(msac).epsilon(1e-12));
+  if (options.final_score == ScoreKind::kInlierCount) CHECK(result.score == inliers);
+  if (options.final_score == ScoreKind::kMsac) CHECK(result.score == Approx(msac).epsilon(1e-12));
 }
 
 TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score and optimiser", "",
@@ -214,8 +216,7 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
         const auto source = make(1);
         const auto result =
             SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(1), hints);
-        CAPTURE(hostile.name, name, WriteOptions(options),
-                std::string(ToString(result.status)));
+        CAPTURE(hostile.name, name, WriteOptions(options), std::string(ToString(result.status)));
         // Sources that see few different sets may miss a model that is there.
         const bool thorough = name == "uniform" || name == "weighted";
         const bool allowed = std::count(hostile.allowed.begin(), hostile.allowed.end(), result.status) > 0 ||
@@ -240,8 +241,7 @@ TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", ""
       ConsensusHints hints;
       hints.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
       hints.models[2][2] = 1.7e308;
-      const auto result =
-          SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), hints);
+      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), hints);
       REQUIRE(result.status == Status::kOk);
       CHECK(std::isfinite(result.score));
       CheckAgainstResiduals<TestType>(problem, options, result);
@@ -255,8 +255,7 @@ TEMPLATE_TEST_CASE("Another unit gives the same inliers", "", Line, Plane, Homog
   options.local_optimization = LocalOptimization::kInnerSamples;
   options.max_iterations = 300;
   const auto run = [&](double scale) {
-    return SearchUniformly<TestType>(scale * problem.points, scale * problem.threshold, options,
-                                     Rng(1));
+    return SearchUniformly<TestType>(scale * problem.points, scale * problem.threshold, options, Rng(1));
   };
   const ConsensusResult plain = run(1.0);
   REQUIRE(plain.status == Status::kOk);
@@ -276,8 +275,7 @@ TEMPLATE_TEST_CASE("A million points, for every model", "", DIFFSAC_ALL_MODELS) 
   options.score = options.final_score = ScoreKind::kMsac;
   options.stopping = Stopping::kConfidence;
   options.sprt = true;
-  const auto result =
-      SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), {}, 0);
+  const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), {}, 0);
   REQUIRE(result.status == Status::kOk);
   CHECK(result.stop == StopReason::kConfidence);
   CHECK(ShareOfTrueInliers<TestType>(problem, result) > 0.9);  // after one least squares
@@ -317,8 +315,7 @@ TEMPLATE_TEST_CASE("Every model is recovered from 20 to 50 % outliers", "", DIFF
     int recovered = 0;
     for (int trial = 0; trial < 40; ++trial) {
       const ModelProblem problem = MakeModelProblem<TestType>(150, outliers, Rng(trial).Fork("every model"));
-      const auto result =
-          SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(trial));
+      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(trial));
       recovered += result.status == Status::kOk && ShareOfTrueInliers<TestType>(problem, result) > 0.9 ? 1 : 0;
     }
     CAPTURE(outliers, recovered);

@@ -7,7 +7,9 @@
 #include <memory>
 #include <numeric>
 
+#include "consensus/all_models.h"
 #include "consensus/random_problems.h"
+#include "consensus/search.h"
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
 
@@ -19,6 +21,7 @@ using testing::kOptimizers;
 using testing::kRefits;
 using testing::kScores;
 using testing::MakeRandomProblem;
+using testing::SearchUniformly;
 
 constexpr double kThreshold = 0.1;
 
@@ -57,9 +60,7 @@ TEST_CASE("Same seed, same result; another seed, other sets") {
   ConsensusOptions options;
   options.max_iterations = 20;
   options.refit = Refit::kNone;
-  const auto run = [&](int seed) {
-    return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(seed));
-  };
+  const auto run = [&](int seed) { return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(seed)); };
   CheckSame(run(1), run(1));
   CHECK(run(1).model != run(2).model);
 }
@@ -101,9 +102,7 @@ TEST_CASE("No optimiser lowers the score that chose the model, and each raises i
         options.refit = Refit::kNone;
         options.score = options.final_score = score;
         options.max_iterations = 100;
-        const auto run = [&] {
-          return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial));
-        };
+        const auto run = [&] { return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial)); };
         const auto plain = run();
         options.local_optimization = optimizer;
         const auto optimized = run();
@@ -126,9 +125,7 @@ TEST_CASE("A reweighted refit never lowers the final score") {
       options.score = ScoreKind::kMsac;
       options.final_score = score;
       options.max_iterations = 100;
-      const auto run = [&] {
-        return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1));
-      };
+      const auto run = [&] { return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1)); };
       const double plain = run().score;
       options.refit = Refit::kReweighted;
       CHECK(run().score >= plain);
@@ -228,11 +225,11 @@ TEST_CASE("Useless thresholds give no model") {
 
 TEST_CASE("New options read from YAML and come back out; the defaults are the old ones") {
   const ConsensusOptions defaults;
-  CHECK(defaults.score == "inlier_count");
-  CHECK(defaults.local_optimization == "none");
-  CHECK(defaults.refit == "inliers");
-  CHECK(defaults.stopping == "budget");
-  CHECK(defaults.final_refinement == "none");
+  CHECK(defaults.score == ScoreKind::kInlierCount);
+  CHECK(defaults.local_optimization == LocalOptimization::kNone);
+  CHECK(defaults.refit == Refit::kInliers);
+  CHECK(defaults.stopping == Stopping::kBudget);
+  CHECK(defaults.final_refinement == FinalRefinement::kNone);
   CHECK_FALSE(defaults.sprt);
   const auto options = ReadOptions<ConsensusOptions>(
       Config::FromString("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"

@@ -40,7 +40,10 @@ TEST_CASE("Every source: valid sets, the same for the same seed, others for anot
     for (const auto& [name, make] : sources) {
       CAPTURE(name, size);
       const std::vector<int> whole = DrawSets(*make(1), size, kDraws);
-      CHECK(whole.size() == static_cast<std::size_t>(size) * std::min<std::int64_t>(kDraws, name == "exhaustive" ? Combinations(kPoints, size) : name == "confidence, maximum" && size == 1 ? kPoints : kDraws));
+      CHECK(whole.size() == static_cast<std::size_t>(size) *
+                                std::min<std::int64_t>(kDraws, name == "exhaustive" ? Combinations(kPoints, size)
+                                                               : name == "confidence, maximum" && size == 1 ? kPoints
+                                                                                                            : kDraws));
       int invalid = 0;
       for (std::size_t i = 0; i < whole.size(); ++i)
         invalid += whole[i] < 0 || whole[i] >= kPoints || (i % size > 0 && whole[i] <= whole[i - 1]);
@@ -161,7 +164,8 @@ TEST_CASE("Weighted sets are drawn without replacement in proportion to the weig
 }
 
 TEST_CASE("Points without weight fill up sets, and no weight at all is uniform") {
-  const std::vector<int> sets = DrawAll(WeightedSource(std::vector<double>{0.0, 2.0, 0.0, 0.0, 1e-12}, 3, Rng(1)), 3, 3000);
+  const std::vector<int> sets =
+      DrawAll(WeightedSource(std::vector<double>{0.0, 2.0, 0.0, 0.0, 1e-12}, 3, Rng(1)), 3, 3000);
   std::vector<int> seen(5, 0);
   for (int index : sets) ++seen[index];
   CHECK(seen[1] == 3000);
@@ -181,7 +185,8 @@ TEST_CASE("Sources by name: missing or wrong numbers and unknown names are refus
     return MakeHypothesisSource(options, points, 2, Rng(1), quality);
   };
   const std::vector<double> wrong(9, 1.0);
-  CHECK_THROWS_WITH(make(SourceKind::kProsac, {}), "source prosac needs a quality for each of the 10 points, got 0 values");
+  CHECK_THROWS_WITH(make(SourceKind::kProsac, {}),
+                    "source prosac needs a quality for each of the 10 points, got 0 values");
   CHECK_THROWS_AS(make(SourceKind::kProsac, wrong), Error);
   CHECK_THROWS_AS(make(SourceKind::kProgressiveNapsac, wrong), Error);
   CHECK_NOTHROW(make(SourceKind::kProgressiveNapsac, {}));

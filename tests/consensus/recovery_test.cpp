@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "consensus/search.h"
 #include "consensus/random_problems.h"
+#include "consensus/search.h"
 #include "diffsac/consensus/sample_consensus.h"
 
 namespace diffsac {
@@ -23,8 +23,8 @@ int CountRecovered(double outlier_ratio, int num_sets, const ConsensusOptions& o
   int recovered = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const auto problem = MakeRandomProblem<D>(100, outlier_ratio, kSigma, Rng(trial).Fork("recovery"));
-    const auto result = SearchSets<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, num_sets, trial),
-                                                       options, Rng(trial));
+    const auto result =
+        SearchSets<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, num_sets, trial), options, Rng(trial));
     if (result.status == Status::kOk && AngleBetweenDegrees(result.model, problem.truth) < degrees) ++recovered;
   }
   return recovered;

@@ -1,5 +1,5 @@
-#include "consensus/search.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "consensus/search.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -46,8 +46,7 @@ TEMPLATE_TEST_CASE_SIG("The loop finds the first hypothesis of most inliers", ""
     const auto problem = MakeRandomProblem<D>(150, 0.6, 0.04, Rng(trial));
     const std::vector<int> sets = RandomSets(150, D, 200, trial);
     const auto [model, count] = BestByHand<D>(problem.points, sets);
-    const ConsensusResult result =
-        SearchSets<Hyperplane<D>>(problem.points, kThreshold, sets, Plain(), Rng(trial));
+    const ConsensusResult result = SearchSets<Hyperplane<D>>(problem.points, kThreshold, sets, Plain(), Rng(trial));
     REQUIRE(result.status == Status::kOk);
     CHECK(result.model == model);
     CHECK(result.score == count);
@@ -112,8 +111,7 @@ TEMPLATE_TEST_CASE_SIG("Degenerate points give a status", "", ((int D), D), 2, 3
   const auto status = [](const PointMatrix& points) {
     ConsensusHints hints;
     hints.fit_weights = Eigen::VectorXd::Ones(points.rows());
-    return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1),
-                                          hints)
+    return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1), hints)
         .status;
   };
   PointMatrix points = MakeRandomProblem<D>(20, 0.5, 0.04, Rng(1)).points;

@@ -1,4 +1,5 @@
 #include "diffsac/consensus/sprt.h"
+#include "consensus/search.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,6 +12,7 @@ namespace {
 
 using testing::MakeRandomProblem;
 using testing::Place;
+using testing::SearchUniformly;
 
 TEST_CASE("The decision threshold solves its equation") {
   // A = t·C/m + 1 + log A with ε = .1, δ = .01 (Matas and Chum, section 3.1).

@@ -37,10 +37,11 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("spatial_weight", spatial_weight, Within(0.0, 1e3))
       .OnlyIf(graph_cut, "local_optimization: gc_ransac")
       .Help("λ, the weight of their agreement");
-  b.Field("sprt", sprt).Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
+  b.Field("sprt", sprt)
+      .Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
 
-  const bool by_confidence = stopping == Stopping::kConfidence;
   b.Field("stopping", stopping).Help("budget: exactly so many draws; confidence: until the search is confident");
+  const bool by_confidence = stopping == Stopping::kConfidence;
   b.Field("max_iterations", max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
   b.Field("min_iterations", min_iterations, AtLeast(0))
       .OnlyIf(by_confidence, "stopping: confidence")

@@ -43,8 +43,8 @@ inline constexpr auto kEnumNames<Refit> = NamesOf<Refit>({{Refit::kNone, "none"}
 /// "none" | "lm": the model's own nonlinear refinement, where it has one; kept unless the final score falls.
 enum class FinalRefinement { kNone, kRefinement };
 template <>
-inline constexpr auto kEnumNames<FinalRefinement> =
-    NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"}, {FinalRefinement::kRefinement, "lm"}});
+inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"},
+                                                                              {FinalRefinement::kRefinement, "lm"}});
 
 struct ConsensusOptions {
   /// Chooses among hypotheses (score.h).

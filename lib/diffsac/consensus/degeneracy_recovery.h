@@ -18,8 +18,8 @@ class DegeneracyRecovery {
     ScoredModel<Model> best = found;
     if constexpr (HasDegeneracyRecovery<Model>) {
       typename Model::Parameters others[Model::kMaxSolutions];
-      const int count = ModelHooks<Model>::RecoverFromDegeneracy(
-          scorer_.points(), set, found.model, threshold_, rng_.Fork("degeneracy", runs_++), others, fits);
+      const int count = ModelHooks<Model>::RecoverFromDegeneracy(scorer_.points(), set, found.model, threshold_,
+                                                                 rng_.Fork("degeneracy", runs_++), others, fits);
       for (int i = 0; i < count; ++i) {
         const ScoredModel<Model> other{others[i], scorer_(others[i], score_, best.score)};
         if (other.score > best.score) best = other;

@@ -251,7 +251,9 @@ void DgsacOptions::Bind(OptionsBinder& b) {
       .Help("correlation from which two hypotheses stand for one structure");
   b.Field("choose", choose).Help("the one model of data with several structures");
   b.Field("refit", refit).Help("of each structure, on the inliers that its density tells");
-  b.Field("refit_rounds", refit_rounds, AtLeast(1)).OnlyIf(refit == DgsacRefit::kDensity, "refit: density").Help("at most");
+  b.Field("refit_rounds", refit_rounds, AtLeast(1))
+      .OnlyIf(refit == DgsacRefit::kDensity, "refit: density")
+      .Help("at most");
 }
 
 template <MinimalModel Model>

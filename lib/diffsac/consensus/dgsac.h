@@ -8,25 +8,27 @@
 
 namespace diffsac {
 
-/// When sampling ends: kExplained, the paper's, once fewer than γ points are explained better by another round | kBudget.
+/// When sampling ends: kExplained, the paper's, once fewer than γ points are explained better by another round |
+/// kBudget.
 enum class DgsacStopping { kExplained, kBudget };
 template <>
-inline constexpr auto kEnumNames<DgsacStopping> =
-    NamesOf<DgsacStopping>({{DgsacStopping::kExplained, "explained"}, {DgsacStopping::kBudget, "budget"}});
+inline constexpr auto kEnumNames<DgsacStopping> = NamesOf<DgsacStopping>({{DgsacStopping::kExplained, "explained"},
+                                                                          {DgsacStopping::kBudget, "budget"}});
 
-/// The one model of data with several structures: the greatest Goodness (density_selection.h) | the most points assigned |
-/// the greatest evidence (InlierExtent).
+/// The one model of data with several structures: the greatest Goodness (density_selection.h) | the most points
+/// assigned | the greatest evidence (InlierExtent).
 enum class DgsacChoice { kDensest, kLargest, kEvident };
 template <>
-inline constexpr auto kEnumNames<DgsacChoice> = NamesOf<DgsacChoice>(
-    {{DgsacChoice::kDensest, "densest"}, {DgsacChoice::kLargest, "largest"}, {DgsacChoice::kEvident, "evident"}});
+inline constexpr auto kEnumNames<DgsacChoice> = NamesOf<DgsacChoice>({{DgsacChoice::kDensest, "densest"},
+                                                                      {DgsacChoice::kLargest, "largest"},
+                                                                      {DgsacChoice::kEvident, "evident"}});
 
-/// Of each structure, before one is chosen: kDensity, by least squares on the inliers that its density tells, kept unless
-/// its evidence clearly falls (by more than ln n).
+/// Of each structure, before one is chosen: kDensity, by least squares on the inliers that its density tells, kept
+/// unless its evidence clearly falls (by more than ln n).
 enum class DgsacRefit { kNone, kDensity };
 template <>
-inline constexpr auto kEnumNames<DgsacRefit> =
-    NamesOf<DgsacRefit>({{DgsacRefit::kNone, "none"}, {DgsacRefit::kDensity, "density"}});
+inline constexpr auto kEnumNames<DgsacRefit> = NamesOf<DgsacRefit>({{DgsacRefit::kNone, "none"},
+                                                                    {DgsacRefit::kDensity, "density"}});
 
 /// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
 /// leaves open. Nothing here is a length: no inlier threshold, no noise scale.

@@ -89,8 +89,7 @@ class FinalRefiner {
   Parameters Reweighted(const Parameters& start, int* fits) const {
     const MagsacLoss loss(options_.score_threshold_factor * scales_.refit_threshold, scales_.residual_dof);
     const ScoredModel<Model> found{start, scorer_(start, score_)};
-    const Parameters model =
-        OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
+    const Parameters model = OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
     return ScoreOf(model) >= ScoreOf(start) ? model : start;
   }
 

@@ -28,7 +28,8 @@ std::vector<int> DrawSets(HypothesisSource& source, int set_size, std::int64_t c
 /// Uniform random sets; a set may repeat.
 class UniformSource : public HypothesisSource {
  public:
-  UniformSource(int num_points, int set_size, const Rng& rng) : num_points_(num_points), set_size_(set_size), rng_(rng) {}
+  UniformSource(int num_points, int set_size, const Rng& rng)
+      : num_points_(num_points), set_size_(set_size), rng_(rng) {}
   bool Next(std::span<int> set) override;
 
  private:

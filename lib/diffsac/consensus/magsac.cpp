@@ -28,9 +28,7 @@ double UpperIncompleteGamma(int twice_a, double x) {
 }
 
 /// γ(a, x) for a = twice_a / 2 > 0.
-double LowerIncompleteGamma(int twice_a, double x) {
-  return boost::math::tgamma_lower(0.5 * twice_a, x, Precision());
-}
+double LowerIncompleteGamma(int twice_a, double x) { return boost::math::tgamma_lower(0.5 * twice_a, x, Precision()); }
 
 /// One entry more than there are: interpolation at the end reads it, with weight 0.
 using Table = std::array<double, kMagsacTableSize + 2>;

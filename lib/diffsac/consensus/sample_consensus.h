@@ -19,8 +19,8 @@ struct ConsensusResult {
   std::vector<std::uint8_t> inliers;  ///< residual ≤ threshold under the returned model, exactly
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
-  double score = 0.0;                 ///< of the returned model, by the score that chose it last
-  int hypotheses = 0;                 ///< models solved or fitted, all stages: each set, each least squares
+  double score = 0.0;  ///< of the returned model, by the score that chose it last
+  int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
   /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a source proposes.
   std::vector<std::vector<int>> first_sets;
@@ -47,15 +47,15 @@ bool UsableScales(double inlier_threshold, const ConsensusOptions& options);
 /// The first kReportedSets of a flat list of sets, each on its own.
 std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size);
 
-/// The loop: minimal sets → solve → score → (local optimisation) → refit. Hints are considered first, which makes a good
-/// one save work; they count as no draws. Then sets are drawn from the source until options.stopping says so, in blocks,
-/// solved and scored by up to `threads` threads (0: all cores) and taken in their order: the best is the highest score
-/// with the lowest index, and the result is the same bit for bit for any number of threads and any block size. Local
-/// optimisation, the sequential test and degeneracy hooks draw from rng.
+/// The loop: minimal sets → solve → score → (local optimisation) → refit. Hints are considered first, which makes a
+/// good one save work; they count as no draws. Then sets are drawn from the source until options.stopping says so, in
+/// blocks, solved and scored by up to `threads` threads (0: all cores) and taken in their order: the best is the
+/// highest score with the lowest index, and the result is the same bit for bit for any number of threads and any block
+/// size. Local optimisation, the sequential test and degeneracy hooks draw from rng.
 ///
 /// Never throws for bad data: fewer than γ points, non-finite values and degenerate data give a status; kNoModel means
-/// that every set was degenerate, that there were none, or that ε is not usable (UsableScales). A model supported by its
-/// own minimal set alone is still kOk. Sets with an index out of range are skipped as degenerate.
+/// that every set was degenerate, that there were none, or that ε is not usable (UsableScales). A model supported by
+/// its own minimal set alone is still kOk. Sets with an index out of range are skipped as degenerate.
 template <MinimalModel Model>
 ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
                                 const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints = {},
@@ -67,10 +67,9 @@ Status CheckPoints(const PointMatrix& points);
 
 /// The instantiations for one model: extern in this header, defined in a file that includes sample_consensus_impl.h.
 /// A model of one's own needs that include alone.
-#define DIFFSAC_CONSENSUS_TEMPLATES(prefix, Model)                                                               \
-  prefix template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, HypothesisSource&,          \
-                                                         const ConsensusOptions&, const Rng&,                    \
-                                                         const ConsensusHints&, int);                            \
+#define DIFFSAC_CONSENSUS_TEMPLATES(prefix, Model)                                                                     \
+  prefix template ConsensusResult SampleConsensus<Model>(                                                              \
+      const PointMatrix&, double, HypothesisSource&, const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
   prefix template Status CheckPoints<Model>(const PointMatrix&);
 
 DIFFSAC_CONSENSUS_TEMPLATES(extern, Line)

@@ -19,8 +19,8 @@ namespace consensus_internal {
 /// One search over one point set.
 ///
 /// A block of sets is drawn from the source, solved and scored by all threads; then its draws are taken in order, and
-/// everything that depends on earlier draws (the best, local optimisation, the stopping rule) happens there. Draws behind
-/// the stop are thrown away. So neither threads nor blocks can change anything.
+/// everything that depends on earlier draws (the best, local optimisation, the stopping rule) happens there. Draws
+/// behind the stop are thrown away. So neither threads nor blocks can change anything.
 template <MinimalModel Model>
 class Search {
  public:

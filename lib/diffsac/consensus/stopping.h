@@ -24,8 +24,8 @@ inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason:
 /// When a search ends: after exactly so many draws, unless the source runs out | as soon as it is confident.
 enum class Stopping { kBudget, kConfidence };
 template <>
-inline constexpr auto kEnumNames<Stopping> =
-    NamesOf<Stopping>({{Stopping::kBudget, "budget"}, {Stopping::kConfidence, "confidence"}});
+inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},
+                                                                {Stopping::kConfidence, "confidence"}});
 
 inline constexpr std::int64_t kNeverEnough = std::numeric_limits<std::int64_t>::max();
 

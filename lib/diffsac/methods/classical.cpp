@@ -15,7 +15,9 @@ namespace {
 constexpr const char* kTypes[] = {"ransac",   "lo_ransac", "prosac",    "napsac",
                                   "p_napsac", "gc_ransac", "magsac_pp", "exhaustive"};
 
-bool IsClassical(const std::string& type) { return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes); }
+bool IsClassical(const std::string& type) {
+  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+}
 
 std::span<const double> Span(const Eigen::VectorXd& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
@@ -31,14 +33,15 @@ std::unique_ptr<HypothesisSource> SourceOf(const Problem& problem, const PointMa
   SourceOptions sampling = options.sampling;
   if (sampling.source == SourceKind::kProsac && !has_quality) sampling.source = SourceKind::kUniform;
   // Two names, because published tables were drawn with them.
-  const Rng sets_rng = sampling.source == SourceKind::kUniform ? rng.Fork("minimal_sets")
-                                                               : rng.Fork("consensus").Fork("minimal_sets");
+  const Rng sets_rng =
+      sampling.source == SourceKind::kUniform ? rng.Fork("minimal_sets") : rng.Fork("consensus").Fork("minimal_sets");
   return MakeHypothesisSource(sampling, points, set_size, sets_rng,
                               has_quality ? Span(problem.quality) : std::span<const double>());
 }
 
 template <MinimalModel Model>
-ConsensusResult Search(const Problem& problem, const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
+ConsensusResult Search(const Problem& problem, const SolverSpace& space, const ClassicalOptions& options,
+                       const Rng& rng) {
   const auto source = SourceOf(problem, space.points(), Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
@@ -70,11 +73,13 @@ ClassicalOptions LocallyOptimized(Task task) {
 }  // namespace
 
 void ClassicalOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1)).Help("minimal sets: exactly so many, at most with stopping: confidence");
+  b.Field("hypotheses", hypotheses, AtLeast(1))
+      .Help("minimal sets: exactly so many, at most with stopping: confidence");
   b.Field("sampling", sampling).Help("the source of minimal sets");
   consensus.max_iterations = hypotheses;
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
-  b.Require(consensus.max_iterations == hypotheses, "consensus.max_iterations", "nothing; this row's budget is `hypotheses`");
+  b.Require(consensus.max_iterations == hypotheses, "consensus.max_iterations",
+            "nothing; this row's budget is `hypotheses`");
   b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
   for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
 }
@@ -83,7 +88,8 @@ ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
   if (!IsClassical(type)) throw Error("unknown method type '" + type + "'");
   if (type == "ransac") return {};
   ClassicalOptions options = LocallyOptimized(task);
-  if (type == "prosac" || type == "napsac" || type == "p_napsac") options.sampling.source = FromString<SourceKind>(type);
+  if (type == "prosac" || type == "napsac" || type == "p_napsac")
+    options.sampling.source = FromString<SourceKind>(type);
   if (type == "gc_ransac") options.consensus.local_optimization = LocalOptimization::kGraphCut;
   if (type == "magsac_pp") {
     options.consensus.score = options.consensus.final_score = ScoreKind::kMagsac;
@@ -106,7 +112,8 @@ ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
 }
 
 Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+  return TimedEstimate(problem.task,
+                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
 std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task) {

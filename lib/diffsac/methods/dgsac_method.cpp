@@ -46,7 +46,8 @@ Estimate EstimateModel(const Problem& problem, const DgsacMethodOptions& options
 
 void DgsacMethodOptions::Bind(OptionsBinder& b) {
   search.Bind(b);
-  b.Field("finish", finish).Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
+  b.Field("finish", finish)
+      .Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
   b.Field("consensus", consensus)
       .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
       .Help("its local optimisation and refits");

@@ -175,8 +175,8 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
   for (const Slice& candidate : slices) {
     double expected = 0.0;
     for (const Slice& slice : slices)
-      expected += std::exp(slice.log_mass - top) *
-                  std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
+      expected +=
+          std::exp(slice.log_mass - top) * std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
     if (!(expected > best)) continue;
     best = expected;
     AcceptModel<Line>(SolverSpace(problem), candidate.mean, &estimate);
