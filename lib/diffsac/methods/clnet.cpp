@@ -1,4 +1,4 @@
-#include "diffsac/denoiser/clnet_network.h"
+#include "diffsac/methods/clnet.h"
 
 #include <torch/torch.h>
 

@@ -1,4 +1,4 @@
-#include "diffsac/denoiser/ng_ransac_network.h"
+#include "diffsac/methods/ng_ransac.h"
 
 #include <torch/torch.h>
 
