@@ -35,14 +35,14 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, cons
       network_(std::move(network)),
       options_(options),
       sampler_(MakeReverseSampler(options_.sampler, network_->schedule)) {
-  CheckOptions(options_, *network_);
+  CheckServes(options_, *network_);
 }
 
 void DiffsacMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
                           std::span<Prediction> predictions) const {
   auto context = network_->denoiser->Encode(batch);
   if (context.inlier_logits.defined()) SplitWeights(context.inlier_logits.sigmoid(), batch.lengths, predictions);
-  if (options_.guide == "inlier_head") return;
+  if (options_.guide == SetGuide::kInlierHead) return;
   const DenoisingOptions denoising{options_.copies, options_.max_decoded_points, options_.UsesEarlierSteps()};
   auto denoised = Denoise(*network_, *sampler_, denoising, batch, seeds, std::move(context));
   std::reverse(denoised.steps.begin(), denoised.steps.end());
@@ -54,36 +54,36 @@ void DiffsacMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t
   }
 }
 
-std::unique_ptr<HypothesisSource> DiffsacMethod::Copies(const Guide& guide) const {
+std::unique_ptr<HypothesisSource> DiffsacMethod::Copies(const Guidance& guide) const {
   std::vector<float> confidences = guide.prediction.confidences;
-  const bool top = options_.selection == "maximum";
-  if (!top) ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == "gumbel");
+  const bool top = options_.selection == SetSelection::kMaximum;
+  if (!top) ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == SetSelection::kGumbel);
   return std::make_unique<CopiesSource>(std::move(confidences), static_cast<int>(guide.points.rows()), guide.set_size,
                                         top ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
                                         guide.rng.Fork("selection"));
 }
 
-std::unique_ptr<HypothesisSource> DiffsacMethod::Head(const Guide& guide, const char* stream) const {
+std::unique_ptr<HypothesisSource> DiffsacMethod::Head(const Guidance& guide, const char* stream) const {
   return std::make_unique<TemperedSource>(guide.prediction.weights, guide.set_size, options_.temperature,
                                           guide.rng.Fork(stream));
 }
 
-std::unique_ptr<HypothesisSource> DiffsacMethod::Extra(const Guide& guide) const {
+std::unique_ptr<HypothesisSource> DiffsacMethod::Extra(const Guidance& guide) const {
   const auto& quality = guide.problem.quality;
-  const bool by_quality = options_.extra_source == "prosac" && quality.size() == guide.points.rows();
+  const bool by_quality = options_.extra_source == SourceKind::kProsac && quality.size() == guide.points.rows();
   SourceOptions extra;
   extra.source = by_quality ? SourceKind::kProsac : SourceKind::kUniform;
   return MakeHypothesisSource(extra, guide.points, guide.set_size, guide.rng.Fork("extra_sets"),
                               {quality.data(), static_cast<std::size_t>(quality.size())});
 }
 
-std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guide& guide) const {
+std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guidance& guide) const {
   struct Part {
     std::unique_ptr<HypothesisSource> source;
     int sets;
   };
   std::vector<Part> parts;
-  if (options_.guide == "inlier_head") {
+  if (options_.guide == SetGuide::kInlierHead) {
     parts.push_back({Head(guide, "selection"), options_.copies});
   } else {
     parts.push_back({Copies(guide), options_.copies});

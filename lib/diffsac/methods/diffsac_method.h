@@ -33,12 +33,12 @@ class DiffsacMethod : public LearnedMethod {
  protected:
   void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
              std::span<Prediction> predictions) const override;
-  std::unique_ptr<HypothesisSource> MakeSource(const Guide& guide) const override;
+  std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override;
 
  private:
-  std::unique_ptr<HypothesisSource> Copies(const Guide& guide) const;
-  std::unique_ptr<HypothesisSource> Head(const Guide& guide, const char* stream) const;
-  std::unique_ptr<HypothesisSource> Extra(const Guide& guide) const;
+  std::unique_ptr<HypothesisSource> Copies(const Guidance& guide) const;
+  std::unique_ptr<HypothesisSource> Head(const Guidance& guide, const char* stream) const;
+  std::unique_ptr<HypothesisSource> Extra(const Guidance& guide) const;
 
   std::shared_ptr<const DiffsacNetwork> network_;
   DiffsacOptions options_;

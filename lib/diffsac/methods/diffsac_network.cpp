@@ -7,11 +7,13 @@
 namespace diffsac {
 
 void NetworkOptions::Bind(OptionsBinder& b) {
-  b.Group("features", features);
-  b.Group("denoiser", denoiser);
-  b.Group("schedule", schedule);
-  b.Choice("loss", loss, {"mse", "bce"});
-  b.Field("direct", direct);
+  b.Field("features", features);
+  b.Field("denoiser", denoiser);
+  b.Field("schedule", schedule);
+  b.Choice("loss", loss, {"mse", "bce"})
+      .Help("mse: the network's output is ĉ_0 (Algorithm 1); bce: it is the logit of \"c_0 = +1\"");
+  b.Field("direct", direct)
+      .Help("no diffusion: trained without noise to predict c_0 from the points at once, and called once");
   b.Require(!direct || !denoiser.self_conditioning, "direct", "false with denoiser.self_conditioning");
 }
 

@@ -41,11 +41,14 @@ Fit FitProblems(std::span<const Problem* const> problems, std::span<const std::u
 }  // namespace
 
 void LearnedOptions::BindShared(OptionsBinder& b) {
-  b.Field("fundamental_points", fundamental_points, Within(7, 8));
-  b.Field("feature_hypotheses", feature_hypotheses);
-  b.Field("preference_draws", preference_draws, AtLeast(0));
-  b.Field("batch", batch, Within(1, 4096));
-  b.Group("consensus", consensus);
+  b.Field("fundamental_points", fundamental_points, Within(7, 8))
+      .Help("points in a minimal set of a fundamental matrix; as the labels of the training had");
+  b.Field("feature_hypotheses", feature_hypotheses)
+      .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
+  b.Field("preference_draws", preference_draws, AtLeast(0))
+      .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
+  b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
+  b.Field("consensus", consensus);
 }
 
 LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads)
@@ -146,7 +149,7 @@ void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& le
   }
 }
 
-void CheckRowKeys(const Config& row, std::span<const RowKey> keys) {
+void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
   for (const RowKey& key : keys) {
     if (key.acts || !row.Has(key.key)) continue;
     if (key.neutral != nullptr && row.Text(key.key) == key.neutral) continue;
@@ -154,20 +157,13 @@ void CheckRowKeys(const Config& row, std::span<const RowKey> keys) {
   }
 }
 
-void CheckSharedKeys(const Config& row, const LearnedOptions& options, const LearnedNetwork& network) {
+void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
   const auto& kinds = network.feature_options.kinds;
   const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
-  const bool by_confidence = options.consensus.stopping == Stopping::kConfidence;
   const char* features = "the network sees no preference features";
-  const char* stopping = "it needs consensus.stopping: confidence";
-  const RowKey keys[] = {
-      {"fundamental_points", network.task == Task::kFundamental, "it is for task fundamental"},
-      {"feature_hypotheses", preference, features, "false"},
-      {"preference_draws", preference, features, "0"},
-      {"consensus.min_iterations", by_confidence, stopping, "0"},
-      {"consensus.confidence", by_confidence, stopping},
-  };
-  CheckRowKeys(row, keys);
+  CheckRowKeys(row, {{"fundamental_points", network.task == Task::kFundamental, "it is for fundamental matrices"},
+                     {"feature_hypotheses", preference, features, "false"},
+                     {"preference_draws", preference, features, "0"}});
 }
 
 }  // namespace diffsac

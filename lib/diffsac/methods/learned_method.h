@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <vector>
@@ -49,7 +50,7 @@ struct Prediction {
 /// void Infer(const PointBatch& batch, std::span<const std::uint64_t>, std::span<Prediction> predictions) const override {
 ///   SplitRows(network_->Weights(batch), batch.lengths, predictions);     // into Prediction::weights
 /// }
-/// std::unique_ptr<HypothesisSource> MakeSource(const Guide& guide) const override {
+/// std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override {
 ///   return std::make_unique<WeightedSource>(weights, guide.set_size, guide.rng.Fork("minimal_sets"));
 /// }
 /// ```
@@ -67,7 +68,7 @@ class LearnedMethod : public Method {
 
  protected:
   /// What the sets of one problem may come from.
-  struct Guide {
+  struct Guidance {
     const Problem& problem;
     const PointMatrix& points;  ///< those of the problem, as they are solved
     const Prediction& prediction;
@@ -84,7 +85,7 @@ class LearnedMethod : public Method {
                      std::span<Prediction> predictions) const = 0;
   /// The sets, in the order in which they are tried; how many the loop takes is decided by consensus' options. May
   /// borrow what it is given.
-  virtual std::unique_ptr<HypothesisSource> MakeSource(const Guide& guide) const = 0;
+  virtual std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const = 0;
 
   std::vector<FeatureSet> ComputeFeatures(std::span<const Problem* const> problems,
                                           std::span<const std::uint64_t> seeds) const;
@@ -109,19 +110,20 @@ class LearnedMethod : public Method {
 void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& lengths,
                   std::span<Prediction> predictions);
 
-/// A key that a row may write, and whether it changes anything there.
+/// A key that a row may write, and whether it changes anything there. For what depends on the network; what depends on
+/// other keys alone is the binder's (OnlyIf).
 struct RowKey {
   const char* key;
   bool acts;
-  const char* reason;             ///< Why it does not, for the message.
-  const char* neutral = nullptr;  ///< The value that may be written anyway: it switches off what the row inherits.
+  const char* reason;              ///< Why it does not, for the message.
+  const char* neutral = nullptr;  ///< A value that may be written all the same: it switches off what is inherited.
 };
 
 /// Throws Error with the line of the first key that the row itself writes and that cannot act there. What a row inherits
 /// from its checkpoint is no error.
-void CheckRowKeys(const Config& row, std::span<const RowKey> keys);
+void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys);
 
 /// That for the keys that all learned rows share.
-void CheckSharedKeys(const Config& row, const LearnedOptions& options, const LearnedNetwork& network);
+void CheckSharedKeys(const Config& row, const LearnedNetwork& network);
 
 }  // namespace diffsac

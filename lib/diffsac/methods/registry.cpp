@@ -42,12 +42,12 @@ std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& c
   const std::string type = config.Text("type");
   LearnedRow<Options> row{{}, std::move(defaults)};
   std::string checkpoint = OverrideFor(type, context);
-  if (checkpoint.empty()) checkpoint = ReadOptions(config, row).checkpoint;
+  if (checkpoint.empty() && config.Has("checkpoint")) checkpoint = config.Text("checkpoint");
   if (checkpoint.empty())
     throw Error(config.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
   const auto network = load(checkpoint, DeviceFromString(context.device));
   const auto trained = Config::FromString(ReadCheckpointInfo(checkpoint).config, checkpoint + " (its configuration)");
-  row.options = ReadOptions(trained.Sub("inference"), row.options);
+  row.options = ReadStoredOptions(trained.Sub("inference"), row.options);
   row = ReadOptions(config, row);
   CheckRow(config, row.options, *network);
   return std::make_unique<Learned>(network, row.options, context.threads);

@@ -21,8 +21,10 @@ WeightedMethodOptions WithBudget(WeightedMethodOptions options) {
 }  // namespace
 
 void WeightedMethodOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, Within(0, 1000000));
-  b.Field("weighted_fit", weighted_fit);
+  b.Field("hypotheses", hypotheses, Within(0, 1000000))
+      .Help("minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well; "
+            "exactly so many, or with consensus.stopping: confidence at most");
+  b.Field("weighted_fit", weighted_fit).Help("add one weighted non-minimal fit with the weights of all points");
   BindShared(b);
   b.Require(hypotheses > 0 || weighted_fit, "hypotheses", "at least 1 where weighted_fit is false");
 }
@@ -37,13 +39,9 @@ WeightedMethodOptions DefaultWeightedOptions(const std::string& method) {
 }
 
 void CheckRow(const Config& row, const WeightedMethodOptions& options, const LearnedWeights& weights) {
-  const bool by_confidence = options.consensus.stopping == Stopping::kConfidence;
-  const RowKey keys[] = {
-      {"consensus.max_iterations", false, "the key hypotheses is the limit"},
-      {"consensus.stopping", options.hypotheses > 0 || !by_confidence, "there are no sets; see hypotheses", "budget"},
-  };
-  CheckRowKeys(row, keys);
-  CheckSharedKeys(row, options, weights);
+  CheckRowKeys(row, {{"consensus.max_iterations", false, "the key hypotheses is the limit"},
+                     {"consensus.stopping", options.hypotheses > 0, "there are no sets; see hypotheses", "budget"}});
+  CheckSharedKeys(row, weights);
 }
 
 WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, const WeightedMethodOptions& options,
@@ -57,7 +55,7 @@ void WeightedMethod::Infer(const PointBatch& batch, std::span<const std::uint64_
   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
 }
 
-std::unique_ptr<HypothesisSource> WeightedMethod::MakeSource(const Guide& guide) const {
+std::unique_ptr<HypothesisSource> WeightedMethod::MakeSource(const Guidance& guide) const {
   if (hypotheses_ == 0) return std::make_unique<SequenceSource>();  // no sets: the weighted fit alone
   const std::vector<double> weights(guide.prediction.weights.begin(), guide.prediction.weights.end());
   return std::make_unique<WeightedSource>(weights, guide.set_size, guide.rng.Fork("minimal_sets"));

@@ -36,7 +36,7 @@ class WeightedMethod : public LearnedMethod {
  protected:
   void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
              std::span<Prediction> predictions) const override;
-  std::unique_ptr<HypothesisSource> MakeSource(const Guide& guide) const override;
+  std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override;
 
  private:
   std::shared_ptr<const LearnedWeights> weights_;
