@@ -77,7 +77,8 @@ TEST_CASE("threads do not change a batch, seeds do") {
   const auto network = TinyNetwork(Task::kLine);
   const DiffsacMethod one(network, FewSteps(), 1), two(network, FewSteps(), 2);
   Batch batch(TinyExamples(Task::kLine, 5));
-  const auto a = one.EstimateBatch(PointersTo(batch.problems), batch.seeds), b = two.EstimateBatch(PointersTo(batch.problems), batch.seeds);
+  const auto a = one.EstimateBatch(PointersTo(batch.problems), batch.seeds),
+             b = two.EstimateBatch(PointersTo(batch.problems), batch.seeds);
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i].model == b[i].model);
   for (auto& seed : batch.seeds) seed += 1000;
   const auto c = one.EstimateBatch(PointersTo(batch.problems), batch.seeds);

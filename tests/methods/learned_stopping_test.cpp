@@ -119,7 +119,8 @@ TEST_CASE("copies that go on take the predictions of earlier steps next") {
   prediction.confidences.assign(2 * points, -1.0f);
   prediction.confidences[3] = prediction.confidences[5] = 1.0f;
   prediction.confidences[points + 8] = prediction.confidences[points + 9] = 1.0f;
-  const auto sets = DiffsacMethod(TinyNetwork(Task::kLine), options, 1).EstimateFrom(example.problem, prediction, 3).minimal_sets;
+  const auto sets =
+      DiffsacMethod(TinyNetwork(Task::kLine), options, 1).EstimateFrom(example.problem, prediction, 3).minimal_sets;
   REQUIRE(sets.size() == 7);
   CHECK(sets[0] == std::vector<int>{3, 5});
   CHECK(sets[1] == std::vector<int>{8, 9});

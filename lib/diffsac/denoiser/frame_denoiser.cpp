@@ -57,8 +57,8 @@ torch::Tensor FrameDenoiser::Denoise(const Context& context, const torch::Tensor
                                      const torch::Tensor& previous) {
   const std::int64_t batch = c_t.size(0), copies = c_t.size(1), points = c_t.size(2), width = options_.width;
   const auto time = time_mlp_(TimestepEmbedding(t.expand({batch, copies}), width));
-  auto h = input_confidence_(ConfidenceInput(c_t, previous, options_.self_conditioning)) +
-           context.points.unsqueeze(1) + time.unsqueeze(2);
+  auto h = input_confidence_(ConfidenceInput(c_t, previous, options_.self_conditioning)) + context.points.unsqueeze(1) +
+           time.unsqueeze(2);
   h = Normed(ln_pre_, h.reshape({batch * copies, points, width}));
   const auto mask = MaskOfCopies(context.mask, copies);
   for (auto& block : decoder_) h = block->Forward(h, mask);

@@ -80,9 +80,7 @@ class Denoising {
     result->times.push_back(t);
   }
 
-  torch::Tensor Places(const torch::Tensor& kept) const {
-    return kept.unsqueeze(1).expand({-1, options_.copies, -1});
-  }
+  torch::Tensor Places(const torch::Tensor& kept) const { return kept.unsqueeze(1).expand({-1, options_.copies, -1}); }
 
   torch::Tensor Noise(const char* name, int step) const {
     const auto full = DrawNoise(seeds_, batch_.lengths, options_.copies, batch_.max_points(), name, step);

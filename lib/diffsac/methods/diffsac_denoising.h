@@ -21,13 +21,13 @@ struct Denoised {
 
 /// What the paper's reverse process makes of a batch whose points are encoded.
 struct DenoisingOptions {
-  int copies = 20;              ///< κ
-  int max_decoded_points = 0;   ///< decode only so many of the likeliest points; 0: all
+  int copies = 20;             ///< κ
+  int max_decoded_points = 0;  ///< decode only so many of the likeliest points; 0: all
   bool keep_steps = false;
 };
 
-/// context: of the whole batch, on the network's device; it is cut down to the decoded points. seeds: of the problems; a
-/// problem's noise depends on its own alone.
+/// context: of the whole batch, on the network's device; it is cut down to the decoded points. seeds: of the problems;
+/// a problem's noise depends on its own alone.
 Denoised Denoise(const DiffsacNetwork& network, const ReverseSampler& sampler, const DenoisingOptions& options,
                  const PointBatch& batch, std::span<const std::uint64_t> seeds, Context context);
 

@@ -49,15 +49,15 @@ void DiffsacMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t
   for (std::size_t b = 0; b < predictions.size(); ++b) {
     const auto problem = static_cast<std::int64_t>(b);
     AppendRows(denoised.final, problem, batch.lengths[b], &predictions[b].confidences);
-    for (const auto& step : denoised.steps)
-      AppendRows(step, problem, batch.lengths[b], &predictions[b].confidences);
+    for (const auto& step : denoised.steps) AppendRows(step, problem, batch.lengths[b], &predictions[b].confidences);
   }
 }
 
 std::unique_ptr<HypothesisSource> DiffsacMethod::Copies(const Guidance& guide) const {
   std::vector<float> confidences = guide.prediction.confidences;
   const bool top = options_.selection == SetSelection::kMaximum;
-  if (!top) ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == SetSelection::kGumbel);
+  if (!top)
+    ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == SetSelection::kGumbel);
   return std::make_unique<CopiesSource>(std::move(confidences), static_cast<int>(guide.points.rows()), guide.set_size,
                                         top ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
                                         guide.rng.Fork("selection"));

@@ -31,7 +31,7 @@ torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
 
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device) {
   const auto trained = ReadTrainedConfig(checkpoint, "diffsac", task);
-  const auto options = ReadOptions<NetworkOptions>(trained.config.Sub("network"));
+  const auto options = ReadStoredOptions<NetworkOptions>(trained.config.Sub("network"));
   auto network = std::make_shared<DiffsacNetwork>(task, options, Rng(trained.seed));
   LoadWeights(trained, device, network.get());
   return network;

@@ -15,16 +15,18 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("sampler", sampler).OnlyIf(diffusion, by_diffusion).Help("which reverse process, and how many network steps");
   b.Field("selection", selection)
       .OnlyIf(diffusion || selection == SetSelection::kGumbel, by_diffusion)
-      .Help("maximum: top-γ; probabilistic: γ drawn by softmax(confidence / temperature); gumbel: γ drawn in proportion "
-            "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
+      .Help(
+          "maximum: top-γ; probabilistic: γ drawn by softmax(confidence / temperature); gumbel: γ drawn in proportion "
+          "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
   b.Field("head_sets", head_sets, Within(0, 10000))
       .OnlyIf(diffusion || head_sets == 0, by_diffusion)
       .Help("so many sets more from the inlier head, after those of the copies");
   const bool drawn = !diffusion || selection != SetSelection::kMaximum || head_sets > 0;
   b.Field("temperature", temperature, Positive())
       .OnlyIf(drawn, "selection: probabilistic or gumbel, or sets from the inlier head")
-      .Help("of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
-            "through ten such temperatures again and again");
+      .Help(
+          "of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
+          "through ten such temperatures again and again");
   b.Field("extra_sets", extra_sets, Within(0, 1000000)).Help("so many sets more from another source, after the others");
   b.Field("extra_source", extra_source, {SourceKind::kUniform, SourceKind::kProsac})
       .OnlyIf(extra_sets > 0, "extra_sets above 0")

@@ -14,23 +14,24 @@ namespace diffsac {
 ///                sampling from learned weights reaches
 enum class SetGuide { kDiffusion, kInlierHead };
 template <>
-inline constexpr auto kEnumNames<SetGuide> =
-    NamesOf<SetGuide>({{SetGuide::kDiffusion, "diffusion"}, {SetGuide::kInlierHead, "inlier_head"}});
+inline constexpr auto kEnumNames<SetGuide> = NamesOf<SetGuide>({{SetGuide::kDiffusion, "diffusion"},
+                                                                {SetGuide::kInlierHead, "inlier_head"}});
 
 /// How a set is taken from a copy's confidences c.
 ///   kMaximum        "maximum": top-γ
 ///   kProbabilistic  "probabilistic": γ drawn without replacement by softmax(c / temperature)
-///   kGumbel         "gumbel": drawn in proportion to p^(1/temperature), p = (1 + c) / 2: top-γ of the log-probabilities
-///                   with Gumbel noise, which keeps the copies apart where they agree. The inlier head's sets are always
-///                   drawn in this proportion.
+///   kGumbel         "gumbel": drawn in proportion to p^(1/temperature), p = (1 + c) / 2: top-γ of the
+///   log-probabilities
+///                   with Gumbel noise, which keeps the copies apart where they agree. The inlier head's sets are
+///                   always drawn in this proportion.
 enum class SetSelection { kMaximum, kProbabilistic, kGumbel };
 template <>
 inline constexpr auto kEnumNames<SetSelection> = NamesOf<SetSelection>({{SetSelection::kMaximum, "maximum"},
-                                                                       {SetSelection::kProbabilistic, "probabilistic"},
-                                                                       {SetSelection::kGumbel, "gumbel"}});
+                                                                        {SetSelection::kProbabilistic, "probabilistic"},
+                                                                        {SetSelection::kGumbel, "gumbel"}});
 
-/// How a trained network is used: the group `inference` of a training configuration (kept in the checkpoint), any key of
-/// which a row of an experiment may override.
+/// How a trained network is used: the group `inference` of a training configuration (kept in the checkpoint), any key
+/// of which a row of an experiment may override.
 ///
 /// A row's sets are those of its κ copies, then `head_sets`, then `extra_sets`. With `consensus.stopping: budget` the
 /// search takes exactly these. With `confidence` it ends as soon as it is confident, and after them the last of the

@@ -24,9 +24,9 @@ class CopiesSource : public HypothesisSource {
   ConfidenceSource source_;
 };
 
-/// κ rows of confidences in [−1, 1] (and, behind them, earlier predictions') as keys of Gumbel top-γ draws in proportion
-/// to p^(1/T), p = (1 + c)/2, or without `probabilities` to exp(c/T): row k of each κ is divided by its temperature on
-/// the ladder from the first to the last.
+/// κ rows of confidences in [−1, 1] (and, behind them, earlier predictions') as keys of Gumbel top-γ draws in
+/// proportion to p^(1/T), p = (1 + c)/2, or without `probabilities` to exp(c/T): row k of each κ is divided by its
+/// temperature on the ladder from the first to the last.
 void ScaleConfidences(std::span<float> confidences, int copies, Range temperature, bool probabilities);
 
 /// Sets drawn in proportion to p^(1/T) for fixed probabilities p. T goes through kRungs temperatures, in equal ratios

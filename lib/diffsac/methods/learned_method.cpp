@@ -86,9 +86,8 @@ std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Prob
 std::vector<FeatureSet> LearnedMethod::ComputeFeatures(std::span<const Problem* const> problems,
                                                        std::span<const std::uint64_t> seeds) const {
   std::vector<FeatureSet> sets(problems.size());
-  ParallelFor(static_cast<std::int64_t>(problems.size()), threads_, [&](std::int64_t b) {
-    sets[b] = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features"));
-  });
+  ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
+              [&](std::int64_t b) { sets[b] = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features")); });
   return sets;
 }
 

@@ -15,8 +15,8 @@
 
 namespace diffsac {
 
-/// What all learned rows have: in the group `inference` of a training configuration (kept in the checkpoint), any key of
-/// which a row of an experiment may override.
+/// What all learned rows have: in the group `inference` of a training configuration (kept in the checkpoint), any key
+/// of which a row of an experiment may override.
 struct LearnedOptions {
   /// Points in a minimal set of a fundamental matrix, 7 or 8: as the labels of the training had.
   int fundamental_points = 7;
@@ -24,8 +24,8 @@ struct LearnedOptions {
   bool feature_hypotheses = false;
   /// Add one weighted least-squares hypothesis with the network's weights of all points.
   bool weighted_fit = false;
-  /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find a
-  /// good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
+  /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find
+  /// a good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
   int preference_draws = 0;
   int batch = 8;  ///< problems a network call
   ConsensusOptions consensus;
@@ -39,19 +39,20 @@ struct LearnedOptions {
 struct Prediction {
   FeatureSet features;
   std::vector<float> confidences;  ///< rows × N, as the method says; empty for methods without
-  std::vector<float> weights;      ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
+  std::vector<float> weights;  ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
 };
 
 /// The core of every learned row: features → network, for a batch of problems at once → a source of minimal sets →
 /// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
 ///
-/// Example: `WeightedMethod`, the whole of NG-RANSAC's row:
+/// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):
 /// ```
-/// void Infer(const PointBatch& batch, std::span<const std::uint64_t>, std::span<Prediction> predictions) const override {
-///   SplitRows(network_->Weights(batch), batch.lengths, predictions);     // into Prediction::weights
+/// void Infer(const PointBatch& batch, std::span<const std::uint64_t>, std::span<Prediction> all) const override {
+///   SplitWeights(weights_->network->Weights(batch), batch.lengths, all);
 /// }
 /// std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override {
-///   return std::make_unique<WeightedSource>(weights, guide.set_size, guide.rng.Fork("minimal_sets"));
+///   return std::make_unique<WeightedSource>(Doubles(guide.prediction.weights), guide.set_size,
+///                                           guide.rng.Fork("minimal_sets"));
 /// }
 /// ```
 class LearnedMethod : public Method {
@@ -115,12 +116,12 @@ void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& le
 struct RowKey {
   const char* key;
   bool acts;
-  const char* reason;              ///< Why it does not, for the message.
+  const char* reason;             ///< Why it does not, for the message.
   const char* neutral = nullptr;  ///< A value that may be written all the same: it switches off what is inherited.
 };
 
-/// Throws Error with the line of the first key that the row itself writes and that cannot act there. What a row inherits
-/// from its checkpoint is no error.
+/// Throws Error with the line of the first key that the row itself writes and that cannot act there. What a row
+/// inherits from its checkpoint is no error.
 void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys);
 
 /// That for the keys that all learned rows share.

@@ -49,8 +49,8 @@ std::string TrainedMethod(const std::string& checkpoint);
 /// naming the file and the first weight that differs.
 void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network);
 
-/// "auto" (CUDA where LibTorch has it and a device is there), "cpu", "cuda" or "cuda:1". Throws Error when CUDA is asked
-/// for in vain.
+/// "auto" (CUDA where LibTorch has it and a device is there), "cpu", "cuda" or "cuda:1". Throws Error when CUDA is
+/// asked for in vain.
 torch::Device DeviceFromString(const std::string& name);
 
 }  // namespace diffsac

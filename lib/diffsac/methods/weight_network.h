@@ -29,12 +29,12 @@ struct LearnedWeights : LearnedNetwork {
   }
 };
 
-/// New weights. Network: made of its `Options`, whose group `features` says what it reads, the number of columns of those
-/// and a generator; `kMethod` names the method that it is of.
+/// New weights. Network: made of its `Options`, whose group `features` says what it reads, the number of columns of
+/// those and a generator; `kMethod` names the method that it is of.
 template <class Network>
 std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Network::Options& options, Rng rng) {
-  return std::make_shared<LearnedWeights>(
-      task, options.features, [&](int width) { return std::make_shared<Network>(options, width, rng); });
+  return std::make_shared<LearnedWeights>(task, options.features,
+                                          [&](int width) { return std::make_shared<Network>(options, width, rng); });
 }
 
 /// Those of a checkpoint. Throws Error naming the file; also when it was trained by another method or for another task.
@@ -42,7 +42,7 @@ template <class Network>
 std::shared_ptr<LearnedWeights> LoadLearnedWeights(const std::string& checkpoint, Task task,
                                                    const torch::Device& device) {
   const auto trained = ReadTrainedConfig(checkpoint, Network::kMethod, task);
-  const auto options = ReadOptions<typename Network::Options>(trained.config.Sub("network"));
+  const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
   auto weights = MakeLearnedWeights<Network>(task, options, Rng(trained.seed));
   LoadWeights(trained, device, weights.get());
   return weights;

@@ -22,8 +22,9 @@ WeightedMethodOptions WithBudget(WeightedMethodOptions options) {
 
 void WeightedMethodOptions::Bind(OptionsBinder& b) {
   b.Field("hypotheses", hypotheses, Within(0, 1000000))
-      .Help("minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well; "
-            "exactly so many, or with consensus.stopping: confidence at most");
+      .Help(
+          "minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well; "
+          "exactly so many, or with consensus.stopping: confidence at most");
   b.Field("weighted_fit", weighted_fit).Help("add one weighted non-minimal fit with the weights of all points");
   BindShared(b);
   b.Require(hypotheses > 0 || weighted_fit, "hypotheses", "at least 1 where weighted_fit is false");

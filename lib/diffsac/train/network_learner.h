@@ -6,8 +6,8 @@
 
 namespace diffsac {
 
-/// What all learners have in common: a network and, of the same architecture, one for averaged weights, and the row that
-/// these are for. Network: a LearnedNetwork; Row: the method that uses it; Options: the row's.
+/// What all learners have in common: a network and, of the same architecture, one for averaged weights, and the row
+/// that these are for. Network: a LearnedNetwork; Row: the method that uses it; Options: the row's.
 template <class Network, class Row, class Options>
 class NetworkLearner : public Learner {
  public:

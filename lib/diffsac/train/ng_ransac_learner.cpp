@@ -44,9 +44,7 @@ class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, We
   bool IsInitialization(std::int64_t iteration) const {
     return iteration < options_.ng_ransac.initialization_iterations;
   }
-  int SetSize() const {
-    return task_ == Task::kFundamental ? inference_.fundamental_points : MinimalSetSize(task_);
-  }
+  int SetSize() const { return task_ == Task::kFundamental ? inference_.fundamental_points : MinimalSetSize(task_); }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
 
