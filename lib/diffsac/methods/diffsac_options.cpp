@@ -44,6 +44,8 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
       .OnlyIf(diffusion || max_decoded_points == 0, by_diffusion)
       .Help("decode only this many points of highest inlier probability; 0 decodes all; needs the inlier head");
   BindShared(b);
+  b.Require(consensus.min_iterations <= consensus.max_iterations, "consensus.min_iterations",
+            "at most consensus.max_iterations");
 }
 
 void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network) {

@@ -12,9 +12,7 @@ namespace diffsac {
 namespace {
 
 WeightedMethodOptions WithBudget(WeightedMethodOptions options) {
-  auto& consensus = options.consensus;
-  consensus.max_iterations = std::max(1, options.hypotheses);
-  consensus.min_iterations = std::min(consensus.min_iterations, consensus.max_iterations);
+  options.consensus.max_iterations = std::max(1, options.hypotheses);
   return options;
 }
 
@@ -28,6 +26,7 @@ void WeightedMethodOptions::Bind(OptionsBinder& b) {
   b.Field("weighted_fit", weighted_fit).Help("add one weighted non-minimal fit with the weights of all points");
   BindShared(b);
   b.Require(hypotheses > 0 || weighted_fit, "hypotheses", "at least 1 where weighted_fit is false");
+  b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
 }
 
 WeightedMethodOptions DefaultWeightedOptions(const std::string& method) {
