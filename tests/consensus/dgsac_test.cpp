@@ -27,8 +27,8 @@ TEMPLATE_TEST_CASE("guided sets are all-inlier more often than uniform ones", ""
                    Essential) {
   DgsacOptions options;
   options.hypotheses = 400;
-  options.stopping = "budget";
-  options.refit = "none";
+  options.stopping = DgsacStopping::kBudget;
+  options.refit = DgsacRefit::kNone;
   double guided = 0.0, uniform = 0.0;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     const ModelProblem problem = MakeModelProblem<TestType>(100, 0.5, Rng(seed));
@@ -84,7 +84,7 @@ TEST_CASE("the estimate does not depend on the unit") {
 }
 
 TEST_CASE("the one structure is selected, by each way of choosing") {
-  for (const char* choose : {"densest", "largest", "evident"}) {
+  for (const auto& [choose, name] : kEnumNames<DgsacChoice>) {
     DgsacOptions options;
     options.choose = choose;
     int good = 0;
@@ -94,14 +94,14 @@ TEST_CASE("the one structure is selected, by each way of choosing") {
       REQUIRE(result.status == Status::kOk);
       good += AngleBetweenDegrees(result.model, problem.truth) < 0.5 ? 1 : 0;
     }
-    CAPTURE(choose, good);
+    CAPTURE(name, good);
     CHECK(good >= 36);
   }
 }
 
 TEST_CASE("the largest of two structures is chosen by the number of points") {
   DgsacOptions options;
-  options.choose = "largest";
+  options.choose = DgsacChoice::kLargest;
   int good = 0, two = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const auto one = MakeRandomProblem<2>(80, 0.1, 0.03, Rng(seed).Fork("one"));
@@ -136,8 +136,8 @@ TEST_CASE("a budget is kept to the set") {
   for (int hypotheses : {1, 2, 7, 20, 333}) {
     DgsacOptions options;
     options.hypotheses = hypotheses;
-    options.stopping = "budget";
-    options.refit = "none";
+    options.stopping = DgsacStopping::kBudget;
+    options.refit = DgsacRefit::kNone;
     const DgsacResult result = EstimateDgsac<Line>(problem.points, options, Rng(2));
     CHECK(static_cast<int>(result.sets.size()) == 2 * hypotheses);
     CHECK(result.hypotheses == hypotheses);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <memory>
 #include <set>
 #include <vector>
 
@@ -31,10 +32,10 @@ TEST_CASE("Combinations") {
 TEST_CASE("The exhaustive source gives every set once, in order") {
   for (int set_size : {1, 2, 3, 4}) {
     for (int num_points : {0, 1, 2, 3, 4, 9}) {
-      std::vector<int> sets;
-      const int given = ExhaustiveSource().Draw(num_points, set_size, 1, Rng(1), &sets);
+      ExhaustiveSource source(num_points, set_size);
+      const std::vector<int> sets = DrawSets(source, set_size, 1000);
+      const int given = static_cast<int>(sets.size()) / set_size;
       CHECK(given == (num_points < set_size ? 0 : Combinations(num_points, set_size)));
-      CHECK(static_cast<int>(sets.size()) == given * set_size);
       CHECK(SetsAreValid(sets, num_points, set_size));
       CHECK(CountUniqueSets(sets, set_size) == given);
     }
@@ -43,8 +44,9 @@ TEST_CASE("The exhaustive source gives every set once, in order") {
 
 TEST_CASE("The uniform source gives valid sets, all equally often") {
   constexpr int kCount = 60000;
-  std::vector<int> sets;
-  REQUIRE(UniformSource().Draw(6, 2, kCount, Rng(3), &sets) == kCount);
+  UniformSource source(6, 2, Rng(3));
+  const std::vector<int> sets = DrawSets(source, 2, kCount);
+  REQUIRE(sets.size() == 2 * kCount);
   REQUIRE(SetsAreValid(sets, 6, 2));
   std::vector<int> seen(36, 0);
   for (std::size_t i = 0; i < sets.size(); i += 2) ++seen[sets[i] * 6 + sets[i + 1]];
@@ -52,21 +54,36 @@ TEST_CASE("The uniform source gives valid sets, all equally often") {
     for (int b = a + 1; b < 6; ++b) CHECK(seen[a * 6 + b] == Approx(4000).margin(300));
 }
 
-TEST_CASE("The uniform source: appends, repeats with the seed, copes with few points") {
-  std::vector<int> first{7, 8}, second, other;
-  CHECK(UniformSource().Draw(10, 3, 50, Rng(4), &first) == 50);
-  CHECK(first.size() == 152);
-  CHECK(first[0] == 7);
-  UniformSource().Draw(10, 3, 50, Rng(4), &second);
-  CHECK(std::equal(second.begin(), second.end(), first.begin() + 2));
-  UniformSource().Draw(10, 3, 50, Rng(5), &other);
-  CHECK(other != second);
-  std::vector<int> sets;
-  CHECK(UniformSource().Draw(2, 3, 50, Rng(4), &sets) == 0);
-  CHECK(UniformSource().Draw(5, 3, 0, Rng(4), &sets) == 0);
-  CHECK(sets.empty());
-  CHECK(UniformSource().Draw(3, 3, 2, Rng(4), &sets) == 2);
-  CHECK(sets == std::vector<int>{0, 1, 2, 0, 1, 2});
+TEST_CASE("The uniform source repeats with the seed and copes with few points") {
+  const auto drawn = [](int num_points, int set_size, int count, int seed) {
+    UniformSource source(num_points, set_size, Rng(seed));
+    return DrawSets(source, set_size, count);
+  };
+  CHECK(drawn(10, 3, 50, 4).size() == 150);
+  CHECK(drawn(10, 3, 50, 4) == drawn(10, 3, 50, 4));
+  CHECK(drawn(10, 3, 50, 4) != drawn(10, 3, 50, 5));
+  CHECK(drawn(2, 3, 50, 4).empty());
+  CHECK(drawn(5, 3, 0, 4).empty());
+  CHECK(drawn(3, 3, 2, 4) == std::vector<int>{0, 1, 2, 0, 1, 2});
+}
+
+TEST_CASE("All sets where the budget holds them, else uniform ones") {
+  CHECK(DrawAllOrSome(4, 2, 6, Rng(1)) == std::vector<int>{0, 1, 0, 2, 0, 3, 1, 2, 1, 3, 2, 3});
+  UniformSource uniform(4, 2, Rng(1));
+  CHECK(DrawAllOrSome(4, 2, 5, Rng(1)) == DrawSets(uniform, 2, 5));
+  CHECK(DrawAllOrSome(1, 2, 5, Rng(1)).empty());
+}
+
+TEST_CASE("A sequence gives each source its share, and goes on where one runs out") {
+  const std::vector<int> few{0, 1, 0, 2}, more{3, 4, 5, 6, 7, 8};
+  SequenceSource source;
+  source.Add(std::make_unique<GivenSource>(more), 2);
+  source.Add(std::make_unique<GivenSource>(few), 5);
+  source.Add(std::make_unique<GivenSource>(more), 0);
+  source.Add(std::make_unique<ExhaustiveSource>(3, 2));
+  CHECK(DrawSets(source, 2, 100) == std::vector<int>{3, 4, 5, 6, 0, 1, 0, 2, 0, 1, 0, 2, 1, 2});
+  SequenceSource nothing;
+  CHECK(DrawSets(nothing, 2, 3).empty());
 }
 
 TEST_CASE("Unique sets are counted in any order") {

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "consensus/mock_models.h"
+#include "consensus/search.h"
 
 namespace diffsac {
 namespace {
@@ -13,6 +14,9 @@ using testing::MendedPlace;
 using testing::Place;
 using testing::RefinedPlace;
 using testing::RefineMode;
+using testing::SearchExhaustively;
+using testing::SearchSets;
+using testing::SearchUniformly;
 using testing::TenPlaces;
 
 /// From two points, one solution.
@@ -33,7 +37,7 @@ PointMatrix Cluster(int inliers, int count) {
 
 ConsensusOptions Plain(int max_iterations = 1000) {
   ConsensusOptions options;
-  options.refit = "none";
+  options.refit = Refit::kNone;
   options.max_iterations = max_iterations;
   return options;
 }
@@ -45,7 +49,7 @@ TEST_CASE("A fixed budget is exactly that many draws") {
       for (int threads : {1, 2}) {
         ConsensusOptions options = Plain(budget);
         options.block_size = block;
-        const auto result = SampleConsensus<Place>(points, 0.1, UniformSource(), options, Rng(1), {}, threads);
+        const auto result = SearchUniformly<Place>(points, 0.1, options, Rng(1), {}, threads);
         REQUIRE(result.status == Status::kOk);
         CHECK(result.iterations == budget);
         CHECK(result.hypotheses == budget);
@@ -57,7 +61,7 @@ TEST_CASE("A fixed budget is exactly that many draws") {
 TEST_CASE("Each solution and each degenerate set is a hypothesis") {
   PointMatrix points(4, 1);
   points << 0, 0, 1, 2;
-  const auto result = SampleConsensus<TenPlaces>(points, 0.6, ExhaustiveSource(), Plain(), Rng(1));
+  const auto result = SearchExhaustively<TenPlaces>(points, 0.6, Plain(), Rng(1));
   CHECK(result.iterations == 6);
   CHECK(result.stop == StopReason::kExhausted);
   CHECK(result.hypotheses == 1 + 5 * 10);
@@ -69,20 +73,20 @@ TEST_CASE("Each solution and each degenerate set is a hypothesis") {
 
 TEST_CASE("A source that runs out ends the search; without any set there is no model") {
   const PointMatrix points = Cluster(5, 12);
-  auto result = SampleConsensus<Place>(points, 0.1, ExhaustiveSource(), Plain(100), Rng(1));
+  auto result = SearchExhaustively<Place>(points, 0.1, Plain(100), Rng(1));
   CHECK(result.iterations == 12);
   CHECK(result.stop == StopReason::kExhausted);
-  result = SampleConsensus<Place>(points, 0.1, ExhaustiveSource(), Plain(12), Rng(1));
+  result = SearchExhaustively<Place>(points, 0.1, Plain(12), Rng(1));
   CHECK(result.iterations == 12);
   CHECK(result.stop == StopReason::kBudget);
-  result = SampleConsensus<Place>(points, 0.1, GivenSource({}), Plain(100), Rng(1));
+  result = SearchSets<Place>(points, 0.1, {}, Plain(100), Rng(1));
   CHECK(result.status == Status::kNoModel);
   CHECK(result.iterations == 0);
   CHECK(result.stop == StopReason::kExhausted);
 }
 
 TEST_CASE("Refused points are not searched") {
-  const auto result = SampleConsensus<Place>(PointMatrix(0, 1), 0.1, UniformSource(), Plain(), Rng(1));
+  const auto result = SearchUniformly<Place>(PointMatrix(0, 1), 0.1, Plain(), Rng(1));
   CHECK(result.status == Status::kTooFewPoints);
   CHECK(result.iterations == 0);
   CHECK(result.stop == StopReason::kNotRun);
@@ -95,28 +99,28 @@ TEST_CASE("Confidence ends the search at the first draw that suffices, for any t
   REQUIRE(needed > 1);
   for (int seed = 0; seed < 20; ++seed) {
     // By hand: the search must have seen a good pair, and enough draws.
-    std::vector<int> sets;
-    UniformSource().DrawBlock(30, 2, 0, 2000, Rng(seed).Fork("minimal_sets"), &sets);
+    UniformSource source(30, 2, Rng(seed).Fork("minimal_sets"));
+    const std::vector<int> sets = DrawSets(source, 2, 2000);
     std::int64_t first_good = 0;
     while (sets[2 * first_good + 1] >= 12) ++first_good;
     const std::int64_t expected = std::max(needed, first_good + 1);
     for (int threads : {1, 2})
       for (int block : {0, 1, 13, 1000}) {
         ConsensusOptions options = Plain(2000);
-        options.stopping = "confidence";
+        options.stopping = Stopping::kConfidence;
         options.confidence = 0.999;
         options.block_size = block;
-        auto result = SampleConsensus<Pair>(points, 0.1, UniformSource(), options, Rng(seed), {}, threads);
+        auto result = SearchUniformly<Pair>(points, 0.1, options, Rng(seed), {}, threads);
         CHECK(result.iterations == expected);
         CHECK(result.hypotheses == expected);
         CHECK(result.stop == StopReason::kConfidence);
         CHECK(result.score == 12.0);
         options.min_iterations = 500;
-        result = SampleConsensus<Pair>(points, 0.1, UniformSource(), options, Rng(seed), {}, threads);
+        result = SearchUniformly<Pair>(points, 0.1, options, Rng(seed), {}, threads);
         CHECK(result.iterations == 500);
         options.max_iterations = 3;
         options.min_iterations = 0;
-        result = SampleConsensus<Pair>(points, 0.1, UniformSource(), options, Rng(seed), {}, threads);
+        result = SearchUniformly<Pair>(points, 0.1, options, Rng(seed), {}, threads);
         CHECK(result.iterations == 3);
         CHECK(result.stop == StopReason::kBudget);
       }
@@ -125,30 +129,22 @@ TEST_CASE("Confidence ends the search at the first draw that suffices, for any t
 
 TEST_CASE("All inliers: one draw is enough") {
   ConsensusOptions options = Plain();
-  options.stopping = "confidence";
-  const auto result = SampleConsensus<Place>(Cluster(20, 20), 0.1, UniformSource(), options, Rng(1));
+  options.stopping = Stopping::kConfidence;
+  const auto result = SearchUniformly<Place>(Cluster(20, 20), 0.1, options, Rng(1));
   CHECK(result.iterations == 1);
   CHECK(result.stop == StopReason::kConfidence);
 }
 
-TEST_CASE("The stopping rule speaks of sets drawn: a search over given sets takes them all") {
-  ConsensusOptions options = Plain(3);
-  options.stopping = "confidence";
-  const auto result = SampleConsensus<Place>(Cluster(20, 20), 0.1, std::vector<int>{0, 1, 2, 3, 4}, options, Rng(1));
-  CHECK(result.iterations == 5);
-  CHECK(result.hypotheses == 5);
-}
-
-TEST_CASE("Given sets and a source of them find the same") {
-  const PointMatrix points = Cluster(7, 20);
-  std::vector<int> sets(20);
-  std::iota(sets.rbegin(), sets.rend(), 0);
-  const auto a = SampleConsensus<Place>(points, 0.1, sets, Plain(), Rng(1));
-  const auto b = SampleConsensus<Place>(points, 0.1, GivenSource(sets), Plain(), Rng(1));
-  CHECK(a.model == b.model);
-  CHECK(a.hypotheses == b.hypotheses);
-  CHECK(a.unique_minimal_sets == 20);
-  CHECK(b.unique_minimal_sets == 20);
+TEST_CASE("The stopping rule holds for every source: given sets are not all taken once the search is confident") {
+  ConsensusOptions options = Plain();
+  const std::vector<int> sets{0, 1, 2, 3, 4};
+  CHECK(SearchSets<Place>(Cluster(20, 20), 0.1, sets, options, Rng(1)).iterations == 5);
+  options.stopping = Stopping::kConfidence;
+  const auto result = SearchSets<Place>(Cluster(20, 20), 0.1, sets, options, Rng(1));
+  CHECK(result.iterations == 1);
+  CHECK(result.stop == StopReason::kConfidence);
+  options.min_iterations = 3;
+  CHECK(SearchSets<Place>(Cluster(20, 20), 0.1, sets, options, Rng(1)).iterations == 3);
 }
 
 TEST_CASE("Of equal scores the first draw wins, whatever the blocks") {
@@ -156,13 +152,13 @@ TEST_CASE("Of equal scores the first draw wins, whatever the blocks") {
   PointMatrix points(40, 1);
   for (int i = 0; i < 40; ++i) points(i, 0) = 10.0 * (i / 2);
   for (int seed = 0; seed < 10; ++seed) {
-    std::vector<int> sets;
-    UniformSource().DrawBlock(40, 1, 0, 1, Rng(seed).Fork("minimal_sets"), &sets);
+    UniformSource source(40, 1, Rng(seed).Fork("minimal_sets"));
+    const std::vector<int> sets = DrawSets(source, 1, 1);
     for (int block : {1, 7, 64, 1000}) {
       ConsensusOptions options = Plain();
       options.block_size = block;
       for (int threads : {1, 2}) {
-        const auto result = SampleConsensus<Place>(points, 0.1, UniformSource(), options, Rng(seed), {}, threads);
+        const auto result = SearchUniformly<Place>(points, 0.1, options, Rng(seed), {}, threads);
         REQUIRE(result.status == Status::kOk);
         CHECK(result.model[0] == points(sets[0], 0));
       }
@@ -172,10 +168,10 @@ TEST_CASE("Of equal scores the first draw wins, whatever the blocks") {
 
 TEST_CASE("A model that no minimal set's worth of points supports is none") {
   const PointMatrix points = Cluster(10, 20);
-  for (const char* score : {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"}) {
+  for (const auto& [score, name] : kEnumNames<ScoreKind>) {
     ConsensusOptions options = Plain();
     options.score = options.final_score = score;
-    const auto result = SampleConsensus<FarPlace>(points, 0.1, UniformSource(), options, Rng(1));
+    const auto result = SearchUniformly<FarPlace>(points, 0.1, options, Rng(1));
     CHECK(result.status == Status::kNoModel);
     CHECK(result.model.size() == 0);
     CHECK(result.inliers.empty());
@@ -189,20 +185,20 @@ TEST_CASE("Support of one point fewer than a minimal set is no model, of a minim
   // The mean of the outer two is at the middle point: one inlier for pairs, which need two.
   PointMatrix points(3, 1);
   points << 0, 5, 10;
-  for (const char* score : {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"})
-    for (const char* refit : {"none", "inliers", "iterated", "em", "irls"}) {
-      CAPTURE(score, refit);
+  for (const auto& [score, name] : kEnumNames<ScoreKind>)
+    for (const auto& [refit, refit_name] : kEnumNames<Refit>) {
+      CAPTURE(name, refit_name);
       ConsensusOptions options = Plain();
       options.score = options.final_score = score;
       options.refit = refit;
-      const auto lonely = SampleConsensus<Pair>(points, 0.1, ExhaustiveSource(), options, Rng(1));
+      const auto lonely = SearchExhaustively<Pair>(points, 0.1, options, Rng(1));
       CHECK(lonely.status == Status::kNoModel);
       CHECK(lonely.model.size() == 0);
       CHECK(lonely.inliers.empty());
       CHECK(lonely.iterations == 3);
       PointMatrix four(4, 1);
       four << 0, 5.02, 10, 4.99;
-      const auto supported = SampleConsensus<Pair>(four, 0.1, ExhaustiveSource(), options, Rng(1));
+      const auto supported = SearchExhaustively<Pair>(four, 0.1, options, Rng(1));
       REQUIRE(supported.status == Status::kOk);
       CHECK(supported.inliers == std::vector<std::uint8_t>{0, 1, 0, 1});
     }
@@ -212,8 +208,8 @@ TEST_CASE("Hints come before the draws of a source and can end the search at onc
   ConsensusHints hints;
   hints.models = {Eigen::VectorXd::Zero(1)};
   ConsensusOptions options = Plain(100000);
-  options.stopping = "confidence";
-  const auto result = SampleConsensus<Place>(Cluster(99, 100), 0.1, UniformSource(), options, Rng(1), hints);
+  options.stopping = Stopping::kConfidence;
+  const auto result = SearchUniformly<Place>(Cluster(99, 100), 0.1, options, Rng(1), hints);
   CHECK(result.iterations == 1);
   CHECK(result.model[0] == 0.0);
   CHECK(result.hypotheses == 1);
@@ -224,17 +220,18 @@ TEST_CASE("A refinement is kept only where the score does not fall, in the loop 
   PointMatrix points(6, 1);
   points << 0.9, -0.3, 0.0, 0.3, 0.1, 50.0;
   const std::vector<int> sets{0};
-  const auto run = [&]<class Model>(const char* local, const char* last) {
+  const auto run = [&]<class Model>(LocalOptimization local, FinalRefinement last) {
     ConsensusOptions options = Plain();
-    options.score = options.final_score = "msac";
+    options.score = options.final_score = ScoreKind::kMsac;
     options.local_optimization = local;
     options.final_refinement = last;
-    return SampleConsensus<Model>(points, 1.0, sets, options, Rng(1));
+    return SearchSets<Model>(points, 1.0, sets, options, Rng(1));
   };
-  const auto plain = run.operator()<Place>("none", "none");
+  const auto plain = run.operator()<Place>(LocalOptimization::kNone, FinalRefinement::kNone);
   CHECK(plain.model[0] == 0.9);
   CHECK(plain.hypotheses == 1);
-  for (const auto& [local, last] : {std::pair{"lm", "none"}, {"none", "lm"}}) {
+  for (const auto& [local, last] : {std::pair{LocalOptimization::kRefinement, FinalRefinement::kNone},
+                                    {LocalOptimization::kNone, FinalRefinement::kRefinement}}) {
     const auto better = run.operator()<RefinedPlace<RefineMode::kToMean>>(local, last);
     CHECK(better.score > plain.score);
     CHECK(std::abs(better.model[0]) < 0.5);
@@ -252,7 +249,7 @@ TEST_CASE("The degeneracy hook is asked for each new best model and judged by th
   PointMatrix points(8, 1);
   points << 0, 0.1, 5, 5.1, 4.9, 5.05, 20, 30;
   const auto from = [&](int index) {
-    return SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{index}, Plain(), Rng(1));
+    return SearchSets<MendedPlace>(points, 0.5, std::vector<int>{index}, Plain(), Rng(1));
   };
   CHECK(from(1).model[0] == 0.1);
   CHECK(from(1).hypotheses == 1);
@@ -262,7 +259,7 @@ TEST_CASE("The degeneracy hook is asked for each new best model and judged by th
   CHECK(from(2).model[0] == 5.0);
   CHECK(from(4).model[0] == 4.9);
   // Point 0 gives the best model by its hook; a later model that scores less is not asked about.
-  const auto both = SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{0, 6}, Plain(), Rng(1));
+  const auto both = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{0, 6}, Plain(), Rng(1));
   CHECK(both.hypotheses == 5);
   CHECK(both.score == 4.0);
 }
@@ -272,33 +269,24 @@ TEST_CASE("The degeneracy hook is asked again about what is not from a set: hint
   points << 19.9, 20.1, 29.8, 30, 30.1, 30.2, 40, 50;
   ConsensusHints hints;
   hints.models = {Eigen::VectorXd::Constant(1, 20.0)};
-  const auto hinted = SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), hints);
+  const auto hinted = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), hints);
   CHECK(hinted.model[0] == 30.0);
   CHECK(hinted.hypotheses == 3);
   // Point 1 alone leads to 20 by reweighting, and 20 to 30.
   ConsensusOptions options = Plain();
-  options.score = options.final_score = "msac";
-  options.local_optimization = "lo_ransac";
-  const auto optimized = SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1));
+  options.score = options.final_score = ScoreKind::kMsac;
+  options.local_optimization = LocalOptimization::kInnerSamples;
+  const auto optimized = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1));
   CHECK(optimized.model[0] == Approx(30.0).margin(0.1));
-  options.local_optimization = "none";
-  CHECK(SampleConsensus<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1)).model[0] == 20.1);
+  options.local_optimization = LocalOptimization::kNone;
+  CHECK(SearchSets<MendedPlace>(points, 0.5, std::vector<int>{1}, options, Rng(1)).model[0] == 20.1);
 }
 
-TEST_CASE("Unknown names are refused") {
-  const PointMatrix points = Cluster(5, 10);
-  const auto refused = [&](auto change) {
-    ConsensusOptions options = Plain();
-    change(options);
-    CHECK_THROWS_AS(SampleConsensus<Place>(points, 0.1, UniformSource(), options, Rng(1)), Error);
-  };
-  refused([](ConsensusOptions& o) { o.stopping = "never"; });
-  refused([](ConsensusOptions& o) { o.final_refinement = "best"; });
-  refused([](ConsensusOptions& o) { o.local_optimization = "gc"; });
-  refused([](ConsensusOptions& o) {
-    o.residual_dof = 9;
-    o.score = "magsac_pp";
-  });
+TEST_CASE("Degrees of freedom without a MAGSAC++ loss are refused") {
+  ConsensusOptions options = Plain();
+  options.residual_dof = 9;
+  options.score = ScoreKind::kMagsac;
+  CHECK_THROWS_AS(SearchUniformly<Place>(Cluster(5, 10), 0.1, options, Rng(1)), Error);
 }
 
 }  // namespace

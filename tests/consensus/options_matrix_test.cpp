@@ -7,27 +7,23 @@
 #include <memory>
 #include <numeric>
 
+#include "consensus/all_models.h"
 #include "consensus/random_problems.h"
+#include "consensus/search.h"
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
 
 namespace diffsac {
 namespace {
 
+using testing::AllSources;
+using testing::kOptimizers;
+using testing::kRefits;
+using testing::kScores;
 using testing::MakeRandomProblem;
+using testing::SearchUniformly;
 
 constexpr double kThreshold = 0.1;
-constexpr const char* kSources[] = {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"};
-constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"};
-constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
-constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
-
-std::unique_ptr<HypothesisSource> Source(const char* name, const PointMatrix& points, int set_size,
-                                         const std::vector<double>& quality) {
-  SourceOptions options;
-  options.source = name;
-  return MakeHypothesisSource(options, points, set_size, quality, quality);
-}
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.status == b.status);
@@ -46,10 +42,10 @@ TEST_CASE("The sequential test gives the same bits for any threads and blocks") 
     const auto problem = MakeRandomProblem<3>(200, 0.7, 0.03, Rng(trial));
     ConsensusOptions options;
     options.sprt = true;
-    options.stopping = trial % 2 ? "budget" : "confidence";
+    options.stopping = trial % 2 ? Stopping::kBudget : Stopping::kConfidence;
     const auto run = [&](int threads, int block) {
       options.block_size = block;
-      return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial), {}, threads);
+      return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial), {}, threads);
     };
     const ConsensusResult one = run(1, 0);
     CHECK(one.rejected_early > 0);
@@ -63,27 +59,25 @@ TEST_CASE("Same seed, same result; another seed, other sets") {
   const auto problem = MakeRandomProblem<2>(200, 0.6, 0.03, Rng(1));
   ConsensusOptions options;
   options.max_iterations = 20;
-  options.refit = "none";
-  const auto run = [&](int seed) {
-    return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(seed));
-  };
+  options.refit = Refit::kNone;
+  const auto run = [&](int seed) { return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(seed)); };
   CheckSame(run(1), run(1));
   CHECK(run(1).model != run(2).model);
 }
 
 TEST_CASE("Masks are the residuals' own and scores the model's, for every combination") {
   const auto problem = MakeRandomProblem<2>(120, 0.5, 0.03, Rng(4));
-  for (const char* score : kScores)
-    for (const char* optimizer : kOptimizers)
-      for (const char* refit : kRefits) {
-        CAPTURE(score, optimizer, refit);
+  for (const ScoreKind score : kScores)
+    for (const LocalOptimization optimizer : kOptimizers)
+      for (const Refit refit : kRefits) {
+        CAPTURE(ToString(score), ToString(optimizer), ToString(refit));
         ConsensusOptions options;
         options.score = score;
-        options.final_score = "inlier_count";
+        options.final_score = ScoreKind::kInlierCount;
         options.local_optimization = optimizer;
         options.refit = refit;
         options.max_iterations = 200;
-        const auto result = SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
+        const auto result = SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1));
         REQUIRE(result.status == Status::kOk);
         int inliers = 0;
         for (int i = 0; i < 120; ++i) {
@@ -98,18 +92,17 @@ TEST_CASE("Masks are the residuals' own and scores the model's, for every combin
 }
 
 TEST_CASE("No optimiser lowers the score that chose the model, and each raises it on the whole") {
-  for (const char* score : {"inlier_count", "msac", "magsac_pp"})
-    for (const char* optimizer : {"lo_ransac", "irls", "gc_ransac"}) {
+  for (const ScoreKind score : {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kMagsac})
+    for (const LocalOptimization optimizer :
+         {LocalOptimization::kInnerSamples, LocalOptimization::kReweighted, LocalOptimization::kGraphCut}) {
       double gain = 0.0;
       for (int trial = 0; trial < 40; ++trial) {
         const auto problem = MakeRandomProblem<3>(100, 0.5, 0.04, Rng(trial));
         ConsensusOptions options;
-        options.refit = "none";
+        options.refit = Refit::kNone;
         options.score = options.final_score = score;
         options.max_iterations = 100;
-        const auto run = [&] {
-          return SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
-        };
+        const auto run = [&] { return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial)); };
         const auto plain = run();
         options.local_optimization = optimizer;
         const auto optimized = run();
@@ -118,25 +111,23 @@ TEST_CASE("No optimiser lowers the score that chose the model, and each raises i
         CHECK(optimized.iterations == 100);
         gain += optimized.score - plain.score;
       }
-      CAPTURE(score, optimizer);
+      CAPTURE(ToString(score), ToString(optimizer));
       CHECK(gain > 0.0);
     }
 }
 
 TEST_CASE("A reweighted refit never lowers the final score") {
-  for (const char* score : kScores)
+  for (const ScoreKind score : kScores)
     for (int trial = 0; trial < 40; ++trial) {
       const auto problem = MakeRandomProblem<2>(100, 0.6, 0.04, Rng(trial));
       ConsensusOptions options;
-      options.refit = "none";
-      options.score = "msac";
+      options.refit = Refit::kNone;
+      options.score = ScoreKind::kMsac;
       options.final_score = score;
       options.max_iterations = 100;
-      const auto run = [&] {
-        return SampleConsensus<Line>(problem.points, kThreshold, UniformSource(), options, Rng(1));
-      };
+      const auto run = [&] { return SearchUniformly<Line>(problem.points, kThreshold, options, Rng(1)); };
       const double plain = run().score;
-      options.refit = "irls";
+      options.refit = Refit::kReweighted;
       CHECK(run().score >= plain);
     }
 }
@@ -148,16 +139,17 @@ TEST_CASE("MAGSAC++ is more accurate than a plain search, most of all where the 
       const auto problem = MakeRandomProblem<3>(150, 0.6, sigma, Rng(trial).Fork("magsac"));
       const auto error = [&](ConsensusOptions options) {
         options.max_iterations = 300;
-        const auto result = SampleConsensus<Plane>(problem.points, kThreshold, UniformSource(), options, Rng(trial));
+        const auto result = SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial));
         return AngleBetweenDegrees(result.model, problem.truth);
       };
       ConsensusOptions options;
       plain_error += error(options);
-      options.score = options.final_score = "magsac_pp";
+      options.score = options.final_score = ScoreKind::kMagsac;
       options.score_threshold_factor = 2.0;
-      options.local_optimization = options.refit = "irls";
+      options.local_optimization = LocalOptimization::kReweighted;
+      options.refit = Refit::kReweighted;
       magsac_error += error(options);
-      options.local_optimization = "gc_ransac";
+      options.local_optimization = LocalOptimization::kGraphCut;
       cut_error += error(options);
     }
     CAPTURE(sigma, plain_error, magsac_error, cut_error);
@@ -188,22 +180,24 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
   for (const auto& [points, expected] : cases) {
     const double scale = points.rows() > 2 && points.allFinite() ? points.cwiseAbs().maxCoeff() / 5.0 : 1.0;
     const std::vector<double> quality(points.rows(), 0.0);  // All weights zero, all qualities equal.
-    for (const char* name : kSources) {
-      const auto source = Source(name, points, 2, quality);
-      for (const char* score : kScores)
-        for (const char* optimizer : kOptimizers) {
+    const AllSources sources(points, 2, quality);
+    for (const auto& [name, make] : sources) {
+      if (name == "given") continue;  // Of refused points there may be no set to give.
+      for (const ScoreKind score : kScores)
+        for (const LocalOptimization optimizer : kOptimizers) {
           // Refused points are refused by every option alike: once is enough.
           if (expected != Status::kOk && optimizer != kOptimizers[0]) continue;
           ConsensusOptions options;
           options.score = options.final_score = score;
           options.local_optimization = optimizer;
           options.max_iterations = 30;
-          options.refit = optimizer == std::string("irls") ? "irls" : "em";
-          options.final_refinement = "lm";
+          options.refit = optimizer == LocalOptimization::kReweighted ? Refit::kReweighted : Refit::kMixture;
+          options.final_refinement = FinalRefinement::kRefinement;
           ConsensusHints hints;
           hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
+          const auto source = make(1);
           const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints);
-          CAPTURE(name, score, optimizer, points.rows(), scale);
+          CAPTURE(name, ToString(score), ToString(optimizer), points.rows(), scale);
           CHECK(result.status == expected);
           CHECK(result.model.size() == (expected == Status::kOk ? 3 : 0));
           CHECK(result.model.allFinite());
@@ -216,14 +210,14 @@ TEST_CASE("Useless thresholds give no model") {
   const PointMatrix points = MakeRandomProblem<2>(30, 0.5, 0.03, Rng(5)).points;
   for (double threshold :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
-    CHECK(SampleConsensus<Line>(points, threshold, UniformSource(), {}, Rng(1)).status == Status::kNoModel);
+    CHECK(SearchUniformly<Line>(points, threshold, {}, Rng(1)).status == Status::kNoModel);
   for (double threshold : {1e-300, 1e-12, 1e12, 1e300})
-    for (const char* score : kScores) {
+    for (const ScoreKind score : kScores) {
       ConsensusOptions options;
       options.score = options.final_score = score;
-      options.local_optimization = "irls";
+      options.local_optimization = LocalOptimization::kReweighted;
       options.max_iterations = 50;
-      const auto result = SampleConsensus<Line>(points, threshold, UniformSource(), options, Rng(1));
+      const auto result = SearchUniformly<Line>(points, threshold, options, Rng(1));
       CHECK((result.status == Status::kOk || result.status == Status::kNoModel));
       CHECK(result.model.allFinite());
     }
@@ -231,11 +225,11 @@ TEST_CASE("Useless thresholds give no model") {
 
 TEST_CASE("New options read from YAML and come back out; the defaults are the old ones") {
   const ConsensusOptions defaults;
-  CHECK(defaults.score == "inlier_count");
-  CHECK(defaults.local_optimization == "none");
-  CHECK(defaults.refit == "inliers");
-  CHECK(defaults.stopping == "budget");
-  CHECK(defaults.final_refinement == "none");
+  CHECK(defaults.score == ScoreKind::kInlierCount);
+  CHECK(defaults.local_optimization == LocalOptimization::kNone);
+  CHECK(defaults.refit == Refit::kInliers);
+  CHECK(defaults.stopping == Stopping::kBudget);
+  CHECK(defaults.final_refinement == FinalRefinement::kNone);
   CHECK_FALSE(defaults.sprt);
   const auto options = ReadOptions<ConsensusOptions>(
       Config::FromString("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"

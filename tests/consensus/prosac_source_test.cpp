@@ -63,10 +63,10 @@ TEST_CASE("Each draw holds the newest point of its subset and better ones") {
   constexpr int kPoints = 40, kSize = 3, kDraws = 20000;
   std::vector<double> quality(kPoints);
   for (int i = 0; i < kPoints; ++i) quality[i] = kPoints - i;  // The last point is the best.
-  const ProsacSource source(quality, kSize);
+  ProsacSource source(quality, kSize, Rng(1));
   const GrowthFunction growth(kSize, kPoints, 200000);
-  std::vector<int> sets;
-  REQUIRE(source.Draw(kPoints, kSize, kDraws, Rng(1), &sets) == kDraws);
+  const std::vector<int> sets = DrawSets(source, kSize, kDraws);
+  REQUIRE(sets.size() == kDraws * kSize);
   CHECK(std::vector<int>(sets.begin(), sets.begin() + 3) == std::vector<int>{37, 38, 39});
   int wrong = 0, from_worst = 0, uniform = 0;
   for (int t = 1; t <= kDraws; ++t) {
@@ -88,27 +88,28 @@ TEST_CASE("PROSAC finds good sets sooner where the order is good") {
   // The best 20 of 200 are inliers but for every fourth; sets of four.
   std::vector<double> quality(200);
   std::iota(quality.begin(), quality.end(), 0.0);
-  const auto good_sets = [&](const HypothesisSource& source, int count) {
-    std::vector<int> sets;
-    source.Draw(200, 4, count, Rng(2), &sets);
+  const auto good_sets = [&](HypothesisSource&& source, int count) {
+    const std::vector<int> sets = DrawSets(source, 4, count);
     int good = 0;
     for (std::size_t i = 0; i < sets.size(); i += 4)
       good += std::all_of(sets.begin() + i, sets.begin() + i + 4, [](int p) { return p < 20 && p % 4 != 3; });
     return good;
   };
-  CHECK(good_sets(ProsacSource(quality, 4), 20) >= 3);
-  CHECK(good_sets(UniformSource(), 1000) <= 1);
+  CHECK(good_sets(ProsacSource(quality, 4, Rng(2)), 20) >= 3);
+  CHECK(good_sets(UniformSource(200, 4, Rng(2)), 1000) <= 1);
 }
 
-TEST_CASE("PROSAC refuses another problem than its own") {
+TEST_CASE("PROSAC gives no set of another size, and none where there are too few points") {
   const std::vector<double> quality{1.0, 2.0, 3.0};
-  std::vector<int> sets;
-  CHECK(ProsacSource(quality, 2).Draw(4, 2, 5, Rng(1), &sets) == 0);
-  CHECK(ProsacSource(quality, 2).Draw(3, 3, 5, Rng(1), &sets) == 0);
-  CHECK(ProsacSource(quality, 4).Draw(3, 4, 5, Rng(1), &sets) == 0);
-  CHECK(ProsacSource(quality, 0).Draw(3, 0, 5, Rng(1), &sets) == 0);
-  CHECK(ProsacSource({}, 2).Draw(0, 2, 5, Rng(1), &sets) == 0);
-  CHECK(sets.empty());
+  const auto drawn = [&](std::span<const double> q, int made_for, int size) {
+    ProsacSource source(q, made_for, Rng(1));
+    return DrawSets(source, size, 5).size();
+  };
+  CHECK(drawn(quality, 2, 2) == 10);
+  CHECK(drawn(quality, 2, 3) == 0);
+  CHECK(drawn(quality, 4, 4) == 0);
+  CHECK(drawn(quality, 0, 0) == 0);
+  CHECK(drawn({}, 2, 2) == 0);
 }
 
 }  // namespace

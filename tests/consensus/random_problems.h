@@ -42,15 +42,13 @@ HyperplaneProblem<D> MakeRandomProblem(int num_points, double outlier_ratio, dou
 }
 
 inline std::vector<int> AllSets(int num_points, int set_size) {
-  std::vector<int> sets;
-  ExhaustiveSource().Draw(num_points, set_size, 0, Rng(0), &sets);
-  return sets;
+  ExhaustiveSource source(num_points, set_size);
+  return DrawSets(source, set_size, Combinations(num_points, set_size));
 }
 
 inline std::vector<int> RandomSets(int num_points, int set_size, int count, std::uint64_t seed) {
-  std::vector<int> sets;
-  UniformSource().Draw(num_points, set_size, count, Rng(seed), &sets);
-  return sets;
+  UniformSource source(num_points, set_size, Rng(seed));
+  return DrawSets(source, set_size, count);
 }
 
 }  // namespace diffsac::testing

@@ -3,10 +3,13 @@
 #include <catch2/catch.hpp>
 
 #include "consensus/random_problems.h"
+#include "consensus/search.h"
 #include "diffsac/consensus/sample_consensus.h"
 
 namespace diffsac {
 namespace {
+
+using testing::SearchSets;
 
 using testing::AllSets;
 using testing::MakeRandomProblem;
@@ -20,21 +23,21 @@ int CountRecovered(double outlier_ratio, int num_sets, const ConsensusOptions& o
   int recovered = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const auto problem = MakeRandomProblem<D>(100, outlier_ratio, kSigma, Rng(trial).Fork("recovery"));
-    const auto result = SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, num_sets, trial),
-                                                       options, Rng(trial));
+    const auto result =
+        SearchSets<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, num_sets, trial), options, Rng(trial));
     if (result.status == Status::kOk && AngleBetweenDegrees(result.model, problem.truth) < degrees) ++recovered;
   }
   return recovered;
 }
 
 TEMPLATE_TEST_CASE_SIG("Models are recovered from 10 to 60 % outliers by every refit", "", ((int D), D), 2, 3) {
-  for (const char* refit : {"none", "inliers", "iterated", "em"}) {
+  for (const Refit refit : {Refit::kNone, Refit::kInliers, Refit::kIterated, Refit::kMixture}) {
     for (double ratio : {0.1, 0.3, 0.6}) {
-      CAPTURE(refit, ratio);
+      CAPTURE(ToString(refit), ratio);
       ConsensusOptions options;
       options.refit = refit;
-      options.final_score = "msac";
-      CHECK(CountRecovered<D>(ratio, 500, options, refit == std::string("none") ? 3.0 : 1.5) >= 196);
+      options.final_score = ScoreKind::kMsac;
+      CHECK(CountRecovered<D>(ratio, 500, options, refit == Refit::kNone ? 3.0 : 1.5) >= 196);
     }
   }
 }
@@ -42,11 +45,11 @@ TEMPLATE_TEST_CASE_SIG("Models are recovered from 10 to 60 % outliers by every r
 TEST_CASE("Without noise the model is exact") {
   for (int trial = 0; trial < 50; ++trial) {
     const auto line = MakeRandomProblem<2>(60, 0.5, 0.0, Rng(trial));
-    const auto found = SampleConsensus<Line>(line.points, 1e-6, AllSets(60, 2), {}, Rng(1));
+    const auto found = SearchSets<Line>(line.points, 1e-6, AllSets(60, 2), {}, Rng(1));
     REQUIRE(found.status == Status::kOk);
     CHECK(AngleBetweenDegrees(found.model, line.truth) < 1e-6);
     const auto plane = MakeRandomProblem<3>(30, 0.4, 0.0, Rng(trial));
-    const auto solved = SampleConsensus<Plane>(plane.points, 1e-6, AllSets(30, 3), {}, Rng(1));
+    const auto solved = SearchSets<Plane>(plane.points, 1e-6, AllSets(30, 3), {}, Rng(1));
     REQUIRE(solved.status == Status::kOk);
     CHECK(AngleBetweenDegrees(solved.model, plane.truth) < 1e-6);
   }
@@ -54,15 +57,15 @@ TEST_CASE("Without noise the model is exact") {
 
 TEST_CASE("Expectation maximisation is more accurate than a refit on hard inliers at 80 % outliers") {
   ConsensusOptions hard, soft;
-  hard.score = soft.score = "msac";
+  hard.score = soft.score = ScoreKind::kMsac;
   hard.score_threshold_factor = soft.score_threshold_factor = 1.5;
-  soft.refit = "em";
+  soft.refit = Refit::kMixture;
   const auto sets = AllSets(100, 2);
   int hard_good = 0, soft_good = 0, soft_better = 0;
   for (int trial = 0; trial < 500; ++trial) {
     const auto problem = MakeRandomProblem<2>(100, 0.8, kSigma, Rng(trial).Fork("refit"));
-    const auto a = SampleConsensus<Line>(problem.points, kThreshold, sets, hard, Rng(1));
-    const auto b = SampleConsensus<Line>(problem.points, kThreshold, sets, soft, Rng(1));
+    const auto a = SearchSets<Line>(problem.points, kThreshold, sets, hard, Rng(1));
+    const auto b = SearchSets<Line>(problem.points, kThreshold, sets, soft, Rng(1));
     const double hard_error = AngleBetweenDegrees(a.model, problem.truth);
     const double soft_error = AngleBetweenDegrees(b.model, problem.truth);
     hard_good += hard_error < 0.25;
@@ -78,15 +81,15 @@ TEST_CASE("Expectation maximisation is more accurate than a refit on hard inlier
 template <int D>
 double MeanErrorOfRefit(double sigma, double sigma_prior) {
   ConsensusOptions options;
-  options.score = options.final_score = "gaussian_uniform";
-  options.refit = "em";
+  options.score = options.final_score = ScoreKind::kGaussianUniform;
+  options.refit = Refit::kMixture;
   options.refit_candidates = 5;
   options.sigma_prior = sigma_prior;
   double sum = 0.0;
   for (int trial = 0; trial < 300; ++trial) {
     const auto problem = MakeRandomProblem<D>(100, 0.5, sigma, Rng(trial).Fork("sigma"));
     const auto result =
-        SampleConsensus<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, 400, trial), options, Rng(1));
+        SearchSets<Hyperplane<D>>(problem.points, kThreshold, RandomSets(100, D, 400, trial), options, Rng(1));
     sum += AngleBetweenDegrees(result.model, problem.truth);
   }
   return sum / 300.0;

@@ -57,8 +57,8 @@ TEST_CASE("The sum is the sum of the parts for every length") {
 }
 
 TEST_CASE("Names of scores go both ways, and others are refused") {
-  for (ScoreKind kind : kKinds) CHECK(ScoreKindFromString(ToString(kind)) == kind);
-  CHECK_THROWS_AS(ScoreKindFromString("mssac"), Error);
+  for (ScoreKind kind : kKinds) CHECK(FromString<ScoreKind>(ToString(kind)) == kind);
+  CHECK_THROWS_AS(FromString<ScoreKind>("mssac"), Error);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "diffsac/consensus/sprt.h"
+#include "consensus/search.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,6 +12,7 @@ namespace {
 
 using testing::MakeRandomProblem;
 using testing::Place;
+using testing::SearchUniformly;
 
 TEST_CASE("The decision threshold solves its equation") {
   // A = t·C/m + 1 + log A with ε = .1, δ = .01 (Matas and Chum, section 3.1).
@@ -59,12 +61,12 @@ TEST_CASE("With the test, models are still found and most hypotheses are dropped
   for (int trial = 0; trial < 100; ++trial) {
     const auto problem = MakeRandomProblem<3>(300, 0.6, 0.03, Rng(trial).Fork("sprt"));
     ConsensusOptions options;
-    options.score = options.final_score = "msac";
+    options.score = options.final_score = ScoreKind::kMsac;
     options.max_iterations = 500;
-    const auto plain = SampleConsensus<Plane>(problem.points, 0.1, UniformSource(), options, Rng(trial));
+    const auto plain = SearchUniformly<Plane>(problem.points, 0.1, options, Rng(trial));
     CHECK(plain.rejected_early == 0);
     options.sprt = true;
-    const auto tested = SampleConsensus<Plane>(problem.points, 0.1, UniformSource(), options, Rng(trial));
+    const auto tested = SearchUniformly<Plane>(problem.points, 0.1, options, Rng(trial));
     CHECK(tested.iterations == 500);
     rejected += tested.rejected_early;
     recovered += tested.status == Status::kOk && AngleBetweenDegrees(tested.model, problem.truth) < 1.5;

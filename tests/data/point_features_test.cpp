@@ -23,9 +23,9 @@ Problem MakeProblem(Task task, int points = 100, double ratio = 0.6, std::uint64
 }
 
 std::vector<int> DrawSets(const Problem& problem, int count) {
-  std::vector<int> sets;
-  UniformSource().Draw(static_cast<int>(problem.points.rows()), MinimalSetSize(problem.task), count, Rng(3), &sets);
-  return sets;
+  const int set_size = MinimalSetSize(problem.task);
+  UniformSource source(static_cast<int>(problem.points.rows()), set_size, Rng(3));
+  return diffsac::DrawSets(source, set_size, count);
 }
 
 PointFeatures Features(Task task, std::vector<std::string> kinds = {"preference"}) {

@@ -46,7 +46,7 @@ std::vector<ShardContent> RunShards(const ExperimentOptions& experiment, int cou
 class BatchSensitive : public TwoPointMethod {
  public:
   using TwoPointMethod::TwoPointMethod;
-  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem> problems,
+  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
                                                std::span<const std::uint64_t> seeds) const override {
     auto estimates = Method::EstimateBatch(problems, seeds);
     for (auto& estimate : estimates) estimate.report.hypotheses = static_cast<int>(problems.size());

@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 
 #include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/weighted_source.h"
 #include "fuzz/fuzz_problem.h"
 
 namespace diffsac {
@@ -23,14 +25,16 @@ void Require(bool holds, const char* what) {
 
 template <MinimalModel Model>
 ConsensusResult Estimate(const FuzzProblem& problem, const ConsensusOptions& options, int threads) {
+  const Rng rng(problem.seed), sets_rng = rng.Fork("minimal_sets");
+  std::unique_ptr<HypothesisSource> source;
   if (problem.use_given_sets) {
-    return SampleConsensus<Model>(problem.points, problem.threshold, problem.minimal_sets, options, Rng(problem.seed),
-                                  problem.hints);
+    source = std::make_unique<GivenSource>(problem.minimal_sets);
+  } else if (problem.use_weights) {
+    source = std::make_unique<WeightedSource>(problem.quality, Model::kMinimalSize, sets_rng);
+  } else {
+    source = MakeHypothesisSource(problem.source, problem.points, Model::kMinimalSize, sets_rng, problem.quality);
   }
-  const auto source =
-      MakeHypothesisSource(problem.source, problem.points, Model::kMinimalSize, problem.quality, problem.quality);
-  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, Rng(problem.seed), problem.hints,
-                                threads);
+  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, rng, problem.hints, threads);
 }
 
 template <MinimalModel Model>
@@ -55,8 +59,7 @@ void CheckResult(const FuzzProblem& problem, const ConsensusResult& result) {
   CheckStatus<Model>(problem, result);
   Require(result.hypotheses >= 0 && result.iterations >= 0 && result.unique_minimal_sets <= result.iterations,
           "the counts fit each other");
-  if (!problem.use_given_sets)
-    Require(result.iterations <= problem.options.max_iterations, "the budget is not exceeded");
+  Require(result.iterations <= problem.options.max_iterations, "the budget is not exceeded");
   if (result.status != Status::kOk) {
     Require(result.model.size() == 0 && result.inliers.empty() && result.score == 0.0, "a failure has no model");
     return;

@@ -90,23 +90,20 @@ void Spoil(ByteReader* reader, PointMatrix* points) {
   }
 }
 
-template <std::size_t N>
-std::string Choose(ByteReader* reader, const char* const (&names)[N]) {
-  return names[reader->Below(static_cast<int>(N))];
+template <NamedEnum Enum>
+Enum Choose(ByteReader* reader) {
+  return kEnumNames<Enum>[reader->Below(static_cast<int>(kEnumNames<Enum>.size()))].value;
 }
 
 ConsensusOptions ReadOptions(ByteReader* reader) {
-  constexpr const char* kScores[] = {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"};
-  constexpr const char* kOptimizers[] = {"none", "lo_ransac", "irls", "gc_ransac", "lm"};
-  constexpr const char* kRefits[] = {"none", "inliers", "iterated", "em", "irls"};
   ConsensusOptions options;
-  options.score = Choose(reader, kScores);
-  options.final_score = Choose(reader, kScores);
-  options.local_optimization = Choose(reader, kOptimizers);
-  options.refit = Choose(reader, kRefits);
-  options.final_refinement = reader->Flag() ? "lm" : "none";
+  options.score = Choose<ScoreKind>(reader);
+  options.final_score = Choose<ScoreKind>(reader);
+  options.local_optimization = Choose<LocalOptimization>(reader);
+  options.refit = Choose<Refit>(reader);
+  options.final_refinement = Choose<FinalRefinement>(reader);
   options.sprt = reader->Flag();
-  options.stopping = reader->Flag() ? "confidence" : "budget";
+  options.stopping = Choose<Stopping>(reader);
   options.max_iterations = 1 + reader->Below(40);
   options.min_iterations = reader->Below(50);
   options.confidence = reader->Byte() / 256.0;
@@ -131,10 +128,10 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
 }  // namespace
 
 FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int parameters) {
-  constexpr const char* kSources[] = {"uniform", "exhaustive", "prosac", "napsac", "p_napsac", "weighted"};
   FuzzProblem problem;
   problem.options = ReadOptions(reader);
-  problem.source.source = Choose(reader, kSources);
+  problem.use_weights = reader->Below(6) == 0;
+  problem.source.source = Choose<SourceKind>(reader);
   problem.source.prosac_samples = 1.0 + reader->Byte();
   problem.source.napsac_neighbors = 1 + reader->Below(30);
   problem.source.local_draws = reader->Below(8);

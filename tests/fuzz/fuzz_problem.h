@@ -16,7 +16,8 @@ struct FuzzProblem {
   ConsensusOptions options;
   SourceOptions source;
   std::vector<double> quality;    ///< one a point
-  bool use_given_sets = false;    ///< the overload over minimal_sets instead of the one over a source
+  bool use_weights = false;       ///< sets are drawn in proportion to the quality
+  bool use_given_sets = false;    ///< sets are minimal_sets
   std::vector<int> minimal_sets;  ///< indices out of range among them
   ConsensusHints hints;
   std::uint64_t seed = 0;

@@ -130,8 +130,8 @@ TEST_CASE("Options are read and checked; other types are left to others") {
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);
   CHECK_THROWS_AS(DefaultClassicalOptions("usac", Task::kLine), Error);
   const ClassicalOptions options = DefaultClassicalOptions("exhaustive", Task::kLine);
-  CHECK(options.consensus.score == "msac");
-  CHECK(options.consensus.refit == "em");
+  CHECK(options.consensus.score == ScoreKind::kMsac);
+  CHECK(options.consensus.refit == Refit::kMixture);
 }
 
 TEST_CASE("Theil-Sen: median slope and intercept of a known example") {

@@ -47,7 +47,7 @@ TEST_CASE("a batch gives what single calls give, for ragged problems") {
   for (const Task task : {Task::kLine, Task::kPlane}) {
     const DiffsacMethod method(TinyNetwork(task), FewSteps(), 1);
     const Batch batch(TinyExamples(task, 7));
-    const auto together = method.EstimateBatch(batch.problems, batch.seeds);
+    const auto together = method.EstimateBatch(PointersTo(batch.problems), batch.seeds);
     for (std::size_t i = 0; i < batch.problems.size(); ++i) {
       const auto alone = method.Estimate(batch.problems[i], batch.seeds[i]);
       REQUIRE(together[i].status == Status::kOk);
@@ -63,7 +63,7 @@ TEST_CASE("the same confidences give the same estimate bit for bit with 1 and 2 
   const DiffsacMethod one(network, FewSteps(), 1), two(network, FewSteps(), 2);
   const auto example = TinyExamples(Task::kLine, 1)[0];
   const int points = static_cast<int>(example.problem.points.rows());
-  DiffsacMethod::Prediction prediction;
+  Prediction prediction;
   Rng rng(3);
   for (int i = 0; i < 6 * points; ++i) prediction.confidences.push_back(static_cast<float>(rng.Normal()));
   const auto a = one.EstimateFrom(example.problem, prediction, 9), b = two.EstimateFrom(example.problem, prediction, 9);
@@ -77,10 +77,11 @@ TEST_CASE("threads do not change a batch, seeds do") {
   const auto network = TinyNetwork(Task::kLine);
   const DiffsacMethod one(network, FewSteps(), 1), two(network, FewSteps(), 2);
   Batch batch(TinyExamples(Task::kLine, 5));
-  const auto a = one.EstimateBatch(batch.problems, batch.seeds), b = two.EstimateBatch(batch.problems, batch.seeds);
+  const auto a = one.EstimateBatch(PointersTo(batch.problems), batch.seeds),
+             b = two.EstimateBatch(PointersTo(batch.problems), batch.seeds);
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i].model == b[i].model);
   for (auto& seed : batch.seeds) seed += 1000;
-  const auto c = one.EstimateBatch(batch.problems, batch.seeds);
+  const auto c = one.EstimateBatch(PointersTo(batch.problems), batch.seeds);
   bool differs = false;
   for (std::size_t i = 0; i < a.size(); ++i) differs = differs || a[i].model != c[i].model;
   CHECK(differs);
@@ -102,7 +103,7 @@ TEST_CASE("bad points give a status, alone and beside good ones") {
   const auto good = TinyExamples(Task::kLine, 1)[0].problem;
   const std::vector<Problem> mixed = {PointsOf({{1, 2}}), good, PointsOf({{nan, 2}, {2, 3}})};
   const std::vector<std::uint64_t> seeds = {1, 2, 3};
-  const auto estimates = method.EstimateBatch(mixed, seeds);
+  const auto estimates = method.EstimateBatch(PointersTo(mixed), seeds);
   CHECK(estimates[0].status == Status::kTooFewPoints);
   CHECK(estimates[1].status == Status::kOk);
   CHECK(estimates[2].status == Status::kDegenerate);
@@ -111,10 +112,10 @@ TEST_CASE("bad points give a status, alone and beside good ones") {
 
 TEST_CASE("the budget counts the features' hypotheses, the κ sets and every refit") {
   auto options = FewSteps();
-  options.consensus.refit = "none";
+  options.consensus.refit = Refit::kNone;
   const auto problem = TinyExamples(Task::kLine, 1)[0].problem;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6);
-  options.learned_refit = true;
+  options.weighted_fit = true;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 30 + 6 + 1);
   options.preference_draws = 50;
   CHECK(DiffsacMethod(TinyNetwork(Task::kLine), options, 1).Estimate(problem, 1).report.hypotheses == 50 + 6 + 1);
@@ -162,7 +163,7 @@ TEST_CASE("options that need the inlier head say so") {
   auto network_options = TinyOptions();
   network_options.denoiser.inlier_head = false;
   auto options = FewSteps();
-  options.learned_refit = true;
+  options.weighted_fit = true;
   CHECK_THROWS_WITH(DiffsacMethod(TinyNetwork(Task::kLine, network_options), options, 1),
                     Catch::Contains("inlier_head"));
 }

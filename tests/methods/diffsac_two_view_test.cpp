@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
-#include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/data/synthetic_two_view.h"
 #include "methods/tiny_network.h"
 
@@ -32,19 +32,19 @@ DiffsacOptions Options(int copies) {
   DiffsacOptions options;
   options.copies = copies;
   options.sampler.steps = 2;
-  options.consensus.score = options.consensus.final_score = "msac";
-  options.consensus.local_optimization = "lo_ransac";
+  options.consensus.score = options.consensus.final_score = ScoreKind::kMsac;
+  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
   return options;
 }
 
 // Confidences as of a perfect network: true inliers near +1, others near −1, a little noise to tell copies apart.
-DiffsacMethod::Prediction Perfect(const Example& example, int copies) {
-  DiffsacMethod::Prediction prediction;
+Prediction Perfect(const Example& example, int copies) {
+  Prediction prediction;
   Rng rng(4);
   for (int k = 0; k < copies; ++k)
     for (const auto inlier : example.truth.inliers)
       prediction.confidences.push_back((inlier ? 0.8f : -0.8f) + 0.1f * static_cast<float>(rng.Uniform(-1.0, 1.0)));
-  for (const auto inlier : example.truth.inliers) prediction.inlier_probability.push_back(inlier ? 0.9f : 0.1f);
+  for (const auto inlier : example.truth.inliers) prediction.weights.push_back(inlier ? 0.9f : 0.1f);
   return prediction;
 }
 
@@ -52,7 +52,7 @@ DiffsacMethod::Prediction Perfect(const Example& example, int copies) {
 
 TEST_CASE("confident sets of true inliers give the true two-view model") {
   for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
-    for (const char* selection : {"maximum", "probabilistic", "gumbel"}) {
+    for (const auto selection : {SetSelection::kMaximum, SetSelection::kProbabilistic, SetSelection::kGumbel}) {
       auto options = Options(40);
       options.selection = selection;
       options.temperature = 0.2;
@@ -84,7 +84,7 @@ TEST_CASE("an untrained two-view network gives an estimate, batched as alone") {
     problems.push_back(problems[0]);
     problems.back().points.conservativeResize(3, 4);
     seeds.push_back(1);
-    const auto together = method.EstimateBatch(problems, seeds);
+    const auto together = method.EstimateBatch(PointersTo(problems), seeds);
     for (std::size_t i = 0; i + 1 < problems.size(); ++i) {
       CHECK(together[i].report.unique_minimal_sets == 6);
       CHECK(together[i].status == method.Estimate(problems[i], seeds[i]).status);
@@ -97,15 +97,19 @@ TEST_CASE("the reported sets are those that are solved") {
   for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
     const auto example = TwoViewExamples(task, 1)[0];
     const DiffsacMethod method(TinyNetwork(task, TwoViewNetwork()), Options(6), 1);
-    const auto sets = method.MinimalSets(example.problem, 8);
-    REQUIRE(static_cast<int>(sets.size()) == 6 * MinimalSetSize(task));
-    CHECK(*std::max_element(sets.begin(), sets.end()) < example.problem.points.rows());
-    CHECK(CountUniqueSets(sets, MinimalSetSize(task)) ==
-          method.Estimate(example.problem, 8).report.unique_minimal_sets);
-    CHECK(sets == method.MinimalSets(example.problem, 8));
+    const auto estimate = method.Estimate(example.problem, 8);
+    REQUIRE(estimate.minimal_sets.size() == 6);
+    for (const auto& set : estimate.minimal_sets) {
+      REQUIRE(static_cast<int>(set.size()) == MinimalSetSize(task));
+      CHECK(std::is_sorted(set.begin(), set.end()));
+      CHECK(set.back() < example.problem.points.rows());
+    }
+    const std::set<std::vector<int>> distinct(estimate.minimal_sets.begin(), estimate.minimal_sets.end());
+    CHECK(static_cast<int>(distinct.size()) == estimate.report.unique_minimal_sets);
+    CHECK(estimate.minimal_sets == method.Estimate(example.problem, 8).minimal_sets);
     Problem empty = example.problem;
     empty.points.conservativeResize(0, 4);
-    CHECK(method.MinimalSets(empty, 8).empty());
+    CHECK(method.Estimate(empty, 8).minimal_sets.empty());
   }
 }
 
@@ -113,15 +117,15 @@ TEST_CASE("temperatures rise from the first copy to the last") {
   const auto example = TwoViewExamples(Task::kFundamental, 1)[0];
   const std::size_t points = example.truth.inliers.size();
   auto options = Options(20);
-  options.selection = "gumbel";
+  options.selection = SetSelection::kGumbel;
   options.temperature = Range(1e-4, 100.0);
   options.unique_sets = false;
   // The same confidences for all copies, falling with the index.
-  DiffsacMethod::Prediction prediction;
+  Prediction prediction;
   for (int k = 0; k < 20; ++k)
     for (std::size_t i = 0; i < points; ++i)
       prediction.confidences.push_back(0.9f - 1.8f * static_cast<float>(i) / points);
-  prediction.inlier_probability.assign(points, 0.5f);
+  prediction.weights.assign(points, 0.5f);
   const DiffsacMethod method(TinyNetwork(Task::kFundamental, TwoViewNetwork()), options, 1);
   const auto sets = method.EstimateFrom(example.problem, prediction, 5).minimal_sets;
   REQUIRE(sets.size() == 20);
@@ -137,11 +141,11 @@ TEST_CASE("temperatures rise from the first copy to the last") {
 TEST_CASE("the inlier head guides without the reverse process, extra sets are counted, 8-point sets are solved") {
   const auto example = TwoViewExamples(Task::kFundamental, 1)[0];
   auto options = Options(10);
-  options.guide = "inlier_head";
-  options.selection = "gumbel";
+  options.guide = SetGuide::kInlierHead;
+  options.selection = SetSelection::kGumbel;
   const auto network = TinyNetwork(Task::kFundamental, TwoViewNetwork());
-  CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).report.unique_minimal_sets == 10);
-  for (const char* source : {"uniform", "prosac"}) {
+  CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).minimal_sets.size() == 10);
+  for (const auto source : {SourceKind::kUniform, SourceKind::kProsac}) {
     options.extra_sets = 15;
     options.extra_source = source;
     CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).report.unique_minimal_sets > 15);

@@ -24,8 +24,8 @@ struct SavedNetwork {
     const auto network = TinyNetwork(Task::kLine);
     const std::string config = "task: line\nname: tiny\nnetwork:\n" + Indent(WriteOptions(network->options)) +
                                "\ninference: {copies: 7, sampler: {steps: 2}}\n";
-    SaveCheckpoint(path, {config, "r", 5, 1, -1}, *network->denoiser,
-                   ExponentialMovingAverage(*network->denoiser, 0.9), nullptr);
+    SaveCheckpoint(path, {config, "r", 5, 1, -1}, *network->denoiser, ExponentialMovingAverage(*network->denoiser, 0.9),
+                   nullptr);
   }
   ~SavedNetwork() { std::filesystem::remove_all(folder); }
   static std::string Indent(const std::string& text) {
@@ -67,6 +67,25 @@ TEST_CASE("a diffsac row that cannot be built is a clear error") {
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "'}", Task::kPlane),
                     Catch::Contains("line") && Catch::Contains("plane"));
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copie: 3}"), Catch::Contains("copies"));
+}
+
+TEST_CASE("a key that changes nothing in a diffsac row is an error with its line, an inherited one is not") {
+  const SavedNetwork saved;
+  const std::string row = "{type: diffsac, checkpoint: '" + saved.path + "', ";
+  for (const char* keys :
+       {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5", "guide: inlier_head, temperature: 0.5",
+        "guide: inlier_head, head_sets: 0, selection: gumbel", "selection: gumbel, intermediate_sets: false",
+        "extra_sets: 4, extra_source: prosac", "consensus: {stopping: confidence, max_iterations: 50}"})
+    CHECK_NOTHROW(Make(row + keys + "}"));
+  for (const char* keys :
+       {"temperature: 0.5", "guide: inlier_head, sampler: {steps: 1}", "guide: inlier_head, head_sets: 5",
+        "guide: inlier_head, selection: probabilistic", "guide: inlier_head, max_decoded_points: 5",
+        "selection: gumbel, intermediate_sets: true", "unique_sets: false, intermediate_sets: true",
+        "extra_source: prosac", "fundamental_points: 8", "consensus: {max_iterations: 50}",
+        "consensus: {min_iterations: 5}"}) {
+    CAPTURE(keys);
+    CHECK_THROWS_WITH(Make("# a row\n" + row + keys + "}"), Catch::Contains("t.yaml:2"));
+  }
 }
 
 }  // namespace diffsac

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "diffsac/data/synthetic.h"
 #include "diffsac/methods/diffsac_method.h"
@@ -40,6 +41,13 @@ inline std::vector<Example> TinyExamples(Task task, int count, double outlier_ra
   std::vector<Example> examples;
   for (int i = 0; i < count; ++i) examples.push_back(dataset->Get(i));
   return examples;
+}
+
+/// What EstimateBatch takes.
+inline std::vector<const Problem*> PointersTo(const std::vector<Problem>& problems) {
+  std::vector<const Problem*> pointers;
+  for (const Problem& problem : problems) pointers.push_back(&problem);
+  return pointers;
 }
 
 }  // namespace diffsac

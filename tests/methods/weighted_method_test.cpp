@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/methods/clnet.h"
+#include "diffsac/methods/ng_ransac.h"
 #include "methods/tiny_network.h"
 
 namespace diffsac {
@@ -25,13 +27,13 @@ std::shared_ptr<LearnedWeights> Network(const std::string& method, Task task) {
     ClnetNetworkOptions options;
     options.features = Features();
     options.width = 8;
-    return MakeClnetWeights(task, options, Rng(1));
+    return MakeLearnedWeights<ClnetNetwork>(task, options, Rng(1));
   }
   NgRansacNetworkOptions options;
   options.features = Features();
   options.width = 8;
   options.blocks = 2;
-  return MakeNgRansacWeights(task, options, Rng(1));
+  return MakeLearnedWeights<NgRansacNetwork>(task, options, Rng(1));
 }
 
 std::vector<Example> ExamplesOf(Task task, int count) {
@@ -55,9 +57,9 @@ std::vector<Example> ExamplesOf(Task task, int count) {
 }
 
 // As of a perfect network.
-WeightedMethod::Prediction Perfect(const Example& example) {
-  WeightedMethod::Prediction prediction;
-  for (const auto inlier : example.truth.inliers) prediction.weights.push_back(inlier ? 1.0 : 0.0);
+Prediction Perfect(const Example& example) {
+  Prediction prediction;
+  for (const auto inlier : example.truth.inliers) prediction.weights.push_back(inlier ? 1.0f : 0.0f);
   return prediction;
 }
 
@@ -68,8 +70,8 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
     for (const Task task : kTasks) {
       CAPTURE(type, ToString(task));
       auto options = DefaultWeightedOptions(type);
-      options.consensus.score = options.consensus.final_score = "msac";
-      options.consensus.final_refinement = IsTwoView(task) ? "lm" : "none";
+      options.consensus.score = options.consensus.final_score = ScoreKind::kMsac;
+      options.consensus.final_refinement = IsTwoView(task) ? FinalRefinement::kRefinement : FinalRefinement::kNone;
       const WeightedMethod method(Network(type, task), options, 1);
       int good = 0;
       for (const auto& example : ExamplesOf(task, 8)) {
@@ -95,7 +97,7 @@ TEST_CASE("a batch of learned weights gives what single calls give; budgets are 
   for (const std::string type : {"ng_ransac", "clnet"})
     for (const Task task : {Task::kLine, Task::kEssential}) {
       auto options = DefaultWeightedOptions(type);
-      options.consensus.refit = "none";
+      options.consensus.refit = Refit::kNone;
       const WeightedMethod method(Network(type, task), options, 1);
       std::vector<Problem> problems;
       std::vector<std::uint64_t> seeds;
@@ -103,7 +105,7 @@ TEST_CASE("a batch of learned weights gives what single calls give; budgets are 
         problems.push_back(example.problem);
         seeds.push_back(example.index + 100);
       }
-      const auto together = method.EstimateBatch(problems, seeds);
+      const auto together = method.EstimateBatch(PointersTo(problems), seeds);
       for (std::size_t i = 0; i < problems.size(); ++i) {
         const auto alone = method.Estimate(problems[i], seeds[i]);
         REQUIRE(together[i].status == alone.status);
@@ -137,7 +139,7 @@ TEST_CASE("bad points give a status to rows of learned weights, alone and beside
       }
       const std::vector<Problem> mixed = {bad[3], good, bad[1]};
       const std::vector<std::uint64_t> seeds = {1, 2, 3};
-      const auto estimates = method.EstimateBatch(mixed, seeds);
+      const auto estimates = method.EstimateBatch(PointersTo(mixed), seeds);
       CHECK(estimates[0].status != Status::kOk);
       CHECK(estimates[1].status == method.Estimate(good, 2).status);
       CHECK(estimates[2].status == Status::kTooFewPoints);

@@ -10,7 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/diffsac_network.h"
-#include "diffsac/methods/learned_weights.h"
+#include "diffsac/methods/ng_ransac.h"
 #include "diffsac/train/trainer.h"
 #include "distributed/spawn_ranks.h"
 #include "train/train_request.h"
@@ -113,7 +113,7 @@ TEST_CASE("processes train ng_ransac's expected loss as one process does") {
   const auto features = torch::randn({1, 50, 12});
   const auto weights = [&](const std::string& run) {
     const torch::NoGradGuard no_grad;
-    const auto last = LoadLearnedWeights("ng_ransac", run + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+    const auto last = LoadLearnedWeights<NgRansacNetwork>(run + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
     return last->network->Weights({features, {}, {50}});
   };
   const auto expected = weights(alone);

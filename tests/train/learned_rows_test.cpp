@@ -83,7 +83,7 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
   CHECK(Mean(table, "loss_target", 51, 60) < 0.8 * Mean(table, "loss_target", 1, 3));
 
   // The paper's claim: learned weights find better models than uniform sampling at the same budget.
-  const auto weights = LoadLearnedWeights("ng_ransac", output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto weights = LoadLearnedWeights<NgRansacNetwork>(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
   WeightedMethodOptions options;
   options.hypotheses = 3;
   const WeightedMethod method(weights, options, 1);
@@ -124,7 +124,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   CHECK(Mean(table, "loss_candidates", 91, 100) < Mean(table, "loss_candidates", 1, 5));
   CHECK(Mean(table, "kept_inliers", 91, 100) > 0.5);  // a quarter of the points is left
 
-  const auto weights = LoadLearnedWeights("clnet", output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto weights = LoadLearnedWeights<ClnetNetwork>(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
   SyntheticOptions data;
   data.outlier_ratio = {0.7, 0.7};
   data.num_points = 50;
@@ -137,8 +137,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
     const auto example = dataset->Get(i);
     const Problem* problem = &example.problem;
     const std::uint64_t seed = i;
-    double ms = 0.0;
-    const auto prediction = method.Predict({&problem, 1}, {&seed, 1}, &ms, &ms)[0];
+    const auto prediction = method.Predict({&problem, 1}, {&seed, 1})[0];
     for (std::size_t j = 0; j < prediction.weights.size(); ++j)
       (example.truth.inliers[j] ? inlier_weight : outlier_weight) += prediction.weights[j];
     const auto estimate = method.Estimate(example.problem, seed);

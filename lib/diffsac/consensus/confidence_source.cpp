@@ -1,12 +1,11 @@
+#include "diffsac/consensus/confidence_source.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <queue>
-#include <set>
 #include <utility>
-
-#include "diffsac/consensus/hypothesis_source.h"
 
 namespace diffsac {
 namespace {
@@ -81,48 +80,50 @@ std::vector<double> Keys(std::span<const float> copy, Selection selection, doubl
 
 }  // namespace
 
-ConfidenceSource::ConfidenceSource(std::span<const float> confidences, Selection selection, bool unique,
-                                   double temperature)
-    : confidences_(confidences), selection_(selection), unique_(unique), temperature_(std::max(temperature, 1e-6)) {}
+ConfidenceSource::ConfidenceSource(std::span<const float> confidences, int num_points, int set_size,
+                                   Selection selection, bool unique, double temperature, const Rng& rng)
+    : confidences_(confidences),
+      num_points_(num_points),
+      set_size_(set_size),
+      selection_(selection),
+      unique_(unique),
+      temperature_(std::max(temperature, 1e-6)),
+      rng_(rng),
+      copies_(num_points > 0 ? static_cast<int>(confidences.size() / static_cast<std::size_t>(num_points)) : 0) {}
 
-int ConfidenceSource::Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size) return 0;
-  const int copies = static_cast<int>(confidences_.size() / static_cast<std::size_t>(num_points));
-  if (copies == 0) return 0;
-  // More sets than copies: the copies are gone through again, where that can give something new.
-  if (selection_ == Selection::kMaximum && !unique_) count = std::min(count, copies);
-  std::set<Set> taken;
-  int given = 0;
-  for (int draw = 0; draw < count; ++draw) {
-    const auto copy = confidences_.subspan(static_cast<std::size_t>(draw % copies) * num_points, num_points);
-    Rng copy_rng = rng.Fork("copy", static_cast<std::uint64_t>(draw));
-    std::vector<int> order = OrderByKey(Keys(copy, selection_, temperature_, copy_rng));
-    Set set(order.begin(), order.begin() + set_size);
+ConfidenceSource::Set ConfidenceSource::FromCopy(std::span<const float> copy, Rng& rng) {
+  const auto first_ranks = [&](const std::vector<int>& order) {
+    Set set(order.begin(), order.begin() + set_size_);
     std::sort(set.begin(), set.end());
-    if (unique_) {
-      for (int i = 0; selection_ == Selection::kProbabilistic && i < kRedraws && taken.contains(set); ++i) {
-        order = OrderByKey(Keys(copy, selection_, temperature_, copy_rng));
-        set.assign(order.begin(), order.begin() + set_size);
-        std::sort(set.begin(), set.end());
-      }
-      if (taken.contains(set)) set = BestNewSet(order, set_size, taken);
-      if (set.empty()) continue;
-      taken.insert(set);
-    }
-    sets->insert(sets->end(), set.begin(), set.end());
-    ++given;
+    return set;
+  };
+  std::vector<int> order = OrderByKey(Keys(copy, selection_, temperature_, rng));
+  Set set = first_ranks(order);
+  if (!unique_) return set;
+  for (int i = 0; selection_ == Selection::kProbabilistic && i < kRedraws && taken_.contains(set); ++i) {
+    order = OrderByKey(Keys(copy, selection_, temperature_, rng));
+    set = first_ranks(order);
   }
-  return given;
+  return taken_.contains(set) ? BestNewSet(order, set_size_, taken_) : set;
 }
 
-int ConfidenceSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                                std::vector<int>* sets) const {
-  if (count < 1 || first < 0 || first > std::numeric_limits<int>::max() - count) return 0;
-  std::vector<int> all;
-  const int given = Draw(num_points, set_size, static_cast<int>(first) + count, rng, &all);
-  if (given <= first) return 0;
-  sets->insert(sets->end(), all.begin() + first * set_size, all.end());
-  return given - static_cast<int>(first);
+bool ConfidenceSource::Next(std::span<int> out) {
+  if (set_size_ < 1 || num_points_ < set_size_ || static_cast<int>(out.size()) != set_size_) return false;
+  const bool repeats_itself = selection_ == Selection::kMaximum && !unique_;
+  while (fruitless_ < copies_ && !(repeats_itself && draws_ >= copies_)) {
+    const std::size_t row = static_cast<std::size_t>(draws_ % copies_) * static_cast<std::size_t>(num_points_);
+    Rng rng = rng_.Fork("copy", static_cast<std::uint64_t>(draws_++));
+    const Set set = FromCopy(confidences_.subspan(row, num_points_), rng);
+    if (set.empty()) {
+      ++fruitless_;
+      continue;
+    }
+    fruitless_ = 0;
+    if (unique_) taken_.insert(set);
+    std::copy(set.begin(), set.end(), out.begin());
+    return true;
+  }
+  return false;
 }
 
 }  // namespace diffsac

@@ -1,60 +1,68 @@
-#include "diffsac/consensus/consensus_kinds.h"
-#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/consensus_options.h"
 
 namespace diffsac {
 
 void ConsensusOptions::Bind(OptionsBinder& b) {
-  b.Choice("score", score, {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"});
-  b.Field("score_threshold_factor", score_threshold_factor, Positive());
-  b.Field("residual_dof", residual_dof, Within(0, 6));
-  b.Field("sigma_factor", sigma_factor, Positive());
-  b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999));
-  b.Choice("local_optimization", local_optimization, {"none", "lo_ransac", "irls", "gc_ransac", "lm"});
-  b.Field("local_samples", local_samples, AtLeast(0));
-  b.Field("irls_rounds", irls_rounds, AtLeast(1));
-  b.Field("graph_neighbors", graph_neighbors, AtLeast(1));
-  b.Field("spatial_weight", spatial_weight, Within(0.0, 1e3));
-  b.Field("sprt", sprt);
-  b.Choice("stopping", stopping, {"budget", "confidence"});
-  b.Field("max_iterations", max_iterations, AtLeast(1));
-  b.Field("min_iterations", min_iterations, AtLeast(0));
-  b.Field("confidence", confidence, Within(0.0, 1.0 - 1e-9));
-  b.Choice("refit", refit, {"none", "inliers", "iterated", "em", "irls"});
-  b.Field("refit_rounds", refit_rounds, AtLeast(1));
-  b.Field("refit_threshold_factor", refit_threshold_factor, Positive());
-  b.Field("sigma_prior", sigma_prior, AtLeast(0.0));
-  b.Field("refit_candidates", refit_candidates, AtLeast(1));
-  b.Choice("final_refinement", final_refinement, {"none", "lm"});
-  b.Choice("final_score", final_score, {"inlier_count", "msac", "gaussian_uniform", "magsac_pp"});
-  b.Field("block_size", block_size, AtLeast(0));
-}
+  b.Field("score", score).Help("chooses among hypotheses");
+  b.Field("final_score", final_score)
+      .Help("chooses among refitted candidates; gaussian_uniform then estimates the share of inliers");
+  b.Field("local_optimization", local_optimization).Help("of each new best hypothesis, kept where it scores higher");
+  b.Field("refit", refit).Help("after the search");
+  b.Field("final_refinement", final_refinement)
+      .Help("of each refitted candidate; lm: the model's own nonlinear refinement, kept unless the final score falls");
+  b.Field("score_threshold_factor", score_threshold_factor, Positive())
+      .Help("scoring threshold as a multiple of the inlier threshold ε");
 
-LocalOptimization LocalOptimizationFromString(const std::string& name) {
-  if (name == "none") return LocalOptimization::kNone;
-  if (name == "lo_ransac") return LocalOptimization::kInnerSamples;
-  if (name == "irls") return LocalOptimization::kReweighted;
-  if (name == "gc_ransac") return LocalOptimization::kGraphCut;
-  if (name == "lm") return LocalOptimization::kRefine;
-  throw Error("unknown local_optimization '" + name + "': expected none, lo_ransac, irls, gc_ransac or lm");
-}
+  const bool magsac = score == ScoreKind::kMagsac || final_score == ScoreKind::kMagsac;
+  const bool gaussian = score == ScoreKind::kGaussianUniform || final_score == ScoreKind::kGaussianUniform;
+  const bool reweighted = local_optimization == LocalOptimization::kReweighted || refit == Refit::kReweighted;
+  const bool graph_cut = local_optimization == LocalOptimization::kGraphCut;
+  b.Field("residual_dof", residual_dof, Within(0, 6))
+      .OnlyIf(magsac || reweighted, "magsac_pp as a score or irls")
+      .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
+  b.Field("sigma_factor", sigma_factor, Positive())
+      .OnlyIf(gaussian || refit == Refit::kMixture, "gaussian_uniform as a score or refit: em")
+      .Help("σ of inlier noise as a multiple of ε");
+  b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999))
+      .OnlyIf(gaussian, "gaussian_uniform as a score")
+      .Help("share of inliers that the score assumes during the search");
+  b.Field("local_samples", local_samples, AtLeast(0))
+      .OnlyIf(graph_cut || local_optimization == LocalOptimization::kInnerSamples,
+              "local_optimization: lo_ransac or gc_ransac")
+      .Help("inner samples each time");
+  b.Field("irls_rounds", irls_rounds, AtLeast(1)).OnlyIf(reweighted, "irls").Help("reweighted fits each time, at most");
+  b.Field("graph_neighbors", graph_neighbors, AtLeast(1))
+      .OnlyIf(graph_cut, "local_optimization: gc_ransac")
+      .Help("nearest points that should agree");
+  b.Field("spatial_weight", spatial_weight, Within(0.0, 1e3))
+      .OnlyIf(graph_cut, "local_optimization: gc_ransac")
+      .Help("λ, the weight of their agreement");
+  b.Field("sprt", sprt)
+      .Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
 
-Refit RefitFromString(const std::string& name) {
-  if (name == "none") return Refit::kNone;
-  if (name == "inliers") return Refit::kInliers;
-  if (name == "iterated") return Refit::kIterated;
-  if (name == "em") return Refit::kMixture;
-  if (name == "irls") return Refit::kReweighted;
-  throw Error("unknown refit '" + name + "': expected none, inliers, iterated, em or irls");
-}
+  b.Field("stopping", stopping).Help("budget: exactly so many draws; confidence: until the search is confident");
+  const bool by_confidence = stopping == Stopping::kConfidence;
+  b.Field("max_iterations", max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
+  b.Field("min_iterations", min_iterations, AtLeast(0))
+      .OnlyIf(by_confidence, "stopping: confidence")
+      .Help("minimal sets drawn, at least");
+  b.Field("confidence", confidence, Within(0.0, 1.0 - 1e-9))
+      .OnlyIf(by_confidence, "stopping: confidence")
+      .Help("probability that a set of the best model's inliers alone was drawn");
 
-bool FinalRefinementFromString(const std::string& name) {
-  if (name == "none" || name == "lm") return name == "lm";
-  throw Error("unknown final_refinement '" + name + "': expected none or lm");
-}
-
-bool StopsByConfidence(const std::string& name) {
-  if (name == "budget" || name == "confidence") return name == "confidence";
-  throw Error("unknown stopping '" + name + "': expected budget or confidence");
+  b.Field("refit_rounds", refit_rounds, AtLeast(1))
+      .OnlyIf(refit == Refit::kIterated, "refit: iterated")
+      .Help("least squares each, at most");
+  b.Field("refit_threshold_factor", refit_threshold_factor, Positive())
+      .OnlyIf(refit != Refit::kNone && refit != Refit::kMixture, "refit: inliers, iterated or irls")
+      .Help("the refit's inlier threshold as a multiple of ε (irls: of the score's)");
+  b.Field("sigma_prior", sigma_prior, AtLeast(0.0))
+      .OnlyIf(refit == Refit::kMixture, "refit: em")
+      .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
+  b.Field("refit_candidates", refit_candidates, AtLeast(1))
+      .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+  b.Field("block_size", block_size, AtLeast(0))
+      .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
 }
 
 }  // namespace diffsac

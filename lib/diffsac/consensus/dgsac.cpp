@@ -32,7 +32,7 @@ class DgsacRun {
       if (round == 0) guided_from_ = drawn_;
       active = Unexplained(active, firsts, &explained);
       if (!active.empty()) continue;
-      if (options_.stopping == "explained") {
+      if (options_.stopping == DgsacStopping::kExplained) {
         stop_ = StopReason::kConfidence;
         return;
       }
@@ -44,12 +44,9 @@ class DgsacRun {
     result->stop = stop_;
     result->guided_from = guided_from_;
     result->unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
-    for (int s = 0; s < std::min(drawn_, kReportedSets); ++s) {
-      const auto begin = sets_.begin() + static_cast<std::ptrdiff_t>(s) * Model::kMinimalSize;
-      result->first_sets.emplace_back(begin, begin + Model::kMinimalSize);
-    }
+    result->first_sets = FirstSets(sets_, Model::kMinimalSize);
     std::vector<Candidate> structures = Structures(Candidates());
-    if (options_.refit == "density") {
+    if (options_.refit == DgsacRefit::kDensity) {
       for (Candidate& structure : structures) Refit(&structure);
       structures = Structures(std::move(structures));
     }
@@ -178,7 +175,7 @@ class DgsacRun {
   /// The structure that is reported, the densest where equal.
   int Choose(const std::vector<Candidate>& structures) const {
     std::vector<double> merit(structures.size(), 0.0);
-    if (options_.choose == "largest") {
+    if (options_.choose == DgsacChoice::kLargest) {
       std::vector<DensityHypothesis> densities;
       std::vector<int> all;
       for (const Candidate& structure : structures) {
@@ -187,7 +184,7 @@ class DgsacRun {
       }
       for (const int owner : AssignPoints(densities, all))
         if (owner >= 0) merit[owner] += 1.0;
-    } else if (options_.choose == "evident") {
+    } else if (options_.choose == DgsacChoice::kEvident) {
       for (std::size_t s = 0; s < structures.size(); ++s) merit[s] = structures[s].density.inliers.evidence;
     }
     return static_cast<int>(std::max_element(merit.begin(), merit.end()) - merit.begin());
@@ -241,17 +238,22 @@ class DgsacRun {
 }  // namespace
 
 void DgsacOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1));
-  b.Choice("stopping", stopping, {"explained", "budget"});
-  b.Field("explained_change", explained_change, AtLeast(0.0));
-  b.Field("guided", guided);
-  b.Field("preferred", preferred, AtLeast(1));
-  b.Field("round_size", round_size, AtLeast(0));
-  b.Field("min_contrast", min_contrast, AtLeast(0.0));
-  b.Field("same_structure", same_structure, Within(0.0, 1.0));
-  b.Choice("choose", choose, {"largest", "densest", "evident"});
-  b.Choice("refit", refit, {"none", "density"});
-  b.Field("refit_rounds", refit_rounds, AtLeast(1));
+  b.Field("hypotheses", hypotheses, AtLeast(1)).Help("minimal sets: at most, or exactly so many with stopping: budget");
+  b.Field("stopping", stopping).Help("explained, the paper's: once another round explains fewer than γ points better");
+  b.Field("explained_change", explained_change, AtLeast(0.0))
+      .Help("a point is explained once a round raises its explanation by no more than this share");
+  b.Field("guided", guided).Help("false: uniform sets, for comparison");
+  b.Field("preferred", preferred, AtLeast(1)).Help("T, hypotheses that a point prefers");
+  b.Field("round_size", round_size, AtLeast(0))
+      .Help("sets drawn between two looks at the densities, at most; 0: a quarter of hypotheses");
+  b.Field("min_contrast", min_contrast, AtLeast(0.0)).Help("least contrast of a hypothesis; less is a flat density");
+  b.Field("same_structure", same_structure, Within(0.0, 1.0))
+      .Help("correlation from which two hypotheses stand for one structure");
+  b.Field("choose", choose).Help("the one model of data with several structures");
+  b.Field("refit", refit).Help("of each structure, on the inliers that its density tells");
+  b.Field("refit_rounds", refit_rounds, AtLeast(1))
+      .OnlyIf(refit == DgsacRefit::kDensity, "refit: density")
+      .Help("at most");
 }
 
 template <MinimalModel Model>

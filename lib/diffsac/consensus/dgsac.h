@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "diffsac/consensus/two_view_consensus.h"
@@ -9,12 +8,33 @@
 
 namespace diffsac {
 
+/// When sampling ends: kExplained, the paper's, once fewer than γ points are explained better by another round |
+/// kBudget.
+enum class DgsacStopping { kExplained, kBudget };
+template <>
+inline constexpr auto kEnumNames<DgsacStopping> = NamesOf<DgsacStopping>({{DgsacStopping::kExplained, "explained"},
+                                                                          {DgsacStopping::kBudget, "budget"}});
+
+/// The one model of data with several structures: the greatest Goodness (density_selection.h) | the most points
+/// assigned | the greatest evidence (InlierExtent).
+enum class DgsacChoice { kDensest, kLargest, kEvident };
+template <>
+inline constexpr auto kEnumNames<DgsacChoice> = NamesOf<DgsacChoice>({{DgsacChoice::kDensest, "densest"},
+                                                                      {DgsacChoice::kLargest, "largest"},
+                                                                      {DgsacChoice::kEvident, "evident"}});
+
+/// Of each structure, before one is chosen: kDensity, by least squares on the inliers that its density tells, kept
+/// unless its evidence clearly falls (by more than ln n).
+enum class DgsacRefit { kNone, kDensity };
+template <>
+inline constexpr auto kEnumNames<DgsacRefit> = NamesOf<DgsacRefit>({{DgsacRefit::kNone, "none"},
+                                                                    {DgsacRefit::kDensity, "density"}});
+
 /// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
 /// leaves open. Nothing here is a length: no inlier threshold, no noise scale.
 struct DgsacOptions {
   int hypotheses = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
-  /// "explained" (the paper's: until fewer than γ points are explained better by another round) | "budget".
-  std::string stopping = "explained";
+  DgsacStopping stopping = DgsacStopping::kExplained;
   /// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
   /// share.
   double explained_change = 0.01;
@@ -25,12 +45,8 @@ struct DgsacOptions {
   int round_size = 0;
   double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.
   double same_structure = 0.15;  ///< Correlation from which two hypotheses stand for one structure.
-  /// The one model of data with several structures: "densest" (the greatest Goodness, density_selection.h) | "largest"
-  /// (the most points assigned) | "evident" (the greatest evidence, InlierExtent).
-  std::string choose = "densest";
-  /// "none" | "density": each structure, before one is chosen, by least squares on the inliers that its density tells,
-  /// up to `refit_rounds` times, kept unless its evidence clearly falls (by more than ln n).
-  std::string refit = "density";
+  DgsacChoice choose = DgsacChoice::kDensest;
+  DgsacRefit refit = DgsacRefit::kDensity;
   int refit_rounds = 10;
   void Bind(OptionsBinder& b);
 };

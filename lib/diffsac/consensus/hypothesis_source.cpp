@@ -3,27 +3,20 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace diffsac {
 namespace {
 
-/// Advances an ascending set to its lexicographic successor; false after the last.
-bool NextSet(int n, int size, int* set) {
+/// Advances an ascending set to its lexicographic successor; false, leaving it, after the last.
+bool Advance(int n, std::vector<int>* set) {
+  const int size = static_cast<int>(set->size());
   int position = size - 1;
-  while (position >= 0 && set[position] == n - size + position) --position;
+  while (position >= 0 && (*set)[position] == n - size + position) --position;
   if (position < 0) return false;
-  ++set[position];
-  for (int i = position + 1; i < size; ++i) set[i] = set[i - 1] + 1;
+  ++(*set)[position];
+  for (int i = position + 1; i < size; ++i) (*set)[i] = (*set)[i - 1] + 1;
   return true;
-}
-
-/// The set at `rank` in lexicographic order: each member in turn is moved up past the sets that start lower.
-void SetOfRank(int n, int size, std::int64_t rank, int* set) {
-  int value = 0;
-  for (int position = 0; position < size; ++position, ++value) {
-    for (std::int64_t block; rank >= (block = Combinations(n - value - 1, size - position - 1)); ++value) rank -= block;
-    set[position] = value;
-  }
 }
 
 }  // namespace
@@ -39,65 +32,59 @@ void DrawDistinct(int n, int size, Rng& rng, int* out) {
   }
 }
 
-int UniformSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                             std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size || count < 1) return 0;
-  std::vector<int> set(set_size);
-  for (int i = 0; i < count; ++i) {
-    Rng draw = DrawRng(rng, first + i);
-    DrawDistinct(num_points, set_size, draw, set.data());
-    std::sort(set.begin(), set.end());
-    sets->insert(sets->end(), set.begin(), set.end());
+std::vector<int> DrawSets(HypothesisSource& source, int set_size, std::int64_t count) {
+  std::vector<int> sets, set(std::max(set_size, 0));
+  for (std::int64_t i = 0; i < count && source.Next(set); ++i) sets.insert(sets.end(), set.begin(), set.end());
+  return sets;
+}
+
+std::vector<int> DrawAllOrSome(int num_points, int set_size, std::int64_t count, const Rng& rng) {
+  if (Combinations(num_points, set_size) <= count) {
+    ExhaustiveSource all(num_points, set_size);
+    return DrawSets(all, set_size, count);
   }
-  return count;
+  UniformSource some(num_points, set_size, rng);
+  return DrawSets(some, set_size, count);
 }
 
-int UniformSource::Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size || count < 1) return 0;
-  const std::size_t start = sets->size();
-  sets->resize(start + static_cast<std::size_t>(count) * set_size);
-  int* set = sets->data() + start;
-  for (int i = 0; i < count; ++i, set += set_size) {
-    DrawDistinct(num_points, set_size, rng, set);
-    std::sort(set, set + set_size);
+bool UniformSource::Next(std::span<int> set) {
+  if (set_size_ < 1 || num_points_ < set_size_ || static_cast<int>(set.size()) != set_size_) return false;
+  DrawDistinct(num_points_, set_size_, rng_, set.data());
+  std::sort(set.begin(), set.end());
+  return true;
+}
+
+bool ExhaustiveSource::Next(std::span<int> set) {
+  if (set_size_ < 1 || num_points_ < set_size_ || static_cast<int>(set.size()) != set_size_) return false;
+  if (last_.empty()) {
+    last_.resize(set_size_);
+    std::iota(last_.begin(), last_.end(), 0);
+  } else if (!Advance(num_points_, &last_)) {
+    return false;
   }
-  return count;
+  std::copy(last_.begin(), last_.end(), set.begin());
+  return true;
 }
 
-int ExhaustiveSource::Draw(int num_points, int set_size, int /*count*/, Rng /*rng*/, std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size) return 0;
-  sets->reserve(sets->size() + static_cast<std::size_t>(Combinations(num_points, set_size)) * set_size);
-  std::vector<int> set(set_size);
-  std::iota(set.begin(), set.end(), 0);
-  int given = 0;
-  do {
-    sets->insert(sets->end(), set.begin(), set.end());
-    ++given;
-  } while (NextSet(num_points, set_size, set.data()));
-  return given;
+bool GivenSource::Next(std::span<int> set) {
+  if (set.empty() || rest_.size() < set.size()) return false;
+  std::copy_n(rest_.begin(), set.size(), set.begin());
+  rest_ = rest_.subspan(set.size());
+  return true;
 }
 
-int ExhaustiveSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& /*rng*/,
-                                std::vector<int>* sets) const {
-  if (set_size < 1 || count < 1 || first < 0 || first >= Combinations(num_points, set_size)) return 0;
-  std::vector<int> set(set_size);
-  SetOfRank(num_points, set_size, first, set.data());
-  int given = 0;
-  do {
-    sets->insert(sets->end(), set.begin(), set.end());
-    ++given;
-  } while (given < count && NextSet(num_points, set_size, set.data()));
-  return given;
+void SequenceSource::Add(std::unique_ptr<HypothesisSource> source, std::int64_t count) {
+  parts_.push_back({std::move(source), count});
 }
 
-int GivenSource::DrawBlock(int /*num_points*/, int set_size, std::int64_t first, int count, const Rng& /*rng*/,
-                           std::vector<int>* sets) const {
-  if (set_size < 1 || count < 1 || first < 0) return 0;
-  const std::int64_t available = static_cast<std::int64_t>(sets_.size()) / set_size - first;
-  const int given = static_cast<int>(std::clamp<std::int64_t>(available, 0, count));
-  const auto begin = sets_.begin() + (given > 0 ? first * set_size : 0);
-  sets->insert(sets->end(), begin, begin + static_cast<std::int64_t>(given) * set_size);
-  return given;
+bool SequenceSource::Next(std::span<int> set) {
+  for (; current_ < parts_.size(); ++current_) {
+    Part& part = parts_[current_];
+    if (part.left == 0 || !part.source->Next(set)) continue;
+    if (part.left != kAll) --part.left;
+    return true;
+  }
+  return false;
 }
 
 std::int64_t Combinations(int n, int k) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -8,37 +9,45 @@
 
 namespace diffsac {
 
-/// Where minimal sets come from. A source fills a flat list of sets: γ indices each, ascending within a set.
-/// A source is made for one problem and holds what it knows of it (an order, weights, neighbourhoods), borrowed.
+/// Where minimal sets come from: the one thing in which the rows of a table differ. A source is made for one problem
+/// (its points, γ, a generator) and yields one set after the other, as long as the loop asks for them.
+///
+/// A source depends on what it was made from alone, so the same sets come out for any number of threads. One that was
+/// made for fewer than γ points yields none.
 class HypothesisSource {
  public:
   virtual ~HypothesisSource() = default;
-  /// Appends the sets of draws first … first + count − 1; returns how many it gave, less than `count` when it has run
-  /// out. A set depends on `rng` and on its index alone, so any division into blocks gives the same sets.
-  /// Gives none when `num_points` or `set_size` is not what the source was made for.
-  virtual int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                        std::vector<int>* sets) const = 0;
-  /// The first `count` sets at once.
-  virtual int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const {
-    return DrawBlock(num_points, set_size, 0, count, rng, sets);
-  }
+  /// Fills `set` with the next minimal set, γ indices in ascending order. False, leaving `set` as it may be, when there
+  /// is none, or `set` has not the size that the source was made for.
+  virtual bool Next(std::span<int> set) = 0;
 };
 
-/// Uniform random sets; a set may repeat. `Draw` takes them from one stream, `DrawBlock` each from its own: the sets
-/// differ, their distribution does not.
+/// Up to `count` sets, one behind the other.
+std::vector<int> DrawSets(HypothesisSource& source, int set_size, std::int64_t count);
+
+/// Uniform random sets; a set may repeat.
 class UniformSource : public HypothesisSource {
  public:
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
-  int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
+  UniformSource(int num_points, int set_size, const Rng& rng)
+      : num_points_(num_points), set_size_(set_size), rng_(rng) {}
+  bool Next(std::span<int> set) override;
+
+ private:
+  int num_points_;
+  int set_size_;
+  Rng rng_;
 };
 
-/// Every set once, in lexicographic order. `Draw` gives them all (`count` is ignored).
+/// Every set once, in lexicographic order.
 class ExhaustiveSource : public HypothesisSource {
  public:
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
-  int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
+  ExhaustiveSource(int num_points, int set_size) : num_points_(num_points), set_size_(set_size) {}
+  bool Next(std::span<int> set) override;
+
+ private:
+  int num_points_;
+  int set_size_;
+  std::vector<int> last_;  ///< Empty before the first set.
 };
 
 /// Sets that the caller has already, in their order. A set with an index out of range is passed on; the loop counts it
@@ -46,45 +55,41 @@ class ExhaustiveSource : public HypothesisSource {
 class GivenSource : public HypothesisSource {
  public:
   /// sets: γ indices each, borrowed; a trailing part of a set is left out.
-  explicit GivenSource(std::span<const int> sets) : sets_(sets) {}
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
+  explicit GivenSource(std::span<const int> sets) : rest_(sets) {}
+  bool Next(std::span<int> set) override;
 
  private:
-  std::span<const int> sets_;
+  std::span<const int> rest_;
 };
 
-/// The number of sets the exhaustive source gives, n over k.
+/// One source after the other: so many sets of the first (fewer when it runs out), then of the next.
+class SequenceSource : public HypothesisSource {
+ public:
+  static constexpr std::int64_t kAll = -1;  ///< As many as the source has.
+
+  /// count: sets, or kAll.
+  void Add(std::unique_ptr<HypothesisSource> source, std::int64_t count = kAll);
+  bool Next(std::span<int> set) override;
+
+ private:
+  struct Part {
+    std::unique_ptr<HypothesisSource> source;
+    std::int64_t left;
+  };
+  std::vector<Part> parts_;
+  std::size_t current_ = 0;
+};
+
+/// The number of sets the exhaustive source gives, n over k; the largest number there is where it is more.
 std::int64_t Combinations(int n, int k);
 
-/// How sets are taken from confidences.
-///   kMaximum        the γ points of highest confidence; a copy whose set was already taken gives its next best set
-///                   that is new (the worst member replaced by the next point in order), so that κ copies give κ sets
-///   kProbabilistic  γ points drawn without replacement with probability softmax(confidence / temperature) (Gumbel
-///   top-γ)
-enum class Selection { kMaximum, kProbabilistic };
-
-/// Sets from κ confidence vectors (the paper's source). Non-finite confidences rank last.
-class ConfidenceSource : public HypothesisSource {
- public:
-  /// confidences: κ × N row-major, borrowed for the source's lifetime. unique: no set twice.
-  ConfidenceSource(std::span<const float> confidences, Selection selection, bool unique, double temperature);
-  /// Where sets must be unique, a block draws all earlier ones again to know them.
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
-  int Draw(int num_points, int set_size, int count, Rng rng, std::vector<int>* sets) const override;
-
- private:
-  std::span<const float> confidences_;
-  Selection selection_;
-  bool unique_;
-  double temperature_;
-};
+/// Every set, where there are no more than `count`; else so many uniform ones. One behind the other.
+std::vector<int> DrawAllOrSome(int num_points, int set_size, std::int64_t count, const Rng& rng);
 
 /// `size` distinct integers below n in random order; rejection where that is faster than a shuffle.
 void DrawDistinct(int n, int size, Rng& rng, int* out);
 
-/// The generator of draw `index`: every source derives its sets from these.
+/// The generator of draw `index`, of sources whose draws each have one of their own.
 inline Rng DrawRng(const Rng& rng, std::int64_t index) { return rng.Fork("draw", static_cast<std::uint64_t>(index)); }
 
 /// The number of distinct sets in a flat list of sets with ascending members.

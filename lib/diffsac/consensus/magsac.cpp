@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/special_functions/expint.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <limits>
 #include <string>
 
-#include "diffsac/consensus/incomplete_gamma.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -15,6 +17,18 @@ constexpr std::array<double, MagsacLoss::kMaxDof> kChiQuantiles99 = {
     2.575829303548900, 3.034854258770293, 3.368214175218708, 3.643721193503647, 3.884105105347836, 4.100230948345577};
 /// Residuals below this share of the threshold weigh as if they were there.
 constexpr double kSmallestShare = 1e-3;
+
+/// As precise as a double, without detours over a longer type.
+using Precision = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+
+/// Γ(a, x) for a = twice_a / 2 ≥ 0; infinite for a = x = 0.
+double UpperIncompleteGamma(int twice_a, double x) {
+  if (twice_a > 0) return boost::math::tgamma(0.5 * twice_a, x, Precision());
+  return x > 0.0 ? boost::math::expint(1, x, Precision()) : std::numeric_limits<double>::infinity();
+}
+
+/// γ(a, x) for a = twice_a / 2 > 0.
+double LowerIncompleteGamma(int twice_a, double x) { return boost::math::tgamma_lower(0.5 * twice_a, x, Precision()); }
 
 /// One entry more than there are: interpolation at the end reads it, with weight 0.
 using Table = std::array<double, kMagsacTableSize + 2>;

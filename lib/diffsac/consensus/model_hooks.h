@@ -51,10 +51,10 @@ concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* s
 };
 
 template <class M>
-concept HasAmbiguityTest =
-    requires(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
-      { ModelHooks<M>::Ambiguous(points, threshold, inliers) } -> std::same_as<bool>;
-    };
+concept HasAmbiguityTest = requires(const PointMatrix& points, double threshold,
+                                    const std::vector<std::uint8_t>& inliers) {
+  { ModelHooks<M>::Ambiguous(points, threshold, inliers) } -> std::same_as<bool>;
+};
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>

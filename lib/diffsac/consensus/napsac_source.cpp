@@ -4,29 +4,32 @@
 
 namespace diffsac {
 
-int NapsacSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                            std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size || num_points != index_.size()) return 0;
-  std::vector<int> set(set_size), ranks(set_size);
-  for (int i = 0; i < count; ++i) {
-    Rng draw = DrawRng(rng, first + i);
-    set[0] = static_cast<int>(draw.Below(static_cast<std::uint64_t>(num_points)));
-    const std::vector<int> near = index_.Nearest(set[0], std::max(neighbors_, set_size - 1));
-    DrawDistinct(static_cast<int>(near.size()), set_size - 1, draw, ranks.data());
-    for (int member = 1; member < set_size; ++member) set[member] = near[ranks[member - 1]];
-    std::sort(set.begin(), set.end());
-    sets->insert(sets->end(), set.begin(), set.end());
-  }
-  return std::max(count, 0);
+bool NapsacSource::Next(std::span<int> set) {
+  const int num_points = index_.size();
+  if (set_size_ < 1 || num_points < set_size_ || static_cast<int>(set.size()) != set_size_) return false;
+  Rng draw = DrawRng(rng_, draws_++);
+  set[0] = static_cast<int>(draw.Below(static_cast<std::uint64_t>(num_points)));
+  const std::vector<int> near = index_.Nearest(set[0], std::max(neighbors_, set_size_ - 1));
+  DrawDistinct(static_cast<int>(near.size()), set_size_ - 1, draw, set.data() + 1);
+  for (int member = 1; member < set_size_; ++member) set[member] = near[set[member]];
+  std::sort(set.begin(), set.end());
+  return true;
 }
 
 ProgressiveNapsacSource::ProgressiveNapsacSource(const PointMatrix& points, std::span<const double> quality,
-                                                 int set_size, int local_draws)
+                                                 int set_size, const Rng& rng, int local_draws)
     : index_(points),
       set_size_(set_size),
+      rng_(rng),
       local_draws_(std::int64_t{local_draws} * points.rows()),
-      prosac_(quality, set_size) {
+      hits_(points.rows(), 0) {
   const int num_points = index_.size();
+  if (quality.empty()) {
+    global_source_ = std::make_unique<UniformSource>(num_points, set_size, rng.Fork("global"));
+  } else {
+    // PROSAC starts where its growth function would be had it drawn all along.
+    global_source_ = std::make_unique<ProsacSource>(quality, set_size, rng, ProsacSource::kSamples, local_draws_);
+  }
   if (set_size < 1 || num_points < set_size) return;
   const double samples = static_cast<double>(local_draws_);
   if (!quality.empty()) {
@@ -36,10 +39,10 @@ ProgressiveNapsacSource::ProgressiveNapsacSource(const PointMatrix& points, std:
   if (set_size > 1) local_.emplace_back(set_size - 1, num_points - 1, samples);
 }
 
-int ProgressiveNapsacSource::FirstPoint(std::int64_t index, Rng& draw) const {
+int ProgressiveNapsacSource::FirstPoint(Rng& draw) const {
   const int num_points = index_.size();
   if (order_.empty()) return static_cast<int>(draw.Below(static_cast<std::uint64_t>(num_points)));
-  const int subset = std::min(global_[0].SubsetSize(index + 1), num_points);
+  const int subset = std::min(global_[0].SubsetSize(draws_ + 1), num_points);
   return order_[draw.Below(static_cast<std::uint64_t>(subset))];
 }
 
@@ -59,29 +62,17 @@ void ProgressiveNapsacSource::DrawAround(int center, std::int64_t hits, Rng& dra
   for (int i = 1; i <= others; ++i) set[i] = near[set[i]];
 }
 
-int ProgressiveNapsacSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                                       std::vector<int>* sets) const {
-  if (set_size < 1 || set_size != set_size_ || num_points < set_size || num_points != index_.size()) return 0;
-  if (!order_.empty() && static_cast<int>(order_.size()) != num_points) return 0;
-  const int local = static_cast<int>(std::clamp<std::int64_t>(local_draws_ - first, 0, std::max(count, 0)));
-  // How often each point came first before this block: its draws are made again, which keeps the source stateless.
-  std::vector<std::int64_t> hits(local > 0 ? num_points : 0, 0);
-  for (std::int64_t index = 0; local > 0 && index < first; ++index) {
-    Rng draw = DrawRng(rng, index);
-    ++hits[FirstPoint(index, draw)];
-  }
-  std::vector<int> set(set_size);
-  for (int i = 0; i < local; ++i) {
-    Rng draw = DrawRng(rng, first + i);
-    const int center = FirstPoint(first + i, draw);
-    DrawAround(center, ++hits[center], draw, set.data());
-    std::sort(set.begin(), set.end());
-    sets->insert(sets->end(), set.begin(), set.end());
-  }
-  const int global = std::max(count, 0) - local;
-  if (order_.empty()) return local + UniformSource().DrawBlock(num_points, set_size, first + local, global, rng, sets);
-  // PROSAC starts where its growth function would be had it drawn all along.
-  return local + prosac_.DrawBlock(num_points, set_size, first + local, global, rng, sets);
+bool ProgressiveNapsacSource::Next(std::span<int> set) {
+  const int num_points = index_.size();
+  if (set_size_ < 1 || static_cast<int>(set.size()) != set_size_ || num_points < set_size_) return false;
+  if (!order_.empty() && static_cast<int>(order_.size()) != num_points) return false;
+  if (draws_ >= local_draws_) return global_source_->Next(set);
+  Rng draw = DrawRng(rng_, draws_);
+  const int center = FirstPoint(draw);
+  DrawAround(center, ++hits_[center], draw, set.data());
+  std::sort(set.begin(), set.end());
+  ++draws_;
+  return true;
 }
 
 }  // namespace diffsac

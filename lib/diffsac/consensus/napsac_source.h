@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,13 +16,16 @@ namespace diffsac {
 class NapsacSource : public HypothesisSource {
  public:
   /// neighbors: k; at least γ − 1 are taken.
-  NapsacSource(const PointMatrix& points, int neighbors) : index_(points), neighbors_(neighbors) {}
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
+  NapsacSource(const PointMatrix& points, int set_size, int neighbors, const Rng& rng)
+      : index_(points), set_size_(set_size), neighbors_(neighbors), rng_(rng) {}
+  bool Next(std::span<int> set) override;
 
  private:
   NeighborIndex index_;
+  int set_size_;
   int neighbors_;
+  Rng rng_;
+  std::int64_t draws_ = 0;
 };
 
 /// Progressive NAPSAC (Barath, Noskova, Ivashechkin, Matas, "MAGSAC++, a fast, reliable and accurate robust estimator",
@@ -35,22 +40,24 @@ class ProgressiveNapsacSource : public HypothesisSource {
   static constexpr int kLocalDraws = 20;
 
   /// quality: lower = better; empty: no order is known.
-  ProgressiveNapsacSource(const PointMatrix& points, std::span<const double> quality, int set_size,
+  ProgressiveNapsacSource(const PointMatrix& points, std::span<const double> quality, int set_size, const Rng& rng,
                           int local_draws = kLocalDraws);
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
+  bool Next(std::span<int> set) override;
 
  private:
-  int FirstPoint(std::int64_t index, Rng& draw) const;
+  int FirstPoint(Rng& draw) const;
   void DrawAround(int center, std::int64_t hits, Rng& draw, int* set) const;
 
   NeighborIndex index_;
   int set_size_;
+  Rng rng_;
   std::int64_t local_draws_;
+  std::int64_t draws_ = 0;
+  std::vector<std::int64_t> hits_;      ///< How often each point came first.
   std::vector<int> order_;              ///< By quality; empty when none is known.
   std::vector<GrowthFunction> global_;  ///< For the first point; one, none without quality.
   std::vector<GrowthFunction> local_;   ///< For the others; one, none when γ = 1 or there are too few points.
-  ProsacSource prosac_;
+  std::unique_ptr<HypothesisSource> global_source_;  ///< After the local draws.
 };
 
 }  // namespace diffsac

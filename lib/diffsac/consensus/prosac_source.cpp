@@ -40,30 +40,27 @@ std::vector<int> OrderByQuality(std::span<const double> quality) {
   return order;
 }
 
-ProsacSource::ProsacSource(std::span<const double> quality, int set_size, double samples)
-    : set_size_(set_size), order_(OrderByQuality(quality)) {
+ProsacSource::ProsacSource(std::span<const double> quality, int set_size, const Rng& rng, double samples,
+                           std::int64_t first_draw)
+    : set_size_(set_size), rng_(rng), draws_(first_draw), order_(OrderByQuality(quality)) {
   const int num_points = static_cast<int>(order_.size());
   if (set_size >= 1 && num_points >= set_size) growth_.emplace_back(set_size, num_points, samples);
 }
 
-int ProsacSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                            std::vector<int>* sets) const {
-  if (growth_.empty() || set_size != set_size_ || num_points != static_cast<int>(order_.size())) return 0;
-  std::vector<int> set(set_size);
-  for (int i = 0; i < count; ++i) {
-    Rng draw = DrawRng(rng, first + i);
-    const int subset = growth_[0].SubsetSize(first + i + 1);
-    if (subset > num_points) {
-      DrawDistinct(num_points, set_size, draw, set.data());
-    } else {
-      DrawDistinct(subset - 1, set_size - 1, draw, set.data());
-      set.back() = subset - 1;
-    }
-    for (int& rank : set) rank = order_[rank];
-    std::sort(set.begin(), set.end());
-    sets->insert(sets->end(), set.begin(), set.end());
+bool ProsacSource::Next(std::span<int> set) {
+  if (growth_.empty() || static_cast<int>(set.size()) != set_size_) return false;
+  const int num_points = static_cast<int>(order_.size());
+  Rng draw = DrawRng(rng_, draws_);
+  const int subset = growth_[0].SubsetSize(++draws_);
+  if (subset > num_points) {
+    DrawDistinct(num_points, set_size_, draw, set.data());
+  } else {
+    DrawDistinct(subset - 1, set_size_ - 1, draw, set.data());
+    set.back() = subset - 1;
   }
-  return std::max(count, 0);
+  for (int& rank : set) rank = order_[rank];
+  std::sort(set.begin(), set.end());
+  return true;
 }
 
 }  // namespace diffsac

@@ -35,13 +35,16 @@ class ProsacSource : public HypothesisSource {
   /// T_N of the paper: after so many draws the source is a uniform one.
   static constexpr double kSamples = 200000.0;
 
-  /// quality: one number a point, lower = better (a matching ratio). set_size: γ.
-  ProsacSource(std::span<const double> quality, int set_size, double samples = kSamples);
-  int DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                std::vector<int>* sets) const override;
+  /// quality: one number a point, lower = better (a matching ratio). set_size: γ. first_draw: how many draws are past
+  /// already, for a source that comes after another.
+  ProsacSource(std::span<const double> quality, int set_size, const Rng& rng, double samples = kSamples,
+               std::int64_t first_draw = 0);
+  bool Next(std::span<int> set) override;
 
  private:
   int set_size_;
+  Rng rng_;
+  std::int64_t draws_;
   std::vector<int> order_;
   std::vector<GrowthFunction> growth_;  ///< One, none when there are too few points.
 };

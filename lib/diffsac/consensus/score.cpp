@@ -5,23 +5,8 @@
 #include <cmath>
 
 #include "diffsac/consensus/magsac.h"
-#include "diffsac/core/status.h"
 
 namespace diffsac {
-
-ScoreKind ScoreKindFromString(const std::string& name) {
-  if (name == "inlier_count") return ScoreKind::kInlierCount;
-  if (name == "msac") return ScoreKind::kMsac;
-  if (name == "gaussian_uniform") return ScoreKind::kGaussianUniform;
-  if (name == "magsac_pp") return ScoreKind::kMagsac;
-  throw Error("unknown score '" + name + "': expected inlier_count, msac, gaussian_uniform or magsac_pp");
-}
-
-std::string ToString(ScoreKind kind) {
-  if (kind == ScoreKind::kMsac) return "msac";
-  if (kind == ScoreKind::kMagsac) return "magsac_pp";
-  return kind == ScoreKind::kGaussianUniform ? "gaussian_uniform" : "inlier_count";
-}
 
 Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof)
     : kind_(kind),

@@ -1,22 +1,24 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
+
+#include "diffsac/core/enum_names.h"
 
 namespace diffsac {
 
 /// How a hypothesis is judged; larger is better, always within [0, N].
 ///   kInlierCount      Σ [r ≤ ε]                                       (Fischler and Bolles, 1981; the paper's default)
 ///   kMsac             Σ max(0, 1 − r²/ε²)                             (Torr and Zisserman, MLESAC, CVIU 2000)
-///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian with
-///   σ,
-///                     an outlier uniform; k is the odds of the two densities at r = 0
+///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian
+///                     with σ, an outlier uniform; k is the odds of the two densities at r = 0
 ///   kMagsac           Σ 1 − ρ(r)/ρ(ε), the loss ρ of MAGSAC++ marginalised over σ up to ε/k (see magsac.h)
 enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac };
 
-/// "inlier_count", "msac", "gaussian_uniform", "magsac_pp".
-ScoreKind ScoreKindFromString(const std::string& name);
-std::string ToString(ScoreKind kind);
+template <>
+inline constexpr auto kEnumNames<ScoreKind> = NamesOf<ScoreKind>({{ScoreKind::kInlierCount, "inlier_count"},
+                                                                  {ScoreKind::kMsac, "msac"},
+                                                                  {ScoreKind::kGaussianUniform, "gaussian_uniform"},
+                                                                  {ScoreKind::kMagsac, "magsac_pp"}});
 
 /// A score with its constants worked out once.
 class Score {

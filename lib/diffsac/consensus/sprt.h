@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "diffsac/consensus/scorer.h"
+#include "diffsac/core/random.h"
 
 namespace diffsac {
 
@@ -62,6 +65,35 @@ class SequentialTest {
   double bad_share_ = 0.01;  ///< δ, likewise.
   double tested_ = 0.0, tested_inliers_ = 0.0;
   double inlier_factor_ = 1.0, outlier_factor_ = 1.0, decision_threshold_ = 0.0;
+};
+
+/// The test on one problem's points, in a random order.
+template <MinimalModel Model>
+class SequentialFilter {
+ public:
+  /// threshold: of an inlier, linear. Copies the points.
+  SequentialFilter(const PointMatrix& points, double threshold, Rng rng)
+      : points_(Shuffled(points, rng)), scorer_(points_), threshold_(threshold), test_(Model::kMaxSolutions) {}
+  SequentialFilter(const SequentialFilter&) = delete;
+  SequentialFilter& operator=(const SequentialFilter&) = delete;
+
+  SequentialTest::Outcome Test(const typename Model::Parameters& model) const {
+    return test_.Test(scorer_, model, threshold_);
+  }
+  bool AddRejected(const SequentialTest::Outcome& outcome) { return test_.AddRejected(outcome); }
+  bool AddBest(double inlier_share) { return test_.AddBest(inlier_share); }
+  double PassProbability() const { return test_.PassProbability(); }
+
+ private:
+  static PointMatrix Shuffled(const PointMatrix& points, Rng& rng) {
+    const std::vector<int> order = rng.Permutation(static_cast<int>(points.rows()));
+    return points(order, Eigen::all);
+  }
+
+  PointMatrix points_;
+  Scorer<Model> scorer_;
+  double threshold_;
+  SequentialTest test_;
 };
 
 }  // namespace diffsac

@@ -5,20 +5,6 @@
 
 namespace diffsac {
 
-std::string_view ToString(StopReason reason) {
-  switch (reason) {
-    case StopReason::kNotRun:
-      return "not_run";
-    case StopReason::kBudget:
-      return "budget";
-    case StopReason::kConfidence:
-      return "confidence";
-    case StopReason::kExhausted:
-      break;
-  }
-  return "exhausted";
-}
-
 double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int set_size) {
   if (inliers < set_size || num_points < set_size) return 0.0;
   double probability = 1.0;
@@ -35,6 +21,26 @@ std::int64_t DrawsForConfidence(double probability, double confidence, double mu
   // 2^63 as a double; at and above it the conversion would be undefined.
   constexpr double kTooMany = 9.2233720368547758e18;
   return draws < kTooMany ? std::max<std::int64_t>(1, static_cast<std::int64_t>(draws)) : kNeverEnough;
+}
+
+StoppingRule::StoppingRule(Stopping stopping, std::int64_t max_iterations, std::int64_t min_iterations,
+                           double confidence, std::int64_t num_points, int set_size)
+    : stopping_(stopping),
+      max_iterations_(max_iterations),
+      min_iterations_(min_iterations),
+      confidence_(confidence),
+      num_points_(num_points),
+      set_size_(set_size) {}
+
+void StoppingRule::Update(std::int64_t inliers, double pass_probability) {
+  const double good = AllInlierProbability(inliers, num_points_, set_size_);
+  needed_ = DrawsForConfidence(good * pass_probability, confidence_);
+}
+
+StopReason StoppingRule::After(std::int64_t iterations) const {
+  if (stopping_ == Stopping::kConfidence && iterations >= std::max(min_iterations_, needed_))
+    return StopReason::kConfidence;
+  return iterations >= max_iterations_ ? StopReason::kBudget : StopReason::kNotRun;
 }
 
 }  // namespace diffsac

@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <limits>
-#include <string_view>
+
+#include "diffsac/core/enum_names.h"
 
 namespace diffsac {
 
@@ -14,8 +15,17 @@ enum class StopReason {
   kExhausted,   ///< The source had no more sets.
 };
 
-/// "not_run", "budget", "confidence" or "exhausted".
-std::string_view ToString(StopReason reason);
+template <>
+inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason::kNotRun, "not_run"},
+                                                                    {StopReason::kBudget, "budget"},
+                                                                    {StopReason::kConfidence, "confidence"},
+                                                                    {StopReason::kExhausted, "exhausted"}});
+
+/// When a search ends: after exactly so many draws, unless the source runs out | as soon as it is confident.
+enum class Stopping { kBudget, kConfidence };
+template <>
+inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},
+                                                                {Stopping::kConfidence, "confidence"}});
 
 inline constexpr std::int64_t kNeverEnough = std::numeric_limits<std::int64_t>::max();
 
@@ -27,5 +37,28 @@ double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int s
 /// ⌈multiplier · log(1 − confidence)/log(1 − p)⌉, at least 1; kNeverEnough for p = 0.
 /// probability: p, of one draw being good.
 std::int64_t DrawsForConfidence(double probability, double confidence, double multiplier = 1.0);
+
+/// Decides after each draw whether the search goes on.
+class StoppingRule {
+ public:
+  /// γ and N of the problem; at most max_iterations draws. With kConfidence fewer, but min_iterations at least, once a
+  /// set of inliers alone has been drawn with probability `confidence`.
+  StoppingRule(Stopping stopping, std::int64_t max_iterations, std::int64_t min_iterations, double confidence,
+               std::int64_t num_points, int set_size);
+  /// The best model so far has so many inliers; pass_probability: of a good model to pass the sequential test.
+  void Update(std::int64_t inliers, double pass_probability);
+  /// kNotRun: go on.
+  StopReason After(std::int64_t iterations) const;
+  std::int64_t max_iterations() const { return max_iterations_; }
+
+ private:
+  Stopping stopping_;
+  std::int64_t max_iterations_;
+  std::int64_t min_iterations_;
+  double confidence_;
+  std::int64_t num_points_;
+  int set_size_;
+  std::int64_t needed_ = kNeverEnough;
+};
 
 }  // namespace diffsac

@@ -15,7 +15,8 @@ bool Contains(std::span<const int> taken, int index) {
 
 }  // namespace
 
-WeightedSource::WeightedSource(std::span<const double> weights) : weights_(weights.begin(), weights.end()) {
+WeightedSource::WeightedSource(std::span<const double> weights, int set_size, const Rng& rng)
+    : set_size_(set_size), rng_(rng), weights_(weights.begin(), weights.end()) {
   double largest = 0.0;
   for (double& weight : weights_) {
     if (!(weight > 0.0) || !std::isfinite(weight)) weight = 0.0;
@@ -56,20 +57,15 @@ int WeightedSource::DrawRemaining(std::span<const int> taken, Rng& rng) const {
   return last;
 }
 
-int WeightedSource::DrawBlock(int num_points, int set_size, std::int64_t first, int count, const Rng& rng,
-                              std::vector<int>* sets) const {
-  if (set_size < 1 || num_points < set_size || num_points != static_cast<int>(weights_.size())) return 0;
-  std::vector<int> set(set_size);
-  for (int i = 0; i < count; ++i) {
-    Rng draw = DrawRng(rng, first + i);
-    for (int member = 0; member < set_size; ++member) {
-      const std::span<const int> taken(set.data(), member);
-      set[member] = member < positive_ ? DrawOne(taken, draw) : DrawRemaining(taken, draw);
-    }
-    std::sort(set.begin(), set.end());
-    sets->insert(sets->end(), set.begin(), set.end());
+bool WeightedSource::Next(std::span<int> set) {
+  if (set_size_ < 1 || weights_.size() < set.size() || static_cast<int>(set.size()) != set_size_) return false;
+  Rng draw = DrawRng(rng_, draws_++);
+  for (int member = 0; member < set_size_; ++member) {
+    const std::span<const int> taken = set.first(member);
+    set[member] = member < positive_ ? DrawOne(taken, draw) : DrawRemaining(taken, draw);
   }
-  return std::max(count, 0);
+  std::sort(set.begin(), set.end());
+  return true;
 }
 
 }  // namespace diffsac

@@ -15,11 +15,12 @@ constexpr int kDraws = 500, kFewest = 16;
 
 ConsensusOptions Options() {
   ConsensusOptions options;
-  options.score = options.final_score = "msac";
-  options.local_optimization = "lo_ransac";
-  options.refit = "iterated";
+  options.score = options.final_score = ScoreKind::kMsac;
+  options.local_optimization = LocalOptimization::kInnerSamples;
+  options.max_iterations = kDraws;
+  options.refit = Refit::kIterated;
   options.refit_rounds = 5;
-  options.final_refinement = "lm";
+  options.final_refinement = FinalRefinement::kRefinement;
   return options;
 }
 
@@ -35,10 +36,8 @@ std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const 
   if (static_cast<int>(rows.size()) < kFewest) return {};
   const PointMatrix points = problem.points(rows, Eigen::all);
   const Rng rng = Rng(0).Fork("dominant_plane/" + id);
-  std::vector<int> sets;
-  UniformSource().Draw(static_cast<int>(rows.size()), Homography::kMinimalSize, kDraws, rng.Fork("minimal_sets"),
-                       &sets);
-  const ConsensusResult result = SampleConsensus<Homography>(points, threshold_px, sets, Options(), rng);
+  UniformSource source(static_cast<int>(rows.size()), Homography::kMinimalSize, rng.Fork("minimal_sets"));
+  const ConsensusResult result = SampleConsensus<Homography>(points, threshold_px, source, Options(), rng);
   if (result.status != Status::kOk || std::count(result.inliers.begin(), result.inliers.end(), 1) < kFewest) return {};
   return AsMatrix(Matrix3Parameters(result.model));
 }

@@ -17,8 +17,6 @@ namespace {
 
 // Between two looks at the bound.
 constexpr int kBlock = 64;
-// Beyond so many inliers the sets are surely more than the draws, and their number may not fit an integer.
-constexpr int kMostCounted = 40;
 
 // The true inliers in the coordinates of the solver; the truncation in their unit.
 struct TrueInliers {
@@ -80,13 +78,7 @@ void Offer(const TrueInliers& inliers, const std::array<int, Model::kMinimalSize
 
 // Uniform sets, or all where there are no more than `draws`.
 std::vector<int> CandidateSets(int count, int size, int draws, const std::string& id) {
-  std::vector<int> sets;
-  if (count <= kMostCounted && Combinations(count, size) <= draws) {
-    ExhaustiveSource().Draw(count, size, draws, Rng(0), &sets);
-  } else {
-    UniformSource().Draw(count, size, draws, Rng(0).Fork("label_sets/" + id), &sets);
-  }
-  return sets;
+  return DrawAllOrSome(count, size, draws, Rng(0).Fork("label_sets/" + id));
 }
 
 template <class Model>

@@ -267,7 +267,8 @@ FeatureSet PointFeatures::Compute(const Problem& problem, Rng rng) const {
   std::vector<int> sets;
   if (ColumnsOf(options_).preference && problem.points.rows() >= MinimalSetSize(task_)) {
     const auto count = static_cast<int>(problem.points.rows());
-    UniformSource().Draw(count, MinimalSetSize(task_), options_.preference_draws, rng.Fork("preference"), &sets);
+    UniformSource source(count, MinimalSetSize(task_), rng.Fork("preference"));
+    sets = DrawSets(source, MinimalSetSize(task_), options_.preference_draws);
   }
   return ComputeFromSets(problem, sets);
 }

@@ -4,9 +4,7 @@
 
 #include <cmath>
 
-#include "diffsac/denoiser/confidence_input.h"
 #include "diffsac/denoiser/initialize.h"
-#include "diffsac/denoiser/time_embedding.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
@@ -48,71 +46,32 @@ ResidualAttentionBlock::ResidualAttentionBlock(std::int64_t width, std::int64_t 
   ln_2_ = register_module("ln_2", nn::LayerNorm(nn::LayerNormOptions({width})));
 }
 
-torch::Tensor ResidualAttentionBlock::Forward(torch::Tensor x, const torch::Tensor& mask) {
-  x = x + attn_->Forward(ln_1_(x), mask);
-  return x + mlp_->Forward(ln_2_(x));
+torch::Tensor ResidualAttentionBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
+  const auto h = x + attn_->Forward(ln_1_(x), mask);
+  return h + mlp_->Forward(ln_2_(h));
 }
 
-PointTransformer::Blocks PointTransformer::MakeBlocks(const std::string& name, int count, Rng rng) {
-  const double standard_deviation = 0.25 * std::sqrt(1.0 / options_.width);
-  Blocks blocks;
-  for (int i = 0; i < count; ++i) {
-    blocks.push_back(register_module(name + std::to_string(i),
-                                     std::make_shared<ResidualAttentionBlock>(options_.width, options_.heads,
-                                                                              standard_deviation, rng.Fork(name, i))));
-  }
-  return blocks;
-}
-
-PointTransformer::PointTransformer(const DenoiserOptions& options, int input_width, Rng rng) : options_(options) {
+PointTransformer::PointTransformer(const DenoiserOptions& options, int input_width, Rng rng) : FrameDenoiser(options) {
   const std::int64_t width = options.width;
-  const auto norm = [width] { return nn::LayerNorm(nn::LayerNormOptions({width})); };
-  input_points_ = register_module("input_points", nn::Linear(input_width, width));
-  input_confidence_ = register_module("input_confidence", nn::Linear(options.self_conditioning ? 2 : 1, width));
-  InitializeLinear(*input_points_, LinearStart::kDefault, 0.0, rng.Fork("input_points"));
-  InitializeLinear(*input_confidence_, LinearStart::kDefault, 0.0, rng.Fork("input_confidence"));
-  time_embed_ = register_module(
-      "time_embed",
-      std::make_shared<TransformerMlp>(width, 0.25 * std::sqrt(1.0 / options.width), rng.Fork("time_embed")));
+  const double standard_deviation = 0.25 * std::sqrt(1.0 / options.width);
+  const auto make = [&](Rng block_rng) {
+    return std::make_shared<ResidualAttentionBlock>(width, options.heads, standard_deviation, block_rng);
+  };
+  input_points_ = AddLinear("input_points", input_width, width, rng);
+  input_confidence_ = AddLinear("input_confidence", options.self_conditioning ? 2 : 1, width, rng);
+  const auto time = register_module(
+      "time_embed", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("time_embed")));
+  time_mlp_ = [time](const torch::Tensor& embedding) { return time->Forward(embedding); };
   if (options.encoder_layers > 0) {
-    ln_encoder_pre_ = register_module("ln_encoder_pre", norm());
-    encoder_ = MakeBlocks("encoder", options.encoder_layers, rng);
-    ln_encoder_post_ = register_module("ln_encoder_post", norm());
+    ln_encoder_pre_ = AddNorm("ln_encoder_pre");
+    encoder_ = AddBlocks("encoder", options.encoder_layers, rng, make);
+    ln_encoder_post_ = AddNorm("ln_encoder_post");
   }
-  if (options.inlier_head) {
-    inlier_proj_ = register_module("inlier_proj", nn::Linear(width, 1));
-    InitializeLinear(*inlier_proj_, LinearStart::kZero, 0.0, rng.Fork("inlier_proj"));
-  }
-  ln_pre_ = register_module("ln_pre", norm());
-  decoder_ = MakeBlocks("block", options.layers, rng);
-  ln_post_ = register_module("ln_post", norm());
-  output_proj_ = register_module("output_proj", nn::Linear(width, 1));
-  InitializeLinear(*output_proj_, LinearStart::kZero, 0.0, rng.Fork("output_proj"));
-}
-
-Context PointTransformer::Encode(const PointBatch& batch) {
-  Context context;
-  context.mask = batch.mask;
-  context.points = input_points_(batch.features);
-  if (!encoder_.empty()) {
-    auto h = ln_encoder_pre_(context.points);
-    for (auto& block : encoder_) h = block->Forward(h, batch.mask);
-    context.points = ln_encoder_post_(h);
-  }
-  if (!inlier_proj_.is_empty()) context.inlier_logits = inlier_proj_(context.points).squeeze(-1);
-  return context;
-}
-
-torch::Tensor PointTransformer::Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
-                                        const torch::Tensor& previous) {
-  const std::int64_t batch = c_t.size(0), copies = c_t.size(1), points = c_t.size(2), width = options_.width;
-  const auto time = time_embed_->Forward(TimestepEmbedding(t.expand({batch, copies}), width));
-  auto h = input_confidence_(ConfidenceInput(c_t, previous, options_.self_conditioning)) +
-           context.points.unsqueeze(1) + time.unsqueeze(2);
-  h = ln_pre_(h.reshape({batch * copies, points, width}));
-  const auto mask = MaskOfCopies(context.mask, copies);
-  for (auto& block : decoder_) h = block->Forward(h, mask);
-  return output_proj_(ln_post_(h)).view({batch, copies, points});
+  if (options.inlier_head) inlier_proj_ = AddLinear("inlier_proj", width, 1, rng, true);
+  ln_pre_ = AddNorm("ln_pre");
+  decoder_ = AddBlocks("block", options.layers, rng, make);
+  ln_post_ = AddNorm("ln_post");
+  output_proj_ = AddLinear("output_proj", width, 1, rng, true);
 }
 
 }  // namespace diffsac

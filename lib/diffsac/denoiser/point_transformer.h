@@ -4,9 +4,8 @@
 #include <torch/nn/modules/normalization.h>
 
 #include <memory>
-#include <vector>
 
-#include "diffsac/denoiser/denoiser.h"
+#include "diffsac/denoiser/frame_denoiser.h"
 
 namespace diffsac {
 
@@ -35,10 +34,10 @@ class PointAttention : public torch::nn::Module {
 };
 
 /// x += attention(norm(x)); x += mlp(norm(x)).
-class ResidualAttentionBlock : public torch::nn::Module {
+class ResidualAttentionBlock : public PointBlock {
  public:
   ResidualAttentionBlock(std::int64_t width, std::int64_t heads, double standard_deviation, Rng rng);
-  torch::Tensor Forward(torch::Tensor x, const torch::Tensor& mask);
+  torch::Tensor Forward(const torch::Tensor& x, const torch::Tensor& mask) override;
 
  private:
   torch::nn::LayerNorm ln_1_{nullptr};
@@ -52,29 +51,9 @@ class ResidualAttentionBlock : public torch::nn::Module {
 ///
 /// encoder_layers = 0 is the paper's joint network. Otherwise FC(χ) passes through encoder_layers blocks of its own first,
 /// and only `layers` blocks see c_t.
-class PointTransformer : public Denoiser {
+class PointTransformer : public FrameDenoiser {
  public:
   PointTransformer(const DenoiserOptions& options, int input_width, Rng rng);
-  Context Encode(const PointBatch& batch) override;
-  torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
-                        const torch::Tensor& previous) override;
-
- private:
-  using Blocks = std::vector<std::shared_ptr<ResidualAttentionBlock>>;
-  Blocks MakeBlocks(const std::string& name, int count, Rng rng);
-
-  DenoiserOptions options_;
-  torch::nn::Linear input_points_{nullptr};
-  torch::nn::Linear input_confidence_{nullptr};
-  std::shared_ptr<TransformerMlp> time_embed_;
-  torch::nn::LayerNorm ln_encoder_pre_{nullptr};
-  Blocks encoder_;
-  torch::nn::LayerNorm ln_encoder_post_{nullptr};
-  torch::nn::Linear inlier_proj_{nullptr};
-  torch::nn::LayerNorm ln_pre_{nullptr};
-  Blocks decoder_;
-  torch::nn::LayerNorm ln_post_{nullptr};
-  torch::nn::Linear output_proj_{nullptr};
 };
 
 }  // namespace diffsac

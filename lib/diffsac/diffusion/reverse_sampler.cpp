@@ -52,13 +52,6 @@ class DpmSolverSampler : public ReverseSampler {
   DpmSolverSampler(TimeGrid grid, bool clip_x0, const DpmSolverOptions& options, const NoiseSchedule& schedule)
       : ReverseSampler(std::move(grid), clip_x0), options_(options), schedule_(schedule) {}
 
-  int NetworkEvaluations() const override {
-    int count = Steps();
-    if (options_.multistep) return count;
-    for (int step = 0; step < Steps(); ++step) count += DpmSolverOrder(grid(), step, options_) - 1;
-    return count;
-  }
-
   // One step onto clean data adds no noise.
   bool IsStochastic() const override { return options_.sde && (Steps() > 1 || grid().back().sigma > 0.0); }
 

@@ -70,11 +70,9 @@ class ReverseSampler {
   torch::Tensor Sample(const DenoiseFunction& denoise, torch::Tensor c_T, const NoiseFunction& noise = {},
                        const StepObserver& observer = {}) const;
 
-  /// How often Sample calls the network: once a step, twice a second-order 2S step.
-  virtual int NetworkEvaluations() const { return Steps(); }
   /// Whether Sample draws noise after c_T.
   virtual bool IsStochastic() const = 0;
-  /// Steps really made; see MakeTimeGrid.
+  /// Steps really made; see MakeTimeGrid. Each calls the network once, a second-order 2S step twice.
   int Steps() const { return static_cast<int>(grid_.size()) - 1; }
   const TimeGrid& grid() const { return grid_; }
 

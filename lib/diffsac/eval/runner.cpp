@@ -99,11 +99,11 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
   const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
   for (std::size_t first = 0; first < records->size() && !Stopped(run.inputs); first += batch) {
     const std::size_t last = std::min(first + batch, records->size());
-    std::vector<Problem> problems;
+    std::vector<const Problem*> problems;
     std::vector<std::uint64_t> seeds;
     for (std::size_t i = first; i < last; ++i) {
       const Example& example = run.examples[positions[i]];
-      problems.push_back(example.problem);
+      problems.push_back(&example.problem);
       seeds.push_back(ProblemSeed(run.experiment.seed, example.index));
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);

@@ -15,35 +15,37 @@ namespace {
 constexpr const char* kTypes[] = {"ransac",   "lo_ransac", "prosac",    "napsac",
                                   "p_napsac", "gc_ransac", "magsac_pp", "exhaustive"};
 
-bool IsClassical(const std::string& type) { return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes); }
+bool IsClassical(const std::string& type) {
+  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+}
 
 std::span<const double> Span(const Eigen::VectorXd& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
 }
 
-/// Uniform and exhaustive searches of a fixed budget draw all their sets at once.
-template <MinimalModel Model>
-ConsensusResult Search(const Problem& problem, const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
-  const int num_points = static_cast<int>(space.points().rows());
-  const Rng consensus_rng = rng.Fork("consensus");
-  const bool all = options.exhaustive && Combinations(num_points, Model::kMinimalSize) <= options.hypotheses;
+/// The source of one problem's sets. Every set, where the row asks for that and the budget holds them.
+std::unique_ptr<HypothesisSource> SourceOf(const Problem& problem, const PointMatrix& points, int set_size,
+                                           const ClassicalOptions& options, const Rng& rng) {
+  const int size = static_cast<int>(points.rows());
+  if (options.exhaustive && Combinations(size, set_size) <= options.hypotheses)
+    return std::make_unique<ExhaustiveSource>(size, set_size);
+  const bool has_quality = problem.quality.size() == size;
   SourceOptions sampling = options.sampling;
-  if (sampling.source == "prosac" && problem.quality.size() != num_points) sampling.source = "uniform";
-  if (all || (sampling.source == "uniform" && options.consensus.stopping == "budget")) {
-    std::vector<int> sets;
-    if (all)
-      ExhaustiveSource().Draw(num_points, Model::kMinimalSize, 0, rng, &sets);
-    else
-      UniformSource().Draw(num_points, Model::kMinimalSize, options.hypotheses, rng.Fork("minimal_sets"), &sets);
-    return SampleConsensus<Model>(space.points(), space.threshold(), sets, options.consensus, consensus_rng);
-  }
-  const bool has_quality = problem.quality.size() == num_points;
-  const auto source = MakeHypothesisSource(sampling, space.points(), Model::kMinimalSize,
-                                           has_quality ? Span(problem.quality) : std::span<const double>());
+  if (sampling.source == SourceKind::kProsac && !has_quality) sampling.source = SourceKind::kUniform;
+  // Two names, because published tables were drawn with them.
+  const Rng sets_rng =
+      sampling.source == SourceKind::kUniform ? rng.Fork("minimal_sets") : rng.Fork("consensus").Fork("minimal_sets");
+  return MakeHypothesisSource(sampling, points, set_size, sets_rng,
+                              has_quality ? Span(problem.quality) : std::span<const double>());
+}
+
+template <MinimalModel Model>
+ConsensusResult Search(const Problem& problem, const SolverSpace& space, const ClassicalOptions& options,
+                       const Rng& rng) {
+  const auto source = SourceOf(problem, space.points(), Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
-  consensus.min_iterations = std::min(consensus.min_iterations, options.hypotheses);
-  return SampleConsensus<Model>(space.points(), space.threshold(), *source, consensus, consensus_rng);
+  return SampleConsensus<Model>(space.points(), space.threshold(), *source, consensus, rng.Fork("consensus"));
 }
 
 template <MinimalModel Model>
@@ -58,22 +60,27 @@ Estimate EstimateModel(const Problem& problem, const ClassicalOptions& options, 
 /// MSAC, local optimisation and refits: what every searching row but `ransac` starts from.
 ClassicalOptions LocallyOptimized(Task task) {
   ClassicalOptions options;
-  options.consensus.score = "msac";
-  options.consensus.local_optimization = "lo_ransac";
-  options.consensus.refit = "iterated";
+  options.consensus.score = ScoreKind::kMsac;
+  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
+  options.consensus.refit = Refit::kIterated;
   options.consensus.refit_rounds = 5;
   options.consensus.refit_threshold_factor = 1.2;
-  options.consensus.final_score = "msac";
-  if (IsTwoView(task)) options.consensus.final_refinement = "lm";
+  options.consensus.final_score = ScoreKind::kMsac;
+  if (IsTwoView(task)) options.consensus.final_refinement = FinalRefinement::kRefinement;
   return options;
 }
 
 }  // namespace
 
 void ClassicalOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1));
-  b.Group("sampling", sampling);
-  b.Group("consensus", consensus);
+  b.Field("hypotheses", hypotheses, AtLeast(1))
+      .Help("minimal sets: exactly so many, at most with stopping: confidence");
+  b.Field("sampling", sampling).Help("the source of minimal sets");
+  consensus.max_iterations = hypotheses;
+  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Require(consensus.max_iterations == hypotheses, "consensus.max_iterations",
+            "nothing; this row's budget is `hypotheses`");
+  b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
   for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
 }
 
@@ -81,29 +88,32 @@ ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
   if (!IsClassical(type)) throw Error("unknown method type '" + type + "'");
   if (type == "ransac") return {};
   ClassicalOptions options = LocallyOptimized(task);
-  if (type == "prosac" || type == "napsac" || type == "p_napsac") options.sampling.source = type;
-  if (type == "gc_ransac") options.consensus.local_optimization = "gc_ransac";
+  if (type == "prosac" || type == "napsac" || type == "p_napsac")
+    options.sampling.source = FromString<SourceKind>(type);
+  if (type == "gc_ransac") options.consensus.local_optimization = LocalOptimization::kGraphCut;
   if (type == "magsac_pp") {
-    options.consensus.score = options.consensus.final_score = "magsac_pp";
+    options.consensus.score = options.consensus.final_score = ScoreKind::kMagsac;
     options.consensus.score_threshold_factor = 2.5;
-    options.consensus.local_optimization = options.consensus.refit = "irls";
+    options.consensus.local_optimization = LocalOptimization::kReweighted;
+    options.consensus.refit = Refit::kReweighted;
     options.consensus.refit_threshold_factor = 1.0;
   }
   if (type == "exhaustive") {
     options.exhaustive = true;
     options.hypotheses = 2'000'000;
-    options.consensus.local_optimization = "none";
-    options.consensus.refit = "em";
+    options.consensus.local_optimization = LocalOptimization::kNone;
+    options.consensus.refit = Refit::kMixture;
     options.consensus.refit_rounds = 1;
     options.consensus.refit_threshold_factor = 1.0;
     options.consensus.refit_candidates = 5;
-    options.consensus.final_score = "gaussian_uniform";
+    options.consensus.final_score = ScoreKind::kGaussianUniform;
   }
   return options;
 }
 
 Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+  return TimedEstimate(problem.task,
+                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
 std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task) {

@@ -12,9 +12,9 @@ namespace diffsac {
 
 /// Options of the methods that search over minimal sets without learning.
 struct ClassicalOptions {
-  /// Minimal sets: exactly so many with `consensus.stopping: budget`, at most so many otherwise. The exhaustive method
-  /// takes every one of them, unless there are more than this: then it takes this many random ones, as its report's
-  /// budget shows.
+  /// Minimal sets: exactly so many with `consensus.stopping: budget`, at most so many otherwise (it stands for
+  /// consensus.max_iterations). The exhaustive method takes every one of them, unless there are more than this: then it
+  /// takes this many random ones, as its report's budget shows.
   int hypotheses = 1000;
   bool exhaustive = false;  ///< Set by the method's type, not by a key.
   /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.

@@ -14,7 +14,8 @@ void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options
                        const Rng& rng, Estimate* estimate) {
   ConsensusHints hints;
   hints.models.push_back(model);
-  ConsensusResult result = SampleConsensus<Model>(space.points(), space.threshold(), {}, options, rng, hints);
+  GivenSource no_sets({});
+  ConsensusResult result = SampleConsensus<Model>(space.points(), space.threshold(), no_sets, options, rng, hints);
   estimate->report.hypotheses += result.hypotheses;
   if (result.status != Status::kOk) return;
   estimate->model = std::move(result.model);
@@ -36,7 +37,7 @@ Estimate EstimateModel(const Problem& problem, const DgsacMethodOptions& options
   estimate.minimal_sets = std::move(found.first_sets);
   if (found.status != Status::kOk) return estimate;
   AcceptModel<Model>(space, found.model, &estimate);
-  if (options.finish == "consensus")
+  if (options.finish == DgsacFinish::kConsensus)
     FinishByConsensus<Model>(space, options.consensus, found.model, rng.Fork("consensus"), &estimate);
   return estimate;
 }
@@ -45,8 +46,11 @@ Estimate EstimateModel(const Problem& problem, const DgsacMethodOptions& options
 
 void DgsacMethodOptions::Bind(OptionsBinder& b) {
   search.Bind(b);
-  b.Choice("finish", finish, {"density", "consensus"});
-  b.Group("consensus", consensus);
+  b.Field("finish", finish)
+      .Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
+  b.Field("consensus", consensus)
+      .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
+      .Help("its local optimisation and refits");
   for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
 }
 

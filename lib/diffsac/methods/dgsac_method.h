@@ -8,12 +8,17 @@
 
 namespace diffsac {
 
+/// kDensity: the model is DGSAC's own, found without the problem's inlier threshold | kConsensus: it then passes the
+/// local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
+enum class DgsacFinish { kDensity, kConsensus };
+template <>
+inline constexpr auto kEnumNames<DgsacFinish> = NamesOf<DgsacFinish>({{DgsacFinish::kDensity, "density"},
+                                                                      {DgsacFinish::kConsensus, "consensus"}});
+
 /// Options of the row `dgsac`.
 struct DgsacMethodOptions {
   DgsacOptions search;
-  /// "density": the model is DGSAC's own, found without the problem's inlier threshold | "consensus": it then passes
-  /// the local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
-  std::string finish = "density";
+  DgsacFinish finish = DgsacFinish::kDensity;
   ConsensusOptions consensus;
   void Bind(OptionsBinder& b);
 };

@@ -159,11 +159,7 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
   estimate.status = Status::kNoModel;
   if (!(problem.inlier_threshold > 0.0)) return estimate;
   const int size = static_cast<int>(problem.points.rows());
-  std::vector<int> sets;
-  if (Combinations(size, 2) <= options.hypotheses)
-    ExhaustiveSource().Draw(size, 2, 0, Rng(seed), &sets);
-  else
-    UniformSource().Draw(size, 2, options.hypotheses, Rng(seed), &sets);
+  const std::vector<int> sets = DrawAllOrSome(size, 2, options.hypotheses, Rng(seed));
   estimate.report.hypotheses = static_cast<int>(sets.size() / 2);
 
   const Posterior posterior(problem.points, options.sigma_factor * problem.inlier_threshold, options);
@@ -179,8 +175,8 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
   for (const Slice& candidate : slices) {
     double expected = 0.0;
     for (const Slice& slice : slices)
-      expected += std::exp(slice.log_mass - top) *
-                  std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
+      expected +=
+          std::exp(slice.log_mass - top) * std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
     if (!(expected > best)) continue;
     best = expected;
     AcceptModel<Line>(SolverSpace(problem), candidate.mean, &estimate);

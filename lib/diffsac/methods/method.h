@@ -49,7 +49,7 @@ class Method {
   /// Never throws for bad data; the status says what was wrong.
   virtual diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const = 0;
   /// Same results as one by one (bit for bit, or within the stated tolerance for a network's outputs).
-  virtual std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem> problems,
+  virtual std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
                                                        std::span<const std::uint64_t> seeds) const;
   /// Problems that a batch should hold; 1 when batching brings nothing.
   virtual int PreferredBatch() const { return 1; }

@@ -3,10 +3,12 @@
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/classical.h"
+#include "diffsac/methods/clnet.h"
 #include "diffsac/methods/dgsac_method.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/opencv_usac.h"
-#include "diffsac/methods/trained_config.h"
 #include "diffsac/methods/weighted_method.h"
 
 namespace diffsac {
@@ -40,14 +42,23 @@ std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& c
   const std::string type = config.Text("type");
   LearnedRow<Options> row{{}, std::move(defaults)};
   std::string checkpoint = OverrideFor(type, context);
-  if (checkpoint.empty()) checkpoint = ReadOptions(config, row).checkpoint;
+  if (checkpoint.empty() && config.Has("checkpoint")) checkpoint = config.Text("checkpoint");
   if (checkpoint.empty())
     throw Error(config.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
   const auto network = load(checkpoint, DeviceFromString(context.device));
   const auto trained = Config::FromString(ReadCheckpointInfo(checkpoint).config, checkpoint + " (its configuration)");
-  row.options = ReadOptions(trained.Sub("inference"), row.options);
+  row.options = ReadStoredOptions(trained.Sub("inference"), row.options);
   row = ReadOptions(config, row);
+  CheckRow(config, row.options, *network);
   return std::make_unique<Learned>(network, row.options, context.threads);
+}
+
+template <class Network>
+std::unique_ptr<Method> MakeWeighted(const Config& config, Task task, const MethodContext& context) {
+  return MakeLearned<WeightedMethod>(config, context, DefaultWeightedOptions(Network::kMethod),
+                                     [&](const std::string& checkpoint, const torch::Device& device) {
+                                       return LoadLearnedWeights<Network>(checkpoint, task, device);
+                                     });
 }
 
 std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
@@ -57,20 +68,13 @@ std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const Metho
                                     });
 }
 
-std::unique_ptr<Method> MakeWeighted(const std::string& type, const Config& config, Task task,
-                                     const MethodContext& context) {
-  return MakeLearned<WeightedMethod>(config, context, DefaultWeightedOptions(type),
-                                     [&](const std::string& checkpoint, const torch::Device& device) {
-                                       return LoadLearnedWeights(type, checkpoint, task, device);
-                                     });
-}
-
 }  // namespace
 
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context) {
   const std::string type = config.Text("type");
   if (type == "diffsac") return MakeDiffsac(config, task, context);
-  if (type == "ng_ransac" || type == "clnet") return MakeWeighted(type, config, task, context);
+  if (type == "ng_ransac") return MakeWeighted<NgRansacNetwork>(config, task, context);
+  if (type == "clnet") return MakeWeighted<ClnetNetwork>(config, task, context);
   if (auto method = MakeClassicalMethod(type, config, task)) return method;
   if (auto method = MakeDgsacMethod(type, config, task)) return method;
   if (auto method = MakeOpencvMethod(type, config, task)) return method;

@@ -19,14 +19,7 @@ double Median(std::vector<double>* values) {
 }
 
 std::vector<int> DrawSets(int num_points, int set_size, int budget, std::uint64_t seed) {
-  std::vector<int> sets;
-  const Rng rng = Rng(seed).Fork("theil_sen");
-  if (Combinations(num_points, set_size) <= budget) {
-    ExhaustiveSource().Draw(num_points, set_size, 0, rng, &sets);
-  } else {
-    UniformSource().Draw(num_points, set_size, budget, rng, &sets);
-  }
-  return sets;
+  return DrawAllOrSome(num_points, set_size, budget, Rng(seed).Fork("theil_sen"));
 }
 
 /// The slopes of a model, −n_i / n_D; false when it is parallel to the last axis.

@@ -2,32 +2,31 @@
 
 #include <torch/torch.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "diffsac/consensus/weighted_source.h"
-#include "diffsac/core/parallel.h"
-#include "diffsac/methods/network_batch.h"
 
 namespace diffsac {
 namespace {
 
-PointFeatures FeaturesOf(const LearnedWeights& weights, int preference_draws) {
-  auto options = weights.feature_options;
-  if (preference_draws > 0) options.preference_draws = preference_draws;
-  return PointFeatures(options, weights.task);
+WeightedMethodOptions WithBudget(WeightedMethodOptions options) {
+  options.consensus.max_iterations = std::max(1, options.hypotheses);
+  return options;
 }
 
 }  // namespace
 
 void WeightedMethodOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, Within(0, 1000000));
-  b.Field("weighted_fit", weighted_fit);
-  b.Field("fundamental_points", fundamental_points, Within(7, 8));
-  b.Field("feature_hypotheses", feature_hypotheses);
-  b.Field("preference_draws", preference_draws, AtLeast(0));
-  b.Field("batch", batch, Within(1, 4096));
-  b.Group("consensus", consensus);
+  b.Field("hypotheses", hypotheses, Within(0, 1000000))
+      .Help(
+          "minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well; "
+          "exactly so many, or with consensus.stopping: confidence at most");
+  b.Field("weighted_fit", weighted_fit).Help("add one weighted non-minimal fit with the weights of all points");
+  BindShared(b);
   b.Require(hypotheses > 0 || weighted_fit, "hypotheses", "at least 1 where weighted_fit is false");
+  b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
 }
 
 WeightedMethodOptions DefaultWeightedOptions(const std::string& method) {
@@ -39,76 +38,27 @@ WeightedMethodOptions DefaultWeightedOptions(const std::string& method) {
   return options;
 }
 
-WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, WeightedMethodOptions options,
+void CheckRow(const Config& row, const WeightedMethodOptions& options, const LearnedWeights& weights) {
+  CheckRowKeys(row, {{"consensus.max_iterations", false, "the key hypotheses is the limit"},
+                     {"consensus.stopping", options.hypotheses > 0, "there are no sets; see hypotheses", "budget"}});
+  CheckSharedKeys(row, weights);
+}
+
+WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, const WeightedMethodOptions& options,
                                int threads)
-    : weights_(std::move(weights)),
-      options_(std::move(options)),
-      threads_(threads),
-      features_(FeaturesOf(*weights_, options_.preference_draws)) {}
+    : LearnedMethod(weights, WithBudget(options), threads),
+      weights_(std::move(weights)),
+      hypotheses_(options.hypotheses) {}
 
-diffsac::Estimate WeightedMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return EstimateBatch({&problem, 1}, {&seed, 1})[0];
+void WeightedMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t>,
+                           std::span<Prediction> predictions) const {
+  SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
 }
 
-std::vector<WeightedMethod::Prediction> WeightedMethod::Predict(std::span<const Problem* const> problems,
-                                                                std::span<const std::uint64_t> seeds,
-                                                                double* ms_features, double* ms_network) const {
-  const c10::InferenceMode inference;
-  const auto start = MethodClock::now();
-  const std::int64_t count = static_cast<std::int64_t>(problems.size());
-  std::vector<Prediction> predictions(problems.size());
-  ParallelFor(count, threads_, [&](std::int64_t b) {
-    predictions[b].features = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features"));
-  });
-  *ms_features = MillisecondsSince(start);
-
-  const auto network_start = MethodClock::now();
-  std::vector<const FeatureSet*> sets;
-  for (const auto& prediction : predictions) sets.push_back(&prediction.features);
-  const auto batch = MakePointBatch(sets);
-  const auto weights =
-      weights_->network->Weights(batch.To(weights_->device)).to(torch::kCPU, torch::kDouble).contiguous();
-  for (std::int64_t b = 0; b < count; ++b) {
-    const double* values = weights.data_ptr<double>() + b * batch.max_points();
-    predictions[b].weights.assign(values, values + batch.lengths[b]);
-  }
-  *ms_network = MillisecondsSince(network_start);
-  return predictions;
-}
-
-template <MinimalModel Model>
-ConsensusResult WeightedMethod::Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const {
-  const SolverSpace space(problem);
-  const int points = static_cast<int>(space.points().rows());
-  std::vector<int> sets;
-  if (options_.hypotheses > 0)
-    WeightedSource(prediction.weights)
-        .Draw(points, Model::kMinimalSize, options_.hypotheses, rng.Fork("minimal_sets"), &sets);
-  ConsensusHints hints;
-  if (options_.feature_hypotheses) hints.models = prediction.features.models;
-  if (options_.weighted_fit) hints.fit_weights = Eigen::Map<const Eigen::VectorXd>(prediction.weights.data(), points);
-  return SampleConsensus<Model>(space.points(), space.threshold(), sets, options_.consensus, rng.Fork("consensus"),
-                                hints);
-}
-
-diffsac::Estimate WeightedMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
-                                               std::uint64_t seed) const {
-  const auto start = MethodClock::now();
-  const Rng rng(seed);
-  auto result = DispatchSetSize(problem.task, options_.fundamental_points,
-                                [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
-  return EstimateOf(std::move(result), prediction.features.hypotheses, start);
-}
-
-std::vector<diffsac::Estimate> WeightedMethod::EstimateBatch(std::span<const Problem> problems,
-                                                             std::span<const std::uint64_t> seeds) const {
-  const auto predict = [&](std::span<const Problem* const> good, std::span<const std::uint64_t> good_seeds,
-                           double* ms_features,
-                           double* ms_network) { return Predict(good, good_seeds, ms_features, ms_network); };
-  const auto finish = [&](const Problem& problem, const Prediction& prediction, std::uint64_t seed) {
-    return EstimateFrom(problem, prediction, seed);
-  };
-  return EstimateTogether(problems, seeds, threads_, predict, finish);
+std::unique_ptr<HypothesisSource> WeightedMethod::MakeSource(const Guidance& guide) const {
+  if (hypotheses_ == 0) return std::make_unique<SequenceSource>();  // no sets: the weighted fit alone
+  const std::vector<double> weights(guide.prediction.weights.begin(), guide.prediction.weights.end());
+  return std::make_unique<WeightedSource>(weights, guide.set_size, guide.rng.Fork("minimal_sets"));
 }
 
 }  // namespace diffsac

@@ -4,19 +4,21 @@
 #include <cmath>
 
 #include "diffsac/core/parallel.h"
+#include "diffsac/methods/clnet.h"
+#include "diffsac/methods/weighted_method.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/consensus_loss.h"
 #include "diffsac/train/expected_loss.h"
-#include "diffsac/train/weights_learner.h"
+#include "diffsac/train/network_learner.h"
 
 namespace diffsac {
 namespace {
 
-class ClnetLearner : public WeightsLearner {
+class ClnetLearner : public NetworkLearner<LearnedWeights, WeightedMethod, WeightedMethodOptions> {
  public:
   ClnetLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : WeightsLearner(options, device, threads, [&] {
-          return MakeClnetWeights(TaskFromString(options.task), options.clnet_network, Rng(options.train.seed));
+      : NetworkLearner(options, options.weighted_inference, device, threads, [&](Task task, const Rng& rng) {
+          return MakeLearnedWeights<ClnetNetwork>(task, options.clnet_network, rng);
         }) {}
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
@@ -63,7 +65,7 @@ torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, C
 Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                                     const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
-  auto& network = dynamic_cast<ClnetNetwork&>(*weights_->network);
+  auto& network = dynamic_cast<ClnetNetwork&>(*network_->network);
   const auto output = network.Run(points.To(device_));
   const auto truth = MakeTruth(items, points.max_points());
   const auto entropy = [&](const torch::Tensor& logits, const torch::Tensor& index, const torch::Tensor& mask) {

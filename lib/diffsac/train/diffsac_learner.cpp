@@ -6,8 +6,9 @@
 
 #include "diffsac/diffusion/losses.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/distributed.h"
-#include "diffsac/train/learner.h"
+#include "diffsac/train/network_learner.h"
 
 namespace diffsac {
 namespace {
@@ -18,10 +19,8 @@ struct StepTensors {
 };
 
 StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
-  std::vector<const FeatureSet*> sets;
-  for (const auto& item : items) sets.push_back(&item.features);
   StepTensors step;
-  step.points = MakePointBatch(sets);
+  step.points = CollatePoints(items);
   const std::int64_t batch = static_cast<std::int64_t>(items.size()), points = step.points.max_points();
   step.inliers = torch::zeros({batch, points});
   step.labels = torch::full({batch, copies, points}, -1.0f);
@@ -69,21 +68,12 @@ class Autocast {
   c10::DeviceType type_;
 };
 
-class DiffsacLearner : public Learner {
+class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacMethod, DiffsacOptions> {
  public:
   DiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : options_(options), device_(device), threads_(threads) {
-    const Task task = TaskFromString(options.task);
-    const Rng rng(options.train.seed);
-    network_ = std::make_shared<DiffsacNetwork>(task, options.network, rng);
-    averaged_ = std::make_shared<DiffsacNetwork>(task, options.network, rng);
-    network_->MoveTo(device_);
-    averaged_->MoveTo(device_);
-    averaged_->denoiser->eval();
-  }
-  torch::nn::Module& network() override { return *network_->denoiser; }
-  torch::nn::Module& averaged() override { return *averaged_->denoiser; }
-  const PointFeatures& features() const override { return network_->features; }
+      : NetworkLearner(options, options.inference, device, threads, [&](Task task, const Rng& rng) {
+          return std::make_shared<DiffsacNetwork>(task, options.network, rng);
+        }) {}
   int copies() const override { return options_.train.noise_copies; }
   int schedule_steps() const override { return options_.network.schedule.steps; }
   std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
@@ -92,9 +82,6 @@ class DiffsacLearner : public Learner {
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
-  std::unique_ptr<Method> AveragedMethod() const override {
-    return std::make_unique<DiffsacMethod>(averaged_, options_.inference, threads_);
-  }
 
  private:
   struct Losses {
@@ -103,12 +90,6 @@ class DiffsacLearner : public Learner {
   /// c_t and t.
   std::pair<torch::Tensor, torch::Tensor> Noised(const StepTensors& step) const;
   Losses Forward(const StepTensors& step, std::int64_t iteration);
-
-  TrainConfig options_;
-  torch::Device device_;
-  int threads_;
-  std::shared_ptr<DiffsacNetwork> network_;
-  std::shared_ptr<DiffsacNetwork> averaged_;
 };
 
 std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors& step) const {

@@ -6,11 +6,13 @@
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/task_dispatch.h"
+#include "diffsac/methods/weighted_method.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/metrics_log.h"
-#include "diffsac/train/weights_learner.h"
+#include "diffsac/train/network_learner.h"
 
 namespace diffsac {
 namespace {
@@ -20,14 +22,15 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
     std::sort(set, set + Model::kMinimalSize);
   const SolverSpace space(problem);
-  return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), sets, options, rng));
+  GivenSource source(sets);
+  return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 
-class NgRansacLearner : public WeightsLearner {
+class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, WeightedMethodOptions> {
  public:
   NgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : WeightsLearner(options, device, threads, [&] {
-          return MakeNgRansacWeights(TaskFromString(options.task), options.ng_ransac_network, Rng(options.train.seed));
+      : NetworkLearner(options, options.weighted_inference, device, threads, [&](Task task, const Rng& rng) {
+          return MakeLearnedWeights<NgRansacNetwork>(task, options.ng_ransac_network, rng);
         }) {}
   std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
   double RateFactor(std::int64_t iteration) const override {
@@ -41,17 +44,17 @@ class NgRansacLearner : public WeightsLearner {
   bool IsInitialization(std::int64_t iteration) const {
     return iteration < options_.ng_ransac.initialization_iterations;
   }
-  int SetSize() const {
-    return task_ == Task::kFundamental ? options_.weighted_inference.fundamental_points : MinimalSetSize(task_);
-  }
+  int SetSize() const { return task_ == Task::kFundamental ? inference_.fundamental_points : MinimalSetSize(task_); }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
 
 // ℓ of the hypothesis that the consensus selects from a pool, in [0, 1] (of "inliers": in [−1, 0]).
 double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
-  const auto& consensus = options_.weighted_inference.consensus;
+  auto consensus = inference_.consensus;
+  consensus.stopping = Stopping::kBudget;
+  consensus.max_iterations = options_.ng_ransac.hypotheses;
   const auto& problem = example.problem;
-  const auto estimate = DispatchSetSize(task_, options_.weighted_inference.fundamental_points, [&]<class Model>() {
+  const auto estimate = DispatchSetSize(task_, inference_.fundamental_points, [&]<class Model>() {
     return Select<Model>(problem, std::move(sets), consensus, rng);
   });
   if (options_.ng_ransac.loss == "inliers")
@@ -95,7 +98,7 @@ Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& ite
 Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                                        const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
-  const auto log_weights = dynamic_cast<NgRansacNetwork&>(*weights_->network).LogWeights(points.To(device_));
+  const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->network).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
   for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));

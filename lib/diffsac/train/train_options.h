@@ -6,8 +6,10 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/data/labels.h"
+#include "diffsac/methods/clnet.h"
 #include "diffsac/methods/diffsac_network.h"
 #include "diffsac/methods/diffsac_options.h"
+#include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/weighted_method.h"
 #include "diffsac/train/training_source.h"
 #include "diffsac/train/weights_options.h"

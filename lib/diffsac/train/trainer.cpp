@@ -47,6 +47,10 @@ class Trainer {
   }
   void Step(const std::vector<TrainingItem>& items, std::int64_t iteration);
   std::vector<double> Validate();
+  /// Validates, logs and saves what is due after a step.
+  void Report(std::int64_t iteration, double data_wait_seconds);
+  std::vector<double> ValidateWhenDue(std::int64_t done, bool due);
+  void AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies);
   void Save(const std::string& name, bool with_optimizer);
   void Resume();
   std::string CheckpointPath(const std::string& name) const { return directory_.File("checkpoints/" + name); }
@@ -66,6 +70,10 @@ class Trainer {
   CheckpointInfo info_;
   std::vector<double> loss_sums_;  // of the learner's parts since the last row of metrics
   std::int64_t losses_ = 0;
+  // Of the process that writes:
+  std::optional<MetricsLog> log_;
+  std::chrono::steady_clock::time_point window_start_;  // the time of the last row of metrics
+  double waited_ = 0.0;                                 // for data, until then
 };
 
 Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
@@ -155,6 +163,46 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   }
 }
 
+// NaN where no validation is due.
+std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
+  if (!due) return std::vector<double>(validation_->names().size(), kNotMeasured);
+  auto accuracies = Validate();
+  const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
+  // Where validation is saturated, the longer trained.
+  if (mean >= info_.best_validation) {
+    info_.best_validation = mean;
+    Save("best.pt", false);
+  }
+  LogInfo("iteration " + std::to_string(done) + ": validation mAA " + Text("%.4f", mean) + " (best " +
+          Text("%.4f", info_.best_validation) + ")");
+  return accuracies;
+}
+
+void Trainer::AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies) {
+  const auto now = std::chrono::steady_clock::now();
+  const double seconds = std::chrono::duration<double>(now - window_start_).count();
+  std::vector<double> row;
+  for (double& sum : loss_sums_) row.push_back(std::exchange(sum, 0.0) / losses_);
+  row.push_back(Rate(iteration));
+  row.push_back(seconds > 0 ? (data_wait_seconds - waited_) / seconds : 0.0);
+  row.insert(row.end(), accuracies.begin(), accuracies.end());
+  log_->Append(iteration + 1, row);
+  losses_ = 0;
+  window_start_ = std::chrono::steady_clock::now();
+  waited_ = data_wait_seconds;
+}
+
+void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
+  const auto& train = options_.train;
+  const std::int64_t done = iteration + 1;
+  const bool last = done == train.iterations;
+  const auto due = [&](std::int64_t every) { return done % every == 0 || last; };
+  const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
+  if (due(train.log_every)) AppendRow(iteration, data_wait_seconds, accuracies);
+  if (due(train.checkpoint_every)) Save("last.pt", true);
+  if (due(train.validate_every)) log_->Draw();
+}
+
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(learner_->network())) +
@@ -162,8 +210,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   std::vector<std::string> columns = learner_->loss_names();
   columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
   if (team_.main()) columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
-  std::optional<MetricsLog> log;
-  if (team_.main()) log.emplace(directory_.path(), columns, info_.iteration);
+  if (team_.main()) log_.emplace(directory_.path(), columns, info_.iteration);
 
   const TrainingSource source(parts_, learner_->features(), options_.labels, train.two_view, learner_->copies(),
                               learner_->schedule_steps(), train.seed);
@@ -171,8 +218,8 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
   std::optional<Progress> progress;
   if (team_.main()) progress.emplace("training", train.iterations - info_.iteration);
-  auto window_start = std::chrono::steady_clock::now();
-  double waited = items.wait_seconds();
+  window_start_ = std::chrono::steady_clock::now();
+  waited_ = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (team_.Any(stop.load())) {
       Save("last.pt", true);
@@ -182,36 +229,9 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
     std::vector<TrainingItem> batch;
     for (int b = 0; b < team_.batch(); ++b) batch.push_back(items.Next());
     Step(batch, iteration);
-    const std::int64_t done = info_.iteration = iteration + 1;
+    info_.iteration = iteration + 1;
     if (!team_.main()) continue;
-    const bool last = done == train.iterations;
-    std::vector<double> accuracies(validation_->names().size(), kNotMeasured);
-    if (done % train.validate_every == 0 || last) {
-      accuracies = Validate();
-      const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
-      // Where validation is saturated, the longer trained.
-      if (mean >= info_.best_validation) {
-        info_.best_validation = mean;
-        Save("best.pt", false);
-      }
-      LogInfo("iteration " + std::to_string(done) + ": validation mAA " + Text("%.4f", mean) + " (best " +
-              Text("%.4f", info_.best_validation) + ")");
-    }
-    if (done % train.log_every == 0 || last) {
-      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - window_start).count();
-      const double share = seconds > 0 ? (items.wait_seconds() - waited) / seconds : 0.0;
-      std::vector<double> row;
-      for (double& sum : loss_sums_) row.push_back(std::exchange(sum, 0.0) / losses_);
-      row.push_back(Rate(iteration));
-      row.push_back(share);
-      row.insert(row.end(), accuracies.begin(), accuracies.end());
-      log->Append(done, row);
-      losses_ = 0;
-      window_start = std::chrono::steady_clock::now();
-      waited = items.wait_seconds();
-    }
-    if (done % train.checkpoint_every == 0 || last) Save("last.pt", true);
-    if (done % train.validate_every == 0 || last) log->Draw();
+    Report(iteration, items.wait_seconds());
     progress->Advance();
   }
   if (progress) progress->Finish();

@@ -75,10 +75,10 @@ std::vector<double> Validation::Run(const Method& method) const {
     double sum = 0.0;
     const std::size_t batch = method.PreferredBatch();
     for (std::size_t first = 0; first < group.size(); first += batch) {
-      std::vector<Problem> problems;
+      std::vector<const Problem*> problems;
       std::vector<std::uint64_t> seeds;
       for (std::size_t i = first; i < std::min(first + batch, group.size()); ++i) {
-        problems.push_back(group[i].problem);
+        problems.push_back(&group[i].problem);
         seeds.push_back(Rng(seed_).Fork("validation", i).Seed());
       }
       const auto estimates = method.EstimateBatch(problems, seeds);

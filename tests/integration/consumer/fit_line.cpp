@@ -1,18 +1,14 @@
 // Fits a line to ten points of which three are outliers, with exhaustive minimal sets: y = x / 2 + 1.
 #include <cmath>
 #include <cstdio>
-#include <vector>
 
 #include "diffsac/consensus/sample_consensus.h"
 
 int main() {
   diffsac::PointMatrix points(10, 2);
   points << 0, 1, 1, 1.5, 2, 2, 3, 2.5, 4, 3, 5, 3.5, 6, 4, 1, 9, 7, 0, 8, 9;
-  std::vector<int> minimal_sets;
-  for (int i = 0; i < 10; ++i)
-    for (int j = i + 1; j < 10; ++j) minimal_sets.insert(minimal_sets.end(), {i, j});
-
-  const auto result = diffsac::SampleConsensus<diffsac::Line>(points, 0.1, minimal_sets, {}, diffsac::Rng(1));
+  diffsac::ExhaustiveSource source(10, diffsac::Line::kMinimalSize);
+  const auto result = diffsac::SampleConsensus<diffsac::Line>(points, 0.1, source, {}, diffsac::Rng(1));
   if (result.status != diffsac::Status::kOk) return 1;
   const double slope = -result.model[0] / result.model[1];
   const double intercept = -result.model[2] / result.model[1];

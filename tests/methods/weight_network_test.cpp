@@ -7,8 +7,8 @@
 #include "denoiser/test_networks.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/denoiser/clnet_network.h"
-#include "diffsac/denoiser/ng_ransac_network.h"
+#include "diffsac/methods/clnet.h"
+#include "diffsac/methods/ng_ransac.h"
 
 namespace diffsac {
 namespace {

@@ -1,4 +1,4 @@
-#include "diffsac/denoiser/ng_ransac_network.h"
+#include "diffsac/methods/ng_ransac.h"
 
 #include <torch/torch.h>
 
@@ -8,9 +8,9 @@ namespace diffsac {
 namespace nn = torch::nn;
 
 void NgRansacNetworkOptions::Bind(OptionsBinder& b) {
-  b.Group("features", features);
-  b.Field("width", width, Within(4, 4096));
-  b.Field("blocks", blocks, Within(1, 256));
+  b.Field("features", features);
+  b.Field("width", width, Within(4, 4096)).Help("channels");
+  b.Field("blocks", blocks, Within(1, 256)).Help("residual blocks of two linear layers each");
 }
 
 NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng) {

@@ -1,4 +1,4 @@
-#include "diffsac/denoiser/clnet_network.h"
+#include "diffsac/methods/clnet.h"
 
 #include <torch/torch.h>
 
@@ -41,12 +41,12 @@ torch::Tensor BestPoints(const torch::Tensor& scores, const torch::Tensor& mask,
 }  // namespace
 
 void ClnetNetworkOptions::Bind(OptionsBinder& b) {
-  b.Group("features", features);
-  b.Field("width", width, Within(4, 4096));
-  b.Field("neighbors", neighbors, Within(1, 1024));
-  b.Field("annulus", annulus, Within(1, 1024));
-  b.Field("keep", keep, Within(0.01, 1.0));
-  b.Field("fewest", fewest, Within(2, 100000));
+  b.Field("features", features);
+  b.Field("width", width, Within(4, 4096)).Help("channels");
+  b.Field("neighbors", neighbors, Within(1, 1024)).Help("k of each pruning's graph; so many prunings");
+  b.Field("annulus", annulus, Within(1, 1024)).Help("neighbours in an annulus; divides every k");
+  b.Field("keep", keep, Within(0.01, 1.0)).Help("share of the points that a pruning keeps");
+  b.Field("fewest", fewest, Within(2, 100000)).Help("a pruning keeps at least so many points");
   b.Require(!neighbors.empty(), "neighbors", "one number for each pruning, at least one");
   const bool divides = std::all_of(neighbors.begin(), neighbors.end(), [&](int k) { return k % annulus == 0; });
   b.Require(divides, "annulus", "a divisor of every number in neighbors");

@@ -1,9 +1,12 @@
-#include "diffsac/methods/trained_config.h"
+#include "diffsac/methods/learned_network.h"
+
+#include <torch/torch.h>
 
 #include <filesystem>
 
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/denoiser/denoiser.h"
 
 namespace diffsac {
 namespace {
@@ -33,6 +36,11 @@ std::string MethodOf(const Config& config) { return config.Has("method") ? confi
 
 }  // namespace
 
+void LearnedNetwork::MoveTo(const torch::Device& target) {
+  module->to(target);
+  device = target;
+}
+
 std::string TrainedMethod(const std::string& checkpoint) {
   return MethodOf(ConfigOf(ReadCheckpointInfo(checkpoint), checkpoint));
 }
@@ -47,7 +55,25 @@ TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string
   if (TaskFromString(trained_task) != task)
     throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) +
                 "'");
-  return {config, info.seed, FactsOf(info, config)};
+  return {checkpoint, config, info.seed, FactsOf(info, config)};
+}
+
+void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network) {
+  LoadAverage(trained.checkpoint, *network->module);
+  network->module->eval();
+  network->facts = trained.facts;
+  network->facts.parameters = CountParameters(*network->module);
+  network->MoveTo(device);
+}
+
+torch::Device DeviceFromString(const std::string& name) {
+  if (name == "cpu") return torch::kCPU;
+  if (name.starts_with("cuda:") && torch::cuda::is_available()) return torch::Device(name);
+  if (name != "auto" && name != "cuda") throw Error("device '" + name + "': expected auto, cpu or cuda");
+  if (torch::cuda::is_available()) return torch::kCUDA;
+  if (name == "cuda")
+    throw Error("device 'cuda': this LibTorch sees no CUDA device (build with -DDIFFSAC_CUDA=ON and a CUDA LibTorch)");
+  return torch::kCPU;
 }
 
 }  // namespace diffsac

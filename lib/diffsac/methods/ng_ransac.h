@@ -8,7 +8,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/data/point_features.h"
 #include "diffsac/denoiser/context_block.h"
-#include "diffsac/denoiser/weight_network.h"
+#include "diffsac/methods/weight_network.h"
 
 namespace diffsac {
 
@@ -25,6 +25,9 @@ struct NgRansacNetworkOptions {
 /// makes it the categorical distribution from which minimal sets are drawn.
 class NgRansacNetwork : public WeightNetwork {
  public:
+  using Options = NgRansacNetworkOptions;
+  static constexpr const char* kMethod = "ng_ransac";
+
   NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng);
   /// log p(y; w) [B, N], sums to 1 in p over a problem's points; −1e9 or less for padding.
   torch::Tensor LogWeights(const PointBatch& batch);

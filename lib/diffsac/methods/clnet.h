@@ -8,7 +8,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/data/point_features.h"
 #include "diffsac/denoiser/context_block.h"
-#include "diffsac/denoiser/weight_network.h"
+#include "diffsac/methods/weight_network.h"
 
 namespace diffsac {
 
@@ -82,6 +82,9 @@ class ClnetPruning : public torch::nn::Module {
 /// The network of Zhao et al., "Progressive correspondence pruning by consensus learning", ICCV 2021.
 class ClnetNetwork : public WeightNetwork {
  public:
+  using Options = ClnetNetworkOptions;
+  static constexpr const char* kMethod = "clnet";
+
   ClnetNetwork(const ClnetNetworkOptions& options, int input_width, Rng rng);
   ClnetOutput Run(const PointBatch& batch);
   /// tanh(relu(logit)) of the candidates, 0 for all others; sigmoid(logit) where that leaves fewer than `fewest` / 2

@@ -1,0 +1,94 @@
+#pragma once
+
+#include "diffsac/consensus/score.h"
+#include "diffsac/consensus/stopping.h"
+#include "diffsac/core/options.h"
+
+namespace diffsac {
+
+/// Local optimisation of each new best hypothesis inside the loop; what scores no higher is dropped.
+///   kNone            "none"
+///   kInnerSamples    "lo_ransac": inner sampling from its inliers and iterated least squares (Chum, Matas, Kittler,
+///                    DAGM 2003); `local_samples` inner samples each time
+///   kReweighted      "irls": least squares reweighted by MAGSAC++, `irls_rounds` at most (irls.h)
+///   kGraphCut        "gc_ransac": inliers labelled by a graph cut over the `graph_neighbors` nearest points, with
+///                    `spatial_weight` λ, and `local_samples` fits to samples of them (graph_cut_optimization.h)
+///   kRefinement      "lm": the model's own nonlinear refinement, where it has one (model_hooks.h)
+enum class LocalOptimization { kNone, kInnerSamples, kReweighted, kGraphCut, kRefinement };
+template <>
+inline constexpr auto kEnumNames<LocalOptimization> =
+    NamesOf<LocalOptimization>({{LocalOptimization::kNone, "none"},
+                                {LocalOptimization::kInnerSamples, "lo_ransac"},
+                                {LocalOptimization::kReweighted, "irls"},
+                                {LocalOptimization::kGraphCut, "gc_ransac"},
+                                {LocalOptimization::kRefinement, "lm"}});
+
+/// After the loop. A refit that fails, or that keeps fewer than γ inliers, leaves the hypothesis as it was.
+///   kNone        "none"
+///   kInliers     "inliers": least squares on the inliers, the paper's
+///   kIterated    "iterated": that, refit_rounds times, kept while the score does not fall. Take it with a smooth
+///                final_score: by inlier count the raw hypothesis, chosen for its count, mostly stays.
+///   kMixture     "em": Gaussian-uniform expectation maximisation with σ fixed and the outlier ratio estimated; each
+///                iteration is a soft-weighted least squares (mixture.h)
+///   kReweighted  "irls": reweighted by MAGSAC++, threshold refit_threshold_factor times the score's, kept while the
+///                final score does not fall
+enum class Refit { kNone, kInliers, kIterated, kMixture, kReweighted };
+template <>
+inline constexpr auto kEnumNames<Refit> = NamesOf<Refit>({{Refit::kNone, "none"},
+                                                          {Refit::kInliers, "inliers"},
+                                                          {Refit::kIterated, "iterated"},
+                                                          {Refit::kMixture, "em"},
+                                                          {Refit::kReweighted, "irls"}});
+
+/// "none" | "lm": the model's own nonlinear refinement, where it has one; kept unless the final score falls.
+enum class FinalRefinement { kNone, kRefinement };
+template <>
+inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"},
+                                                                              {FinalRefinement::kRefinement, "lm"}});
+
+struct ConsensusOptions {
+  /// Chooses among hypotheses (score.h).
+  ScoreKind score = ScoreKind::kInlierCount;
+  /// Scoring threshold as a multiple of the problem's inlier threshold ε (field-notes: MSAC scores best at 1.5 ε;
+  /// MAGSAC++, which knows no σ, at 2 to 3 ε).
+  double score_threshold_factor = 1.0;
+  /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
+  int residual_dof = 0;
+  /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
+  double sigma_factor = 1.0 / 3.0;
+  /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.
+  double inlier_prior = 0.3;
+  LocalOptimization local_optimization = LocalOptimization::kNone;
+  int local_samples = 10;
+  int irls_rounds = 20;
+  int graph_neighbors = 8;
+  double spatial_weight = 0.1;
+  /// Drops hypotheses by a sequential probability ratio test before they are scored in full (sprt.h). Unlike the bound
+  /// that always ends hopeless scoring, this can change the result.
+  bool sprt = false;
+  /// When to end the search. At confidence: once the best model's inliers, at ε, say that a better one would have been
+  /// drawn with probability `confidence`, by the exact hypergeometric rule; after min_iterations at least and
+  /// max_iterations at most.
+  Stopping stopping = Stopping::kBudget;
+  int max_iterations = 1000;
+  int min_iterations = 0;
+  double confidence = 0.99;
+  Refit refit = Refit::kInliers;
+  int refit_rounds = 1;
+  double refit_threshold_factor = 1.0;
+  /// kMixture only: the chosen model is refitted once more with σ estimated, where the assumed σ counts as this many
+  /// inliers' worth of evidence (see MixtureRefit). 0: σ stays as assumed.
+  double sigma_prior = 0.0;
+  /// How many of the best distinct hypotheses (other inliers at the scoring threshold) are refitted; the best result by
+  /// `final_score` wins, the one that scored higher before the refit when they tie. As `final_score`, gaussian_uniform
+  /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
+  int refit_candidates = 1;
+  ScoreKind final_score = ScoreKind::kInlierCount;
+  /// Of each refitted candidate.
+  FinalRefinement final_refinement = FinalRefinement::kNone;
+  /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.
+  int block_size = 0;
+  void Bind(OptionsBinder& b);
+};
+
+}  // namespace diffsac

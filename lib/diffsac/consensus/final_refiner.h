@@ -1,0 +1,118 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "diffsac/consensus/best_hypotheses.h"
+#include "diffsac/consensus/local_optimizer.h"
+
+namespace diffsac {
+
+/// What happens after the search: the best hypotheses are refitted and refined, and the best result by
+/// options.final_score is chosen. Borrows scorer and options.
+template <MinimalModel Model>
+class FinalRefiner {
+ public:
+  using Parameters = typename Model::Parameters;
+
+  FinalRefiner(const Scorer<Model>& scorer, const ConsensusOptions& options, const NoiseScales& scales)
+      : scorer_(scorer),
+        options_(options),
+        scales_(scales),
+        score_(scales.MakeScore(options.final_score, options.inlier_prior)) {}
+
+  /// The chosen model with its final score, of hypotheses best first; nothing without any. Fits are added to *fits.
+  std::optional<ScoredModel<Model>> operator()(const std::vector<typename BestHypotheses<Model>::Entry>& hypotheses,
+                                               int* fits) const {
+    std::optional<ScoredModel<Model>> best;
+    for (const auto& hypothesis : hypotheses) {
+      const Parameters model = Refined(Refitted(hypothesis.model, fits), fits);
+      const double score = ScoreOf(model);
+      if (!best || score > best->score) best = {model, score};
+    }
+    if (best && options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) best = WithSigmaEstimated(*best, fits);
+    return best;
+  }
+
+  int CountInliers(const Parameters& model) const {
+    return static_cast<int>((scorer_.Residuals(model).array() <= scales_.threshold).count());
+  }
+
+ private:
+  double ScoreOf(const Parameters& model) const {
+    if (score_.kind() == ScoreKind::kGaussianUniform) return MixtureScore(scales_.mixture, scorer_.Residuals(model));
+    return scorer_(model, score_);
+  }
+
+  double InlierShare(const Parameters& model) const {
+    return static_cast<double>(CountInliers(model)) / scorer_.size();
+  }
+
+  Parameters Refitted(const Parameters& start, int* fits) const {
+    Parameters model = start;
+    switch (options_.refit) {
+      case Refit::kNone:
+        break;
+      case Refit::kInliers:
+        ++*fits;
+        FitInliers(scorer_, scales_.refit_threshold, &model);
+        break;
+      case Refit::kIterated:
+        model = Iterated(start, fits);
+        break;
+      case Refit::kMixture:
+        *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(start), &model);
+        break;
+      case Refit::kReweighted:
+        model = Reweighted(start, fits);
+        break;
+    }
+    return CountInliers(model) < Model::kMinimalSize ? start : model;
+  }
+
+  Parameters Iterated(const Parameters& start, int* fits) const {
+    ScoredModel<Model> best{start, ScoreOf(start)};
+    for (int round = 0; round < options_.refit_rounds; ++round) {
+      Parameters next = best.model;
+      ++*fits;
+      if (!FitInliers(scorer_, scales_.refit_threshold, &next)) break;
+      const double score = ScoreOf(next);
+      if (!(score >= best.score)) break;
+      const bool settled = next == best.model;
+      best = {next, score};
+      if (settled) break;
+    }
+    return best.model;
+  }
+
+  /// By the final score where that is a sum over points; the mixture's own is compared once, at the end.
+  Parameters Reweighted(const Parameters& start, int* fits) const {
+    const MagsacLoss loss(options_.score_threshold_factor * scales_.refit_threshold, scales_.residual_dof);
+    const ScoredModel<Model> found{start, scorer_(start, score_)};
+    const Parameters model = OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
+    return ScoreOf(model) >= ScoreOf(start) ? model : start;
+  }
+
+  Parameters Refined(const Parameters& start, int* fits) const {
+    if (options_.final_refinement == FinalRefinement::kNone) return start;
+    const Parameters model = RefinedNonlinearly<Model>(scorer_.points(), scales_.score_threshold, start, fits);
+    const bool keep = CountInliers(model) >= Model::kMinimalSize && ScoreOf(model) >= ScoreOf(start);
+    return keep ? model : start;
+  }
+
+  /// Once, for the model that won with σ assumed: candidates that each chose their own σ would not compare as well
+  /// (docs/experiments.md).
+  ScoredModel<Model> WithSigmaEstimated(const ScoredModel<Model>& chosen, int* fits) const {
+    Parameters model = chosen.model;
+    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(model), &model, options_.sigma_prior);
+    if (CountInliers(model) < Model::kMinimalSize) return chosen;
+    return {model, ScoreOf(model)};
+  }
+
+  const Scorer<Model>& scorer_;
+  const ConsensusOptions& options_;
+  const NoiseScales& scales_;
+  Score score_;
+};
+
+}  // namespace diffsac

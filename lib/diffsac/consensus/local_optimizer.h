@@ -1,0 +1,70 @@
+#pragma once
+
+#include <optional>
+
+#include "diffsac/consensus/graph_cut_optimization.h"
+#include "diffsac/consensus/irls.h"
+#include "diffsac/consensus/local_optimization.h"
+#include "diffsac/consensus/noise_scales.h"
+
+namespace diffsac {
+
+/// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none.
+template <MinimalModel Model>
+typename Model::Parameters RefinedNonlinearly(const PointMatrix& points, double threshold,
+                                              const typename Model::Parameters& start, [[maybe_unused]] int* fits) {
+  typename Model::Parameters model = start;
+  if constexpr (HasRefine<Model>) {
+    ++*fits;
+    if (!ModelHooks<Model>::Refine(points, threshold, &model) || !model.allFinite()) return start;
+  }
+  return model;
+}
+
+/// Improves a new best hypothesis in the way that options.local_optimization says. Borrows scorer, score and options.
+template <MinimalModel Model>
+class LocalOptimizer {
+ public:
+  LocalOptimizer(const Scorer<Model>& scorer, const Score& score, const ConsensusOptions& options,
+                 const NoiseScales& scales, const Rng& rng)
+      : scorer_(scorer), score_(score), options_(options), scales_(scales), rng_(rng) {}
+
+  bool active() const { return options_.local_optimization != LocalOptimization::kNone; }
+
+  /// The best model met, `start` itself when none scores higher. Fits are added to *fits.
+  ScoredModel<Model> operator()(const ScoredModel<Model>& start, int* fits) {
+    if (!active()) return start;
+    const double threshold = scales_.score_threshold;
+    const Rng rng = rng_.Fork("local_optimization", runs_++);
+    switch (options_.local_optimization) {
+      case LocalOptimization::kInnerSamples:
+        return OptimizeLocally<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
+      case LocalOptimization::kReweighted:
+        return OptimizeReweighted<Model>(scorer_, score_, MagsacLoss(threshold, scales_.residual_dof),
+                                         options_.irls_rounds, start, fits);
+      case LocalOptimization::kGraphCut:
+        if (!graph_cut_) graph_cut_.emplace(scorer_.points(), options_.graph_neighbors, options_.spatial_weight);
+        return OptimizeByGraphCut<Model>(scorer_, score_, threshold, *graph_cut_, options_.local_samples, start, rng,
+                                         fits);
+      case LocalOptimization::kRefinement: {
+        const auto model = RefinedNonlinearly<Model>(scorer_.points(), threshold, start.model, fits);
+        const double score = scorer_(model, score_, start.score);
+        return score > start.score ? ScoredModel<Model>{model, score} : start;
+      }
+      case LocalOptimization::kNone:
+        break;
+    }
+    return start;
+  }
+
+ private:
+  const Scorer<Model>& scorer_;
+  const Score& score_;
+  const ConsensusOptions& options_;
+  const NoiseScales& scales_;
+  Rng rng_;
+  std::optional<GraphCut> graph_cut_;  ///< Made when it is first needed.
+  std::uint64_t runs_ = 0;
+};
+
+}  // namespace diffsac

@@ -1,0 +1,76 @@
+#include "diffsac/methods/diffsac_options.h"
+
+#include <string>
+
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+
+// Where a key does not act, the value that switches off what a row inherits may stand there all the same.
+void DiffsacOptions::Bind(OptionsBinder& b) {
+  b.Field("guide", guide).Help("what the first sets come from: the reverse process, or the inlier head without any");
+  const bool diffusion = guide == SetGuide::kDiffusion;
+  const char* by_diffusion = "guide: diffusion";
+  b.Field("copies", copies, Within(1, 10000)).Help("κ: noise vectors, and minimal sets, for each problem");
+  b.Field("sampler", sampler).OnlyIf(diffusion, by_diffusion).Help("which reverse process, and how many network steps");
+  b.Field("selection", selection)
+      .OnlyIf(diffusion || selection == SetSelection::kGumbel, by_diffusion)
+      .Help(
+          "maximum: top-γ; probabilistic: γ drawn by softmax(confidence / temperature); gumbel: γ drawn in proportion "
+          "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
+  b.Field("head_sets", head_sets, Within(0, 10000))
+      .OnlyIf(diffusion || head_sets == 0, by_diffusion)
+      .Help("so many sets more from the inlier head, after those of the copies");
+  const bool drawn = !diffusion || selection != SetSelection::kMaximum || head_sets > 0;
+  b.Field("temperature", temperature, Positive())
+      .OnlyIf(drawn, "selection: probabilistic or gumbel, or sets from the inlier head")
+      .Help(
+          "of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
+          "through ten such temperatures again and again");
+  b.Field("extra_sets", extra_sets, Within(0, 1000000)).Help("so many sets more from another source, after the others");
+  b.Field("extra_source", extra_source, {SourceKind::kUniform, SourceKind::kProsac})
+      .OnlyIf(extra_sets > 0, "extra_sets above 0")
+      .Help("prosac samples uniformly on data without a quality");
+  b.Field("unique_sets", unique_sets)
+      .OnlyIf(diffusion || !unique_sets, by_diffusion)
+      .Help("no minimal set of the copies is solved twice");
+  const bool may_lack = diffusion && unique_sets && selection == SetSelection::kMaximum;
+  b.Field("intermediate_sets", intermediate_sets)
+      .OnlyIf(may_lack || !intermediate_sets, "guide: diffusion, selection: maximum and unique_sets")
+      .Help("where the copies have no new set, or go on, predictions of earlier reverse steps follow, latest first");
+  b.Field("learned_refit", weighted_fit)
+      .Help("add one weighted least-squares hypothesis with the network's inlier probabilities as weights");
+  b.Field("max_decoded_points", max_decoded_points, AtLeast(0))
+      .OnlyIf(diffusion || max_decoded_points == 0, by_diffusion)
+      .Help("decode only this many points of highest inlier probability; 0 decodes all; needs the inlier head");
+  BindShared(b);
+  b.Require(consensus.min_iterations <= consensus.max_iterations, "consensus.min_iterations",
+            "at most consensus.max_iterations");
+}
+
+void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network) {
+  const auto need_head = [&](bool asked, const char* key) {
+    if (asked && !network.options.denoiser.inlier_head)
+      throw Error(std::string("inference.") + key +
+                  ": the network has no inlier head (network.denoiser.inlier_head is false)");
+  };
+  need_head(options.weighted_fit, "learned_refit");
+  need_head(options.guide == SetGuide::kInlierHead, "guide");
+  need_head(options.head_sets > 0, "head_sets");
+  need_head(options.max_decoded_points > 0, "max_decoded_points");
+  const bool eight = network.task == Task::kFundamental && options.fundamental_points == 8;
+  const int set_size = eight ? 8 : MinimalSetSize(network.task);
+  if (options.max_decoded_points > 0 && options.max_decoded_points < set_size)
+    throw Error("inference.max_decoded_points: expected 0 or at least " + std::to_string(set_size) +
+                ", the points of a minimal set");
+}
+
+void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacNetwork& network) {
+  const bool by_confidence = options.consensus.stopping == Stopping::kConfidence;
+  CheckRowKeys(row, {{"sampler", !network.options.direct, "the network was trained without diffusion"},
+                     {"consensus.max_iterations", by_confidence,
+                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
+  CheckSharedKeys(row, network);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,168 @@
+#include "diffsac/methods/learned_method.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/status.h"
+#include "diffsac/methods/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
+  auto options = network.feature_options;
+  if (preference_draws > 0) options.preference_draws = preference_draws;
+  return PointFeatures(options, network.task);
+}
+
+/// Those of a batch that can be estimated from.
+struct Fit {
+  std::vector<const Problem*> problems;
+  std::vector<std::uint64_t> seeds;
+  std::vector<std::size_t> places;
+};
+
+Fit FitProblems(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds,
+                std::vector<Estimate>* estimates) {
+  Fit fit;
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    (*estimates)[i].status = CheckProblem(*problems[i]);
+    if ((*estimates)[i].status != Status::kOk) continue;
+    fit.problems.push_back(problems[i]);
+    fit.seeds.push_back(seeds[i]);
+    fit.places.push_back(i);
+  }
+  return fit;
+}
+
+}  // namespace
+
+void LearnedOptions::BindShared(OptionsBinder& b) {
+  b.Field("fundamental_points", fundamental_points, Within(7, 8))
+      .Help("points in a minimal set of a fundamental matrix; as the labels of the training had");
+  b.Field("feature_hypotheses", feature_hypotheses)
+      .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
+  b.Field("preference_draws", preference_draws, AtLeast(0))
+      .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
+  b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
+  b.Field("consensus", consensus);
+}
+
+LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads)
+    : network_(std::move(network)),
+      options_(options),
+      threads_(threads),
+      features_(FeaturesOf(*network_, options_.preference_draws)) {}
+
+diffsac::Estimate LearnedMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+  const Problem* one = &problem;
+  return EstimateBatch({&one, 1}, {&seed, 1})[0];
+}
+
+std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Problem* const> problems,
+                                                            std::span<const std::uint64_t> seeds) const {
+  const auto start = MethodClock::now();
+  std::vector<diffsac::Estimate> estimates(problems.size());
+  const Fit fit = FitProblems(problems, seeds, &estimates);
+  if (fit.problems.empty()) return estimates;
+  const Timed timed = PredictTimed(fit.problems, fit.seeds);
+  ParallelFor(static_cast<std::int64_t>(fit.problems.size()), threads_, [&](std::int64_t b) {
+    estimates[fit.places[b]] = EstimateFrom(*fit.problems[b], timed.predictions[b], fit.seeds[b]);
+  });
+  const double share = 1.0 / static_cast<double>(fit.problems.size());  // times of a batch are shared equally
+  const double ms_total = MillisecondsSince(start);
+  for (const std::size_t place : fit.places) {
+    auto& report = estimates[place].report;
+    report.ms_features = timed.ms_features * share;
+    report.ms_denoise = timed.ms_network * share;
+    report.ms_total = ms_total * share;
+  }
+  return estimates;
+}
+
+std::vector<FeatureSet> LearnedMethod::ComputeFeatures(std::span<const Problem* const> problems,
+                                                       std::span<const std::uint64_t> seeds) const {
+  std::vector<FeatureSet> sets(problems.size());
+  ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
+              [&](std::int64_t b) { sets[b] = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features")); });
+  return sets;
+}
+
+LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const Problem* const> problems,
+                                                 std::span<const std::uint64_t> seeds) const {
+  const c10::InferenceMode inference;
+  Timed timed;
+  const auto start = MethodClock::now();
+  auto sets = ComputeFeatures(problems, seeds);
+  timed.ms_features = MillisecondsSince(start);
+
+  const auto network_start = MethodClock::now();
+  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
+  std::vector<const FeatureSet*> rows;
+  for (const auto& prediction : timed.predictions) rows.push_back(&prediction.features);
+  const auto batch = MakePointBatch(rows).To(network_->device);
+  Infer(batch, seeds, timed.predictions);
+  timed.ms_network = MillisecondsSince(network_start);
+  return timed;
+}
+
+std::vector<Prediction> LearnedMethod::Predict(std::span<const Problem* const> problems,
+                                               std::span<const std::uint64_t> seeds) const {
+  return PredictTimed(problems, seeds).predictions;
+}
+
+template <MinimalModel Model>
+ConsensusResult LearnedMethod::Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const {
+  const SolverSpace space(problem);
+  const auto source = MakeSource({problem, space.points(), prediction, Model::kMinimalSize, rng});
+  ConsensusHints hints;
+  if (options_.feature_hypotheses) hints.models = prediction.features.models;
+  if (options_.weighted_fit)
+    hints.fit_weights =
+        Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
+  return SampleConsensus<Model>(space.points(), space.threshold(), *source, options_.consensus, rng.Fork("consensus"),
+                                hints);
+}
+
+diffsac::Estimate LearnedMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
+                                              std::uint64_t seed) const {
+  const auto start = MethodClock::now();
+  const Rng rng(seed);
+  auto result = DispatchSetSize(problem.task, options_.fundamental_points,
+                                [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
+  diffsac::Estimate estimate = EstimateOf(std::move(result));
+  estimate.report.hypotheses += prediction.features.hypotheses;
+  estimate.report.ms_consensus = MillisecondsSince(start);
+  return estimate;
+}
+
+void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& lengths,
+                  std::span<Prediction> predictions) {
+  const auto values = rows.to(torch::kCPU, torch::kFloat).contiguous();
+  for (std::size_t b = 0; b < predictions.size(); ++b) {
+    const float* row = values.data_ptr<float>() + static_cast<std::int64_t>(b) * values.size(1);
+    predictions[b].weights.assign(row, row + lengths[b]);
+  }
+}
+
+void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
+  for (const RowKey& key : keys) {
+    if (key.acts || !row.Has(key.key)) continue;
+    if (key.neutral != nullptr && row.Text(key.key) == key.neutral) continue;
+    throw Error(row.Where(key.key) + ": changes nothing in this row: " + key.reason);
+  }
+}
+
+void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
+  const auto& kinds = network.feature_options.kinds;
+  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
+  const char* features = "the network sees no preference features";
+  CheckRowKeys(row, {{"fundamental_points", network.task == Task::kFundamental, "it is for fundamental matrices"},
+                     {"feature_hypotheses", preference, features, "false"},
+                     {"preference_draws", preference, features, "0"}});
+}
+
+}  // namespace diffsac

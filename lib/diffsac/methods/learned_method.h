@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/core/options.h"
+#include "diffsac/denoiser/point_batch.h"
+#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// What all learned rows have: in the group `inference` of a training configuration (kept in the checkpoint), any key
+/// of which a row of an experiment may override.
+struct LearnedOptions {
+  /// Points in a minimal set of a fundamental matrix, 7 or 8: as the labels of the training had.
+  int fundamental_points = 7;
+  /// Score the hypotheses that the features were made from as well (they are paid for and counted).
+  bool feature_hypotheses = false;
+  /// Add one weighted least-squares hypothesis with the network's weights of all points.
+  bool weighted_fit = false;
+  /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find
+  /// a good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
+  int preference_draws = 0;
+  int batch = 8;  ///< problems a network call
+  ConsensusOptions consensus;
+
+ protected:
+  /// All but weighted_fit, whose key is the method's.
+  void BindShared(OptionsBinder& b);
+};
+
+/// What the network said of one problem; consensus is a function of this alone, bit for bit.
+struct Prediction {
+  FeatureSet features;
+  std::vector<float> confidences;  ///< rows × N, as the method says; empty for methods without
+  std::vector<float> weights;  ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
+};
+
+/// The core of every learned row: features → network, for a batch of problems at once → a source of minimal sets →
+/// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
+///
+/// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):
+/// ```
+/// void Infer(const PointBatch& batch, std::span<const std::uint64_t>, std::span<Prediction> all) const override {
+///   SplitWeights(weights_->network->Weights(batch), batch.lengths, all);
+/// }
+/// std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override {
+///   return std::make_unique<WeightedSource>(Doubles(guide.prediction.weights), guide.set_size,
+///                                           guide.rng.Fork("minimal_sets"));
+/// }
+/// ```
+class LearnedMethod : public Method {
+ public:
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const final;
+  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
+                                               std::span<const std::uint64_t> seeds) const final;
+  int PreferredBatch() const final { return options_.batch; }
+  std::optional<TrainingFacts> Training() const final { return network_->facts; }
+
+  /// What the network says of problems that can be estimated from (see CheckProblem).
+  std::vector<Prediction> Predict(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds) const;
+  diffsac::Estimate EstimateFrom(const Problem& problem, const Prediction& prediction, std::uint64_t seed) const;
+
+ protected:
+  /// What the sets of one problem may come from.
+  struct Guidance {
+    const Problem& problem;
+    const PointMatrix& points;  ///< those of the problem, as they are solved
+    const Prediction& prediction;
+    int set_size;  ///< γ
+    Rng rng;       ///< of the estimate
+  };
+
+  /// threads: for features and consensus of a batch; the network uses LibTorch's own. Throws Error for options that the
+  /// network cannot serve.
+  LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads);
+
+  /// Fills confidences and weights of a batch's predictions. batch: on the network's device; gradients are off.
+  virtual void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
+                     std::span<Prediction> predictions) const = 0;
+  /// The sets, in the order in which they are tried; how many the loop takes is decided by consensus' options. May
+  /// borrow what it is given.
+  virtual std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const = 0;
+
+  std::vector<FeatureSet> ComputeFeatures(std::span<const Problem* const> problems,
+                                          std::span<const std::uint64_t> seeds) const;
+
+ private:
+  struct Timed {
+    std::vector<Prediction> predictions;
+    double ms_features = 0.0;
+    double ms_network = 0.0;
+  };
+  Timed PredictTimed(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds) const;
+  template <MinimalModel Model>
+  ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
+
+  std::shared_ptr<const LearnedNetwork> network_;
+  LearnedOptions options_;
+  int threads_;
+  PointFeatures features_;
+};
+
+/// Row b of a tensor [B, N] on any device, without its padding: predictions[b].weights.
+void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& lengths,
+                  std::span<Prediction> predictions);
+
+/// A key that a row may write, and whether it changes anything there. For what depends on the network; what depends on
+/// other keys alone is the binder's (OnlyIf).
+struct RowKey {
+  const char* key;
+  bool acts;
+  const char* reason;             ///< Why it does not, for the message.
+  const char* neutral = nullptr;  ///< A value that may be written all the same: it switches off what is inherited.
+};
+
+/// Throws Error with the line of the first key that the row itself writes and that cannot act there. What a row
+/// inherits from its checkpoint is no error.
+void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys);
+
+/// That for the keys that all learned rows share.
+void CheckSharedKeys(const Config& row, const LearnedNetwork& network);
+
+}  // namespace diffsac

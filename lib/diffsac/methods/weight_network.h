@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/denoiser/point_batch.h"
+#include "diffsac/methods/learned_network.h"
+
+namespace diffsac {
+
+/// A network that weighs the points of a problem: the learned part of NG-RANSAC and of CLNet.
+///
+/// Outputs are equivariant to the order of the points, and a problem's output does not depend on its batch mates.
+class WeightNetwork : public torch::nn::Module {
+ public:
+  /// Weights ≥ 0 [B, N], 0 for padding.
+  virtual torch::Tensor Weights(const PointBatch& batch) = 0;
+};
+
+/// A network of point weights with the features it reads.
+struct LearnedWeights : LearnedNetwork {
+  std::shared_ptr<WeightNetwork> network;
+
+  /// make(width): the network for features of so many columns.
+  template <class Make>
+  LearnedWeights(Task task_value, const PointFeaturesOptions& options, const Make& make)
+      : LearnedNetwork(task_value, options), network(make(features.width())) {
+    module = network;
+  }
+};
+
+/// New weights. Network: made of its `Options`, whose group `features` says what it reads, the number of columns of
+/// those and a generator; `kMethod` names the method that it is of.
+template <class Network>
+std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Network::Options& options, Rng rng) {
+  return std::make_shared<LearnedWeights>(task, options.features,
+                                          [&](int width) { return std::make_shared<Network>(options, width, rng); });
+}
+
+/// Those of a checkpoint. Throws Error naming the file; also when it was trained by another method or for another task.
+template <class Network>
+std::shared_ptr<LearnedWeights> LoadLearnedWeights(const std::string& checkpoint, Task task,
+                                                   const torch::Device& device) {
+  const auto trained = ReadTrainedConfig(checkpoint, Network::kMethod, task);
+  const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
+  auto weights = MakeLearnedWeights<Network>(task, options, Rng(trained.seed));
+  LoadWeights(trained, device, weights.get());
+  return weights;
+}
+
+}  // namespace diffsac
