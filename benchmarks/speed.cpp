@@ -16,6 +16,7 @@
 
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/methods/registry.h"
 

@@ -1,10 +1,13 @@
-# diffsac_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...] [TORCH] [UNITY] [REGISTERS])
-# One library a folder: target diffsac_NAME, alias diffsac::NAME. TORCH precompiles torch/torch.h. UNITY compiles eight files
-# at a time, which takes little more than one of them where LibTorch's templates are most of the work. REGISTERS is for
-# libraries whose files register what they define (core/registry.h): the linker takes all of these files, not only those that
-# are called by name.
+# diffsac_library(NAME [SOURCES ...] DEPENDS ... [PRIVATE ...] [TORCH] [UNITY] [REGISTERS])
+# One library a folder: target diffsac_NAME, alias diffsac::NAME, of every .cpp of the folder unless SOURCES lists them.
+# TORCH precompiles torch/torch.h. UNITY compiles eight files at a time, which takes little more than one of them where
+# LibTorch's templates are most of the work. REGISTERS is for libraries whose files register what they define
+# (core/registry.h): the linker takes all of these files, not only those that are called by name.
 function(diffsac_library name)
   cmake_parse_arguments(ARG "TORCH;UNITY;REGISTERS" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  if(NOT ARG_SOURCES)
+    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS *.cpp)
+  endif()
   set(library diffsac_${name})
   if(ARG_REGISTERS)
     # Whoever links diffsac_NAME links the whole of this one, here as with an installed diffsac.

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "data_test_util.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 

@@ -8,6 +8,7 @@
 #include "data/two_view_test_util.h"
 #include "diffsac/data/correspondences_dataset.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

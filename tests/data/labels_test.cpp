@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac {
@@ -123,43 +124,10 @@ TEST_CASE("the bounded search stays ranked and distinct") {
   CHECK(distinct.size() == 32);
 }
 
-TEST_CASE("labels are +1 on the drawn set and -1 elsewhere") {
-  for (Task task : {Task::kLine, Task::kPlane}) {
-    const Example example = MakeExample(task, 80, 0.5, 2);
-    LabelOptions options;
-    const auto label = DrawLabel(example, options, Rng(1));
-    REQUIRE(label.size() == 80);
-    CHECK(std::count(label.begin(), label.end(), 1.0f) == MinimalSetSize(task));
-    CHECK(std::count(label.begin(), label.end(), -1.0f) == 80 - MinimalSetSize(task));
-    const auto best = OptimalMinimalSets(example, options, 1)[0];
-    for (int point : best.points) CHECK(label[point] == 1.0f);
-    CHECK(DrawLabel(example, options, Rng(2)) == label);  // top_m 1: nothing to draw
-  }
-}
-
-TEST_CASE("top_m draws every one of the best sets about equally often") {
-  const Example example = MakeExample(Task::kLine, 50, 0.5, 3);
-  LabelOptions options;
-  options.top_m = 4;
-  const auto best = OptimalMinimalSets(example, options, 4);
-  std::vector<int> seen(4, 0);
-  for (int draw = 0; draw < 4000; ++draw) {
-    const auto label = DrawLabel(example, options, Rng(draw).Fork("label"));
-    for (int k = 0; k < 4; ++k)
-      seen[k] += label[best[k].points[0]] == 1.0f && label[best[k].points[1]] == 1.0f;
-  }
-  for (int count : seen) CHECK(count == Approx(1000).margin(130));
-  CHECK(DrawLabel(example, options, Rng(5)) == DrawLabel(example, options, Rng(5)));
-}
-
-TEST_CASE("without enough usable inliers there is no label") {
+TEST_CASE("without enough usable inliers there is no set") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     Example example = MakeExample(task, 20, 0.2, 0);
-    const auto none = [&](const Example& e) {
-      CHECK(OptimalMinimalSets(e, {}, 3).empty());
-      const auto label = DrawLabel(e, {}, Rng(1));
-      CHECK(std::count(label.begin(), label.end(), -1.0f) == static_cast<long>(label.size()));
-    };
+    const auto none = [&](const Example& e) { CHECK(OptimalMinimalSets(e, {}, 3).empty()); };
     Example few = example;
     int left = MinimalSetSize(task) - 1;
     for (auto& mark : few.truth.inliers) mark = mark && left-- > 0;

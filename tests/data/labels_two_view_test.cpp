@@ -1,4 +1,4 @@
-#include "diffsac/data/labels_two_view.h"
+#include "diffsac/data/labels.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,6 +10,7 @@
 
 #include "data_test_util.h"
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
@@ -86,7 +87,7 @@ constexpr Setting kSettings[] = {
 
 LabelOptions OptionsOf(const Setting& setting) {
   LabelOptions options;
-  options.fundamental_points = setting.set_size == 8 ? 8 : 7;
+  if (setting.set_size == 8) options.model = "fundamental8";
   return options;
 }
 
@@ -178,16 +179,6 @@ TEST_CASE("two-view labels: one false mark does not decide") {
   CHECK(OptimalMinimalSets(example, options, 1)[0].distance < before + 3.0 / 100.0 + 0.05);
 }
 
-TEST_CASE("two-view labels mark the points of the set") {
-  for (const Setting& setting : kSettings) {
-    const Example example = MakeExample(setting.task, 120, 0.5, 5);
-    const auto label = DrawLabel(example, OptionsOf(setting), Rng(1));
-    REQUIRE(label.size() == 120);
-    CHECK(std::count(label.begin(), label.end(), 1.0f) == setting.set_size);
-    CHECK(std::count(label.begin(), label.end(), -1.0f) == 120 - setting.set_size);
-  }
-}
-
 TEST_CASE("two views without enough usable inliers have no label") {
   for (const Setting& setting : kSettings) {
     const Example example = MakeExample(setting.task, 60, 0.5, 6);
@@ -248,9 +239,11 @@ TEST_CASE("two-view label options are checked") {
     return ErrorOf([&] { ReadOptions<LabelOptions>(Config::FromString(yaml)); });
   };
   CHECK(Has(error("draws: 0"), "draws"));
-  CHECK(Has(error("fundamental_points: 6"), "from 7 to 8"));
+  LabelOptions other;
+  other.model = "fundamental8";
+  CHECK(Has(ErrorOf([&] { OptimalMinimalSets(MakeExample(Task::kEssential, 60, 0.5, 6), other, 1); }), "fundamental8"));
   CHECK(Has(error("truncation_factor: 0"), "above 0"));
-  CHECK(error("draws: 1000\nfundamental_points: 8\ntruncation_factor: 2\n") == "");
+  CHECK(error("draws: 1000\ntruncation_factor: 2\n") == "");
 }
 
 }  // namespace diffsac

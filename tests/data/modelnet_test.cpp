@@ -15,6 +15,7 @@
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/depth_buffer.h"
 #include "diffsac/data/off_mesh.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/fundamental.h"
 
 namespace diffsac {

@@ -15,6 +15,7 @@
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/fundamental.h"
 #include "two_view_test_util.h"
 

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/rotation.h"
 #include "two_view_test_util.h"
 

@@ -11,6 +11,7 @@
 #include "data_test_util.h"
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -7,6 +7,7 @@
 #include "data_test_util.h"
 #include "diffsac/data/point_features.h"
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"

@@ -13,6 +13,7 @@
 #include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

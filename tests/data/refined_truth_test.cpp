@@ -6,6 +6,7 @@
 
 #include "data/two_view_test_util.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

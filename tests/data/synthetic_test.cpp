@@ -9,6 +9,7 @@
 #include "data_test_util.h"
 #include "diffsac/core/random.h"
 #include "diffsac/data/box_section.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -10,6 +10,7 @@
 #include "data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "diffsac/core/files.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/eval/gnuplot.h"
 #include "eval/eval_fixtures.h"
 

@@ -1,4 +1,5 @@
-#include "diffsac/eval/two_view_metrics.h"
+#include "diffsac/data/tasks.h"
+#include "diffsac/eval/metrics.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
@@ -36,7 +37,7 @@ TEST_CASE("The true F and E have no pose error, whatever their sign") {
   for (Task task : {Task::kFundamental, Task::kEssential})
     for (int trial = 0; trial < 20; ++trial) {
       const Example example = MakePair(task, rng);
-      const EstimateError error = MeasureTwoViewError(EstimateOf(-example.truth.model, 50), example);
+      const EstimateError error = MeasureError(EstimateOf(-example.truth.model, 50), example);
       CHECK(!error.failed);
       CHECK(error.rotation_deg < 1e-4);
       CHECK(error.translation_deg < 1e-4);
@@ -51,24 +52,24 @@ TEST_CASE("A known rotation of the true pose is its error") {
     const Estimate estimate = EstimateOf(example.truth.model, 50);
     const Eigen::AngleAxisd turn(3.0 * 3.14159265358979 / 180.0, Eigen::Vector3d::UnitY());
     example.truth.pose->rotation = turn * example.truth.pose->rotation;
-    CHECK(MeasureTwoViewError(estimate, example).rotation_deg == Approx(3.0).margin(1e-4));
+    CHECK(MeasureError(estimate, example).rotation_deg == Approx(3.0).margin(1e-4));
     example.truth.pose->translation *= -1.0;  // The sign does not count.
-    CHECK(MeasureTwoViewError(estimate, example).translation_deg < 1e-4);
+    CHECK(MeasureError(estimate, example).translation_deg < 1e-4);
   }
 }
 
 TEST_CASE("Failures are the worst errors, and unknown truth is none") {
   Rng rng(3);
   Example example = MakePair(Task::kFundamental, rng);
-  EstimateError error = MeasureTwoViewError(Estimate(), example);
+  EstimateError error = MeasureError(Estimate(), example);
   CHECK(error.failed);
   CHECK(error.rotation_deg == 180.0);
   CHECK(error.translation_deg == 90.0);
   Estimate few = EstimateOf(example.truth.model, 50);
   few.inliers.assign(50, 0);
-  CHECK(MeasureTwoViewError(few, example).failed);
+  CHECK(MeasureError(few, example).failed);
   example.truth.pose.reset();
-  CHECK(std::isnan(MeasureTwoViewError(EstimateOf(example.truth.model, 50), example).angle_deg));
+  CHECK(std::isnan(MeasureError(EstimateOf(example.truth.model, 50), example).angle_deg));
 }
 
 TEST_CASE("Without a pose the error is the mean distance of the true inliers") {
@@ -78,16 +79,16 @@ TEST_CASE("Without a pose the error is the mean distance of the true inliers") {
     example.truth.pose.reset();
     const Estimate estimate = EstimateOf(example.truth.model, 50);
     example.truth.inliers.assign(50, 1);
-    CHECK(MeasureTwoViewError(estimate, example).error_px < 1e-6);
-    CHECK(std::isinf(MeasureTwoViewError(Estimate(), example).error_px));
+    CHECK(MeasureError(estimate, example).error_px < 1e-6);
+    CHECK(std::isinf(MeasureError(Estimate(), example).error_px));
     // Two of five true inliers moved off their epipolar lines; the outliers' distances do not count.
     for (int i = 0; i < 50; ++i) example.problem.points(i, 3) += i < 2 || i >= 5 ? 4.0 : 0.0;
     std::fill(example.truth.inliers.begin() + 5, example.truth.inliers.end(), 0);
-    const double error = MeasureTwoViewError(estimate, example).error_px;
+    const double error = MeasureError(estimate, example).error_px;
     CHECK(error > 0.01);
     CHECK(error <= 4.0 * 2 / 5);
     example.truth.inliers.assign(50, 0);
-    CHECK(std::isnan(MeasureTwoViewError(estimate, example).error_px));
+    CHECK(std::isnan(MeasureError(estimate, example).error_px));
   }
 }
 
@@ -98,13 +99,13 @@ TEST_CASE("A homography's error is the mean transfer distance") {
   const Matrix3Parameters h = testing::RandomHomography(rng);
   example.problem.points = testing::HomographyPoints(h, 30, rng);
   example.truth.model = h;
-  CHECK(MeasureTwoViewError(EstimateOf(-h, 30), example).error_px < 1e-6);
+  CHECK(MeasureError(EstimateOf(-h, 30), example).error_px < 1e-6);
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift(0, 2) = 3.0;
   shift(1, 2) = 4.0;
   const ModelParameters moved = AsParameters(shift * AsMatrix(h));
-  CHECK(MeasureTwoViewError(EstimateOf(moved, 30), example).error_px == Approx(5.0));
-  CHECK(std::isinf(MeasureTwoViewError(Estimate(), example).error_px));
+  CHECK(MeasureError(EstimateOf(moved, 30), example).error_px == Approx(5.0));
+  CHECK(std::isinf(MeasureError(Estimate(), example).error_px));
 }
 
 /// A 16 x 12 image seen again, moved; the matches span the whole of image 1.
@@ -158,14 +159,14 @@ TEST_CASE("A homography's error is the mean over the jointly visible pixels") {
   Eigen::Matrix3d stretched;
   stretched << 1.5, 0.0, 6.0, 0.0, 1.0, -3.0, 0.0, 0.0, 1.0;
   const Estimate estimate = EstimateOf(AsParameters(stretched), 4);
-  CHECK(MeasureTwoViewError(estimate, example).error_px == Approx(2.0));
+  CHECK(MeasureError(estimate, example).error_px == Approx(2.0));
   Example unknown = example;
   unknown.problem.size1 = {};
-  CHECK(MeasureTwoViewError(estimate, unknown).error_px == Approx(3.75));
+  CHECK(MeasureError(estimate, unknown).error_px == Approx(3.75));
   const Example apart = ShiftedImages(40.0, 0.0);
   stretched(0, 2) = 40.0;
   stretched(1, 2) = 0.0;
-  CHECK(MeasureTwoViewError(EstimateOf(AsParameters(stretched), 4), apart).error_px == Approx(3.75));
+  CHECK(MeasureError(EstimateOf(AsParameters(stretched), 4), apart).error_px == Approx(3.75));
 }
 
 cv::Mat ImagePoints(const PointMatrix& points, int image) {
@@ -224,7 +225,7 @@ TEST_CASE("OpenCV's recoverPose gives the same errors on clean data") {
       for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = r.at<double>(i / 3, i % 3);
       const Eigen::Vector3d translation(t.at<double>(0), t.at<double>(1), t.at<double>(2));
       const double angle = DirectionAngleDegrees(translation, example.truth.pose->translation);
-      const EstimateError error = MeasureTwoViewError(EstimateOf(model, 50), example);
+      const EstimateError error = MeasureError(EstimateOf(model, 50), example);
       CHECK(error.rotation_deg == Approx(RotationAngleDegrees(rotation, example.truth.pose->rotation)).margin(1e-6));
       CHECK(error.translation_deg == Approx(std::min(angle, 180.0 - angle)).margin(1e-6));
       CHECK(error.rotation_deg > 0.1);

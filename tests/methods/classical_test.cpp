@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/oracle.h"
 #include "diffsac/methods/theil_sen.h"
 

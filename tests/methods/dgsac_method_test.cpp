@@ -6,8 +6,9 @@
 #include <type_traits>
 
 #include "consensus/all_models.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/registry.h"
-#include "diffsac/methods/solver_space.h"
+#include "diffsac/data/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -51,7 +52,7 @@ TEST_CASE("dgsac is a row of every task, with and without the other rows' refits
         const Problem problem = MakeProblem(task, seed);
         const Estimate estimate = method->Estimate(problem, seed);
         REQUIRE(estimate.status == Status::kOk);
-        REQUIRE(estimate.model.size() == ModelSize(task));
+        REQUIRE(estimate.model.size() == (IsTwoView(task) ? 9 : PointDimension(task) + 1));
         int inliers = 0, wrong = 0;
         for (int i = 0; i < 160; ++i) (i < 64 ? wrong : inliers) += estimate.inliers[i];
         good += inliers >= 80 && wrong <= 16 ? 1 : 0;

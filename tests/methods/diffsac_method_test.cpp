@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "methods/tiny_network.h"
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 #include "methods/tiny_network.h"
 
 namespace diffsac {
@@ -151,7 +152,7 @@ TEST_CASE("the inlier head guides without the reverse process, extra sets are co
     CHECK(DiffsacMethod(network, options, 1).Estimate(example.problem, 2).report.unique_minimal_sets > 15);
   }
   options.extra_sets = 0;
-  options.fundamental_points = 8;
+  options.model = "fundamental8";
   const DiffsacMethod eight(network, options, 1);
   const auto estimate = eight.EstimateFrom(example.problem, Perfect(example, 10), 5);
   CHECK(estimate.status == Status::kOk);

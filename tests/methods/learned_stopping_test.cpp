@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/weighted_method.h"
 #include "methods/tiny_network.h"

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/classical.h"
 
 namespace diffsac {

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "methods/tiny_network.h"
 
@@ -81,7 +82,7 @@ TEST_CASE("a key that changes nothing in a diffsac row is an error with its line
        {"temperature: 0.5", "guide: inlier_head, sampler: {steps: 1}", "guide: inlier_head, head_sets: 5",
         "guide: inlier_head, selection: probabilistic", "guide: inlier_head, max_decoded_points: 5",
         "selection: gumbel, intermediate_sets: true", "unique_sets: false, intermediate_sets: true",
-        "extra_source: prosac", "fundamental_points: 8", "consensus: {max_iterations: 50}",
+        "extra_source: prosac", "model: fundamental8", "consensus: {max_iterations: 50}",
         "consensus: {min_iterations: 5}"}) {
     CAPTURE(keys);
     CHECK_THROWS_WITH(Make("# a row\n" + row + keys + "}"), Catch::Contains("t.yaml:2"));

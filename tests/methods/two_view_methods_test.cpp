@@ -3,10 +3,11 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/eval/two_view_metrics.h"
+#include "diffsac/data/tasks.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/methods/classical.h"
 #include "diffsac/methods/opencv_usac.h"
-#include "diffsac/methods/solver_space.h"
+#include "diffsac/data/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "geometry/two_view_problems.h"
 
@@ -60,7 +61,7 @@ TEST_CASE("Every two-view row finds H, F and E among half outliers") {
       for (std::uint64_t seed = 0; seed < 10; ++seed) {
         const Example example = MakePair(task, 200, seed);
         const Estimate estimate = method->Estimate(example.problem, seed);
-        const EstimateError error = MeasureTwoViewError(estimate, example);
+        const EstimateError error = MeasureError(estimate, example);
         good += task == Task::kHomography ? error.error_px < 5.0 : error.angle_deg < 5.0;
         CHECK(estimate.report.hypotheses > 0);
       }

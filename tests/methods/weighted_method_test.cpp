@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/clnet.h"
 #include "diffsac/methods/ng_ransac.h"
 #include "methods/tiny_network.h"

@@ -8,6 +8,7 @@
 
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/synthetic_two_view.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -49,7 +50,7 @@ torch::Tensor TrueWeights(const std::vector<Example>& examples, float outlier) {
 double Loss(const torch::Tensor& weights, const std::vector<Example>& examples) {
   std::vector<LinearFit> fits;
   for (const auto& example : examples) fits.push_back(MakeLinearFit(example));
-  return RegressionLoss(weights, fits, !IsTwoView(examples[0].problem.task)).item<double>();
+  return RegressionLoss(weights, fits).item<double>();
 }
 
 }  // namespace
@@ -90,7 +91,7 @@ TEST_CASE("the regression loss has the gradient of finite differences") {
     for (const auto& example : examples) fits.push_back(MakeLinearFit(example));
     const auto start = TrueWeights(examples, 0.4f);
     auto weights = start.clone().requires_grad_(true);
-    RegressionLoss(weights, fits, !IsTwoView(task)).backward();
+    RegressionLoss(weights, fits).backward();
     for (const int i : {0, 7, 33}) {
       auto up = start.clone(), down = start.clone();
       up[1][i] += 1e-4;
@@ -110,7 +111,7 @@ TEST_CASE("weights that determine no model cost nothing and have no gradient") {
     auto weights = torch::zeros({3, 90}, torch::kDouble);
     weights.slice(1, 0, 5).fill_(value);  // none, or five of the eight that are needed
     weights.requires_grad_(true);
-    const auto loss = RegressionLoss(weights, fits, false);
+    const auto loss = RegressionLoss(weights, fits);
     CHECK(loss.item<double>() == 0.0);
   }
   auto without = examples;

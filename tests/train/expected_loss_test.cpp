@@ -8,6 +8,7 @@
 #include <map>
 
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/registry.h"

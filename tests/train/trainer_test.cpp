@@ -8,6 +8,7 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "train/train_request.h"
 

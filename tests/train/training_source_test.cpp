@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "diffsac/data/synthetic.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 

@@ -10,6 +10,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
@@ -273,7 +274,8 @@ TEST_CASE("wrong two-view configurations name their place") {
   const auto fails = [&](const std::string& task, const std::vector<std::string>& changes, const std::string& message) {
     CHECK_THROWS_WITH(Train(OneThread(TinyConfig(task, changes), folder / "a"), kNever), Catch::Contains(message));
   };
-  fails("fundamental", {"labels.fundamental_points=8"}, "fundamental_points");
+  fails("fundamental", {"model=fundamental9"}, "model=fundamental9");
+  fails("essential", {"model=fundamental8"}, "expected one of essential");
   fails("essential", {"network.features.kinds=[preference]"}, "augment");
   fails("essential", {"data.task=homography"}, "homography");
   fails("essential", {"validation.data.task=homography"}, "validation data of task");

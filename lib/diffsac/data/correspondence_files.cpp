@@ -14,6 +14,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

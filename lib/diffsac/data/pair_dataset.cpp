@@ -8,6 +8,7 @@
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_reading.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/homography.h"
 
@@ -10,10 +11,11 @@ namespace diffsac {
 namespace {
 
 ModelParameters TrueModel(const GroundTruth& truth, Task task) {
-  const std::optional<Eigen::Matrix3d>& matrix = task == Task::kHomography    ? truth.homography
-                                                 : task == Task::kFundamental ? truth.fundamental
-                                                                              : truth.essential;
-  return matrix ? ModelParameters(AsParameters(*matrix)) : ModelParameters();
+  return DispatchDescription(task, [&]<class Description>() -> ModelParameters {
+    if constexpr (Description::kTwoView)
+      if (const auto& matrix = Description::TrueMatrix(truth)) return AsParameters(*matrix);
+    return {};
+  });
 }
 
 std::vector<std::uint8_t> TrueInliers(const Problem& problem, const GroundTruth& truth) {

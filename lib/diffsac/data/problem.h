@@ -13,21 +13,23 @@
 
 namespace diffsac {
 
-/// The model that is estimated.
-enum class Task { kLine, kPlane, kHomography, kFundamental, kEssential };
+/// What is estimated. The tasks are listed, and described, in data/tasks.h.
+enum class Task : int;
 
 /// "line", "plane", "homography", "fundamental", "essential".
 std::string ToString(Task task);
+/// All of these.
+std::vector<std::string> TaskNames();
 /// Throws Error for an unknown name.
 Task TaskFromString(const std::string& name);
-/// γ, the size of a minimal set: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E.
+/// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E.
 int MinimalSetSize(Task task);
 /// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels).
 int PointDimension(Task task);
-/// Values in a model: 3 for lines, 4 for planes, 9 for the two-view models (row-major 3 × 3).
-int ModelSize(Task task);
-/// Homography, fundamental and essential matrix.
+/// Whether the points are matches of two images.
 bool IsTwoView(Task task);
+/// Whether the task's tables are about errors in pixels, not in degrees.
+bool ErrorInPixels(Task task);
 
 /// Calibration matrices of the two images.
 struct CameraPair {
@@ -38,7 +40,7 @@ struct CameraPair {
 
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
 struct Problem {
-  Task task = Task::kLine;
+  Task task{};                    ///< By default the first, lines.
   PointMatrix points;             ///< N × PointDimension(task), in the data's unit; two views: pixels.
   double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
@@ -49,6 +51,9 @@ struct Problem {
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
 };
+
+/// Whether the problem has what its task needs beside its points: the essential matrix, cameras.
+bool HasItsNeeds(const Problem& problem);
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
 /// model (all equal; collinear for planes).

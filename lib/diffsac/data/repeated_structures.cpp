@@ -4,9 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "diffsac/geometry/epipolar.h"
-#include "diffsac/geometry/homography.h"
-#include "diffsac/geometry/pose.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -50,12 +48,14 @@ bool Inside(const Eigen::RowVector2d& x, const ImageSize& size) {
 // Whether match i obeys the true model.
 bool Obeys(const Example& example, int i) {
   const Problem& problem = example.problem;
-  Matrix3Parameters model = example.truth.model;
-  const double* match = problem.points.row(i).data();
-  if (problem.task == Task::kHomography) return SymmetricTransferError(model, match) <= problem.inlier_threshold;
-  if (problem.task == Task::kEssential)
-    model = AsParameters(FundamentalFromEssential(AsMatrix(model), problem.cameras->K1, problem.cameras->K2));
-  return SampsonDistance(model.data(), match[0], match[1], match[2], match[3]) <= problem.inlier_threshold;
+  return DispatchDescription(problem.task, [&]<class Description>() {
+    if constexpr (Description::kTwoView) {
+      const auto model = Description::PixelModel(example.truth.model, problem);
+      return Description::Model::Residual(model, problem.points.row(i).data()) <= problem.inlier_threshold;
+    } else {
+      return false;
+    }
+  });
 }
 
 // Moves some of the group's members in image 2 and marks them.
@@ -87,7 +87,7 @@ std::vector<char> MoveGroups(Rng rng, Example* example) {
   const auto count = static_cast<std::size_t>(problem.points.rows());
   std::vector<char> moved(count, 0);
   const bool known = example->truth.inliers.size() == count && example->truth.model.size() == 9;
-  if (!known || (problem.task == Task::kEssential && !problem.cameras)) return moved;
+  if (!known || !HasItsNeeds(problem)) return moved;
   const Members members = Split(example->truth);
   const int inliers = static_cast<int>(members.inliers.size());
   if (inliers < kLeastGroup) return moved;

@@ -12,6 +12,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/box_section.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/geometry/homography.h"
 
 namespace diffsac {

@@ -150,7 +150,7 @@ void FigureOptions::Bind(OptionsBinder& b) {
 void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("name", name);
   b.Field("title", title);
-  b.Choice("task", task, {"line", "plane", "homography", "fundamental", "essential"});
+  b.Choice("task", task, TaskNames());
   b.Field("seed", seed);
   b.Field("problems", problems, AtLeast(1)).Help("for each condition; fewer when the data has fewer");
   b.Field("threads", threads, AtLeast(0)).Help("0: all cores");

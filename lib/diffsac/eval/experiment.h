@@ -114,7 +114,7 @@ struct ExperimentOptions {
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
   Tolerance tolerance() const {
-    return in_pixels || (task == "homography" && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
+    return in_pixels || (ErrorInPixels(TaskFromString(task)) && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
   }
 
   Config data;                        ///< What conditions change; of an experiment that was read it is in them.

@@ -206,7 +206,7 @@ std::string ConfidencePanel(const Problem& problem, const std::vector<float>& co
     points += row;
   }
   for (const int i : MostConfident(confidence, set_size)) top += RowText(problem.points.row(i));
-  const bool line = problem.task == Task::kLine;
+  const bool line = problem.points.cols() == 2;
   std::string command = line ? "plot " : "splot ";
   if (any_left_out) command += "$" + prefix + "_out with points pt 6 ps 0.6 lc rgb \"#BBBBBB\" notitle, ";
   return points + "EOD\n" + top + "EOD\n" + (any_left_out ? left_out + "EOD\n" : "") + command + "$" + prefix +
@@ -214,9 +214,9 @@ std::string ConfidencePanel(const Problem& problem, const std::vector<float>& co
          "_top with points pt 6 ps 1.9 lw 2 lc rgb \"" + kEstimateColour + "\" notitle\n";
 }
 
-std::string CommonSettings(Task task, bool ratio) {
+std::string CommonSettings(Eigen::Index dimension, bool ratio) {
   std::string text = "set clip two\nset tics font \",9\" nomirror\nset grid ls 100\n";
-  if (task == Task::kLine) return text + (ratio ? "set size ratio -1\n" : "");
+  if (dimension == 2) return text + (ratio ? "set size ratio -1\n" : "");
   return text + "set view 62,35\nset xyplane 0\nset ticslevel 0\nset view equal xyz\nset xtics offset 0,-0.3\n" +
          "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
 }
@@ -225,7 +225,6 @@ std::string CommonSettings(Task task, bool ratio) {
 Problem InThePlane(const Problem& problem) {
   if (!IsTwoView(problem.task)) return problem;
   Problem flat;
-  flat.task = Task::kLine;
   flat.points = problem.points.leftCols(2);
   return flat;
 }
@@ -242,14 +241,15 @@ bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
 bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   if (results.fits.empty()) return false;
   const Task task = TaskFromString(results.experiment.task);
-  if (IsTwoView(task)) return false;
+  const int dimension = PointDimension(task);
+  if (dimension > 3) return false;
   const bool one_condition = results.experiment.conditions.size() == 1;
   const int fits = static_cast<int>(results.fits.size());
   const int columns = std::min(4, one_condition ? fits : std::max(1, fits / results.experiment.figures.qualitative));
   const int rows = (fits + columns - 1) / columns;
-  const std::string title = results.fits_label + (task == Task::kLine ? ": line fits" : ": plane fits") +
+  const std::string title = results.fits_label + ": " + ToString(task) + " fits" +
                             (results.partial ? " (partial)" : "");
-  std::string script = CommonSettings(task, true) + "set multiplot layout " + std::to_string(rows) + "," +
+  std::string script = CommonSettings(dimension, true) + "set multiplot layout " + std::to_string(rows) + "," +
                        std::to_string(columns) + " title " + GnuplotText(title) + " font \",14\"\n" +
                        "set key below horizontal samplen 1.5 font \",9\"\n";
   // Row by row in the grid: the first problem of every condition, then the second.
@@ -264,7 +264,7 @@ bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   for (int i = 0; i < fits; ++i) {
     script += "set title " + GnuplotText(FitTitle(*ordered[i], results)) + " font \",11\"\n";
     const std::string prefix = "fit" + std::to_string(i);
-    script += task == Task::kLine ? "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(*ordered[i], prefix)
+    script += dimension == 2 ? "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(*ordered[i], prefix)
                                   : PlanePanel(*ordered[i], prefix);
   }
   return DrawPicture(folder, "fits", script + "unset multiplot\n", 380 * columns + 20, 420 * rows + 50);
@@ -276,7 +276,7 @@ bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, con
   const std::vector<std::size_t> steps = ShownSteps(trace.confidence.size());
   const int panels = static_cast<int>(steps.size()), columns = panels <= 4 ? panels : (panels + 1) / 2;
   const int rows = (panels + columns - 1) / columns;
-  std::string script = CommonSettings(problem.task, true) + kViridis +
+  std::string script = CommonSettings(problem.points.cols(), true) + kViridis +
                        Box(problem.points).Ranges(IsTwoView(whole.task)) +
                        "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
                        std::to_string(rows) + "," + std::to_string(columns) +

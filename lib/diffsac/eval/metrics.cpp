@@ -5,8 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/eval/two_view_metrics.h"
-#include "diffsac/geometry/hyperplane.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -14,37 +13,14 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kBins = 10;
 
-double OffsetDifference(const ModelParameters& a, const ModelParameters& b, const PointMatrix& points) {
-  const Eigen::Index d = points.cols();
-  const Eigen::VectorXd centroid = points.colwise().mean();
-  const double side = a.head(d).dot(b.head(d)) < 0.0 ? -1.0 : 1.0;
-  return std::abs(a.head(d).dot(centroid) + a[d] - side * (b.head(d).dot(centroid) + b[d]));
-}
-
-double BoundingDiagonal(const PointMatrix& points) {
-  if (points.rows() == 0) return 0.0;
-  return (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
-}
-
 }  // namespace
 
 EstimateError MeasureError(const Estimate& estimate, const Example& example) {
-  if (IsTwoView(example.problem.task)) return MeasureTwoViewError(estimate, example);
-  const ModelParameters& truth = example.truth.model;
-  const PointMatrix& points = example.problem.points;
-  EstimateError error;
-  error.failed =
-      estimate.status != Status::kOk || estimate.model.size() != points.cols() + 1 || !estimate.model.allFinite();
-  if (truth.size() == 0) {
-    error.angle_deg = error.offset = kNaN;
-  } else if (error.failed) {
-    error.angle_deg = kWorstAngleDeg;
-    error.offset = BoundingDiagonal(points);
-  } else {
-    error.angle_deg = AngleBetweenDegrees(estimate.model, truth);
-    error.offset = OffsetDifference(estimate.model, truth, points);
-  }
-  return error;
+  return DispatchDescription(example.problem.task, [&]<TaskDescription Description>() {
+    const bool found = estimate.status == Status::kOk && estimate.model.allFinite() &&
+                       estimate.model.size() == Description::Model::Parameters::SizeAtCompileTime;
+    return Description::Error(found ? &estimate.model : nullptr, estimate.inliers, example);
+  });
 }
 
 double MainError(const EstimateError& error, const Tolerance& tolerance) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/methods/line_posterior.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "diffsac/methods/theil_sen.h"
@@ -66,7 +67,8 @@ ClassicalOptions LocallyOptimized(Task task) {
   options.consensus.refit_rounds = 5;
   options.consensus.refit_threshold_factor = 1.2;
   options.consensus.final_score = ScoreKind::kMsac;
-  if (IsTwoView(task)) options.consensus.final_refinement = FinalRefinement::kRefinement;
+  if (DispatchTask(task, []<MinimalModel Model>() { return HasRefine<Model>; }))
+    options.consensus.final_refinement = FinalRefinement::kRefinement;
   return options;
 }
 

@@ -58,8 +58,7 @@ void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network) {
   need_head(options.guide == SetGuide::kInlierHead, "guide");
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
-  const bool eight = network.task == Task::kFundamental && options.fundamental_points == 8;
-  const int set_size = eight ? 8 : MinimalSetSize(network.task);
+  const int set_size = MinimalSetSize(ModelFromString(network.task, options.model));
   if (options.max_decoded_points > 0 && options.max_decoded_points < set_size)
     throw Error("inference.max_decoded_points: expected 0 or at least " + std::to_string(set_size) +
                 ", the points of a minimal set");

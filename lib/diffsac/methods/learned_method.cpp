@@ -41,8 +41,6 @@ Fit FitProblems(std::span<const Problem* const> problems, std::span<const std::u
 }  // namespace
 
 void LearnedOptions::BindShared(OptionsBinder& b) {
-  b.Field("fundamental_points", fundamental_points, Within(7, 8))
-      .Help("points in a minimal set of a fundamental matrix; as the labels of the training had");
   b.Field("feature_hypotheses", feature_hypotheses)
       .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
   b.Field("preference_draws", preference_draws, AtLeast(0))
@@ -55,6 +53,7 @@ LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, cons
     : network_(std::move(network)),
       options_(options),
       threads_(threads),
+      model_(ModelFromString(network_->task, options_.model)),
       features_(FeaturesOf(*network_, options_.preference_draws)) {}
 
 diffsac::Estimate LearnedMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
@@ -131,8 +130,8 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const Problem& problem, const Pred
                                               std::uint64_t seed) const {
   const auto start = MethodClock::now();
   const Rng rng(seed);
-  auto result = DispatchSetSize(problem.task, options_.fundamental_points,
-                                [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
+  auto result =
+      DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
   diffsac::Estimate estimate = EstimateOf(std::move(result));
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.report.ms_consensus = MillisecondsSince(start);
@@ -160,8 +159,7 @@ void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
   const auto& kinds = network.feature_options.kinds;
   const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
   const char* features = "the network sees no preference features";
-  CheckRowKeys(row, {{"fundamental_points", network.task == Task::kFundamental, "it is for fundamental matrices"},
-                     {"feature_hypotheses", preference, features, "false"},
+  CheckRowKeys(row, {{"feature_hypotheses", preference, features, "false"},
                      {"preference_draws", preference, features, "0"}});
 }
 

@@ -4,11 +4,13 @@
 #include <initializer_list>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/options.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/point_batch.h"
 #include "diffsac/methods/learned_network.h"
 #include "diffsac/methods/method.h"
@@ -18,8 +20,9 @@ namespace diffsac {
 /// What all learned rows have: in the group `inference` of a training configuration (kept in the checkpoint), any key
 /// of which a row of an experiment may override.
 struct LearnedOptions {
-  /// Points in a minimal set of a fundamental matrix, 7 or 8: as the labels of the training had.
-  int fundamental_points = 7;
+  /// By which of the task's models minimal sets are solved; empty: its own. As in training (the key `model` beside
+  /// `task`), unless the row has the key `model`; no key of the group `inference`.
+  std::string model;
   /// Score the hypotheses that the features were made from as well (they are paid for and counted).
   bool feature_hypotheses = false;
   /// Add one weighted least-squares hypothesis with the network's weights of all points.
@@ -104,6 +107,7 @@ class LearnedMethod : public Method {
   std::shared_ptr<const LearnedNetwork> network_;
   LearnedOptions options_;
   int threads_;
+  TaskModel model_;
   PointFeatures features_;
 };
 

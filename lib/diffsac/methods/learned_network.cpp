@@ -5,14 +5,27 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
 
 namespace diffsac {
 namespace {
 
+// The one place that reads old keys. Until models had names, `labels.fundamental_points` and `inference.fundamental_points`
+// said by 7 or 8 which minimal sets a fundamental matrix is solved from (for other tasks they said nothing): 8 is now
+// `model: fundamental8`. The old keys themselves stay; readers of stored options pass over them.
+void ReplaceOldKeys(Config* config) {
+  const char* key = "inference.fundamental_points";
+  const bool eight = config->Has(key) && config->Text(key) == "8" && config->Has("task") &&
+                     config->Text("task") == kModelName<Fundamental>;
+  if (eight && !config->Has("model")) config->Set(std::string("model=") + kModelName<Fundamental8>);
+}
+
 Config ConfigOf(const CheckpointInfo& info, const std::string& checkpoint) {
-  return Config::FromString(info.config, checkpoint + " (its configuration)");
+  Config config = Config::FromString(info.config, checkpoint + " (its configuration)");
+  ReplaceOldKeys(&config);
+  return config;
 }
 
 // NAME of models/NAME/model.pt and runs/NAME/checkpoints/best.pt.
@@ -55,7 +68,8 @@ TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string
   if (TaskFromString(trained_task) != task)
     throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) +
                 "'");
-  return {checkpoint, config, info.seed, FactsOf(info, config)};
+  const std::string model = config.Has("model") ? config.Text("model") : "";
+  return {checkpoint, config, model, info.seed, FactsOf(info, config)};
 }
 
 void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network) {

@@ -34,6 +34,7 @@ struct LearnedNetwork {
 struct TrainedConfig {
   std::string checkpoint;  ///< Its file.
   Config config;
+  std::string model;  ///< By which of the task's models its minimal sets are solved; empty: the task's own.
   std::uint64_t seed = 0;
   TrainingFacts facts;  ///< Without the number of parameters, which the network knows.
 };

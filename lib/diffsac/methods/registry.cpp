@@ -1,7 +1,7 @@
 #include "diffsac/methods/registry.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/classical.h"
 #include "diffsac/methods/clnet.h"
 #include "diffsac/methods/dgsac_method.h"
@@ -24,9 +24,11 @@ template <class Options>
 struct LearnedRow {
   std::string checkpoint;
   Options options;
+  Task task;
   void Bind(OptionsBinder& b) {
     for (const char* key : {"name", "type", "label", "paper", "conditions", "max_problems"}) b.Ignore(key);
     b.Field("checkpoint", checkpoint);
+    BindModel(b, task, &options.model);
     options.Bind(b);
   }
 };
@@ -38,16 +40,18 @@ std::string OverrideFor(const std::string& type, const MethodContext& context) {
 }
 
 template <class Learned, class Options, class Load>
-std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& context, Options defaults, Load load) {
+std::unique_ptr<Method> MakeLearned(const Config& config, Task task, const MethodContext& context, Options defaults,
+                                    Load load) {
   const std::string type = config.Text("type");
-  LearnedRow<Options> row{{}, std::move(defaults)};
+  LearnedRow<Options> row{{}, std::move(defaults), task};
   std::string checkpoint = OverrideFor(type, context);
   if (checkpoint.empty() && config.Has("checkpoint")) checkpoint = config.Text("checkpoint");
   if (checkpoint.empty())
     throw Error(config.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
   const auto network = load(checkpoint, DeviceFromString(context.device));
-  const auto trained = Config::FromString(ReadCheckpointInfo(checkpoint).config, checkpoint + " (its configuration)");
-  row.options = ReadStoredOptions(trained.Sub("inference"), row.options);
+  const auto trained = ReadTrainedConfig(checkpoint, type, task);
+  row.options = ReadStoredOptions(trained.config.Sub("inference"), row.options);
+  row.options.model = trained.model;
   row = ReadOptions(config, row);
   CheckRow(config, row.options, *network);
   return std::make_unique<Learned>(network, row.options, context.threads);
@@ -55,14 +59,14 @@ std::unique_ptr<Method> MakeLearned(const Config& config, const MethodContext& c
 
 template <class Network>
 std::unique_ptr<Method> MakeWeighted(const Config& config, Task task, const MethodContext& context) {
-  return MakeLearned<WeightedMethod>(config, context, DefaultWeightedOptions(Network::kMethod),
+  return MakeLearned<WeightedMethod>(config, task, context, DefaultWeightedOptions(Network::kMethod),
                                      [&](const std::string& checkpoint, const torch::Device& device) {
                                        return LoadLearnedWeights<Network>(checkpoint, task, device);
                                      });
 }
 
 std::unique_ptr<Method> MakeDiffsac(const Config& config, Task task, const MethodContext& context) {
-  return MakeLearned<DiffsacMethod>(config, context, DiffsacOptions(),
+  return MakeLearned<DiffsacMethod>(config, task, context, DiffsacOptions(),
                                     [&](const std::string& checkpoint, const torch::Device& device) {
                                       return LoadNetwork(checkpoint, task, device);
                                     });

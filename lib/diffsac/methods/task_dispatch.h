@@ -3,9 +3,11 @@
 #include <chrono>
 #include <utility>
 
-#include "diffsac/data/task_dispatch.h"
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/data/solver_space.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/methods/method.h"
-#include "diffsac/methods/solver_space.h"
 
 namespace diffsac {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 
 #include "diffsac/methods/task_dispatch.h"
 
@@ -81,7 +80,7 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
 
 Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
   return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
-    if constexpr (std::is_same_v<Model, Line> || std::is_same_v<Model, Plane>)
+    if constexpr (HyperplaneModel<Model>)
       return EstimateHyperplane<Model::kDimension>(problem, options_.hypotheses, seed);
     return diffsac::Estimate{};
   });

@@ -59,7 +59,7 @@ torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, C
   const auto candidates = network.CandidateWeights(output);
   const auto weights =
       torch::zeros({candidates.size(0), points}, candidates.options()).scatter_add(1, output.index, candidates);
-  return RegressionLoss(weights, fits, !IsTwoView(task_));
+  return RegressionLoss(weights, fits);
 }
 
 Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,

@@ -2,12 +2,10 @@
 
 #include <torch/torch.h>
 
-#include <Eigen/LU>
-
 #include <cmath>
 
-#include "diffsac/geometry/two_view.h"
-#include "diffsac/methods/solver_space.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -24,56 +22,6 @@ torch::Tensor UnitVector(const Eigen::VectorXd& vector) {
   if (!vector.allFinite() || !(vector.norm() > 0.0)) return {};
   const Eigen::VectorXd unit = vector.normalized();
   return torch::from_blob(const_cast<double*>(unit.data()), {unit.size()}, torch::kDouble).clone();
-}
-
-// Centroid to the origin, root mean square distance to √2.
-Eigen::Matrix3d Normalization(const PointMatrix& points, int first) {
-  const Eigen::RowVector2d mean = points.middleCols(first, 2).colwise().mean();
-  const double spread =
-      std::sqrt((points.middleCols(first, 2).rowwise() - mean).squaredNorm() / static_cast<double>(points.rows()));
-  const double scale = spread > 0.0 ? std::sqrt(2.0) / spread : 1.0;
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  matrix(0, 0) = matrix(1, 1) = scale;
-  matrix(0, 2) = -scale * mean.x();
-  matrix(1, 2) = -scale * mean.y();
-  return matrix;
-}
-
-LinearFit HyperplaneFit(const Example& example) {
-  const PointMatrix& points = example.problem.points;
-  const Eigen::RowVectorXd mean = points.colwise().mean();
-  PointMatrix rows = points.rowwise() - mean;
-  const double spread = std::sqrt(rows.squaredNorm() / static_cast<double>(rows.rows()));
-  if (spread > 0.0) rows /= spread;
-  LinearFit fit{ToTensor(rows), 1, {}};
-  if (example.truth.model.size() == points.cols() + 1) fit.truth = UnitVector(example.truth.model.head(points.cols()));
-  return fit;
-}
-
-LinearFit TwoViewFit(const Example& example) {
-  const SolverSpace space(example.problem);
-  const PointMatrix& points = space.points();
-  const Eigen::Matrix3d first = Normalization(points, 0), second = Normalization(points, 2);
-  const bool homography = example.problem.task == Task::kHomography;
-  PointMatrix rows = PointMatrix::Zero(homography ? 2 * points.rows() : points.rows(), 9);
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d a = first * Eigen::Vector3d(points(i, 0), points(i, 1), 1.0);
-    const Eigen::Vector3d b = second * Eigen::Vector3d(points(i, 2), points(i, 3), 1.0);
-    if (homography) {
-      rows.row(2 * i) << 0.0, 0.0, 0.0, -a.transpose(), b.y() * a.transpose();
-      rows.row(2 * i + 1) << a.transpose(), 0.0, 0.0, 0.0, -b.x() * a.transpose();
-    } else {
-      rows.row(i) << b.x() * a.transpose(), b.y() * a.transpose(), a.transpose();
-    }
-  }
-  LinearFit fit{ToTensor(rows), homography ? 2 : 1, {}};
-  if (example.truth.model.size() != 9) return fit;
-  const Eigen::Matrix3d model = AsMatrix(example.truth.model);
-  const Eigen::Matrix3d normalized = homography
-                                         ? Eigen::Matrix3d(second * model * first.inverse())
-                                         : Eigen::Matrix3d(second.inverse().transpose() * model * first.inverse());
-  fit.truth = UnitVector(AsParameters(normalized));
-  return fit;
 }
 
 // The unit vector of least Σ w (row · v)²; *determined is false where it is not one.
@@ -104,10 +52,19 @@ torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Ten
 }
 
 LinearFit MakeLinearFit(const Example& example) {
-  return IsTwoView(example.problem.task) ? TwoViewFit(example) : HyperplaneFit(example);
+  return DispatchDescription(example.problem.task, [&]<TaskDescription Description>() -> LinearFit {
+    if constexpr (requires(const SolverSpace& space) { Description::Equations(space, example.truth); }) {
+      const LinearEquations equations = Description::Equations(SolverSpace(example.problem), example.truth);
+      LinearFit fit{ToTensor(equations.rows), equations.rows_per_point, equations.about_mean, {}};
+      if (equations.truth.size() > 0) fit.truth = UnitVector(equations.truth);
+      return fit;
+    } else {
+      throw Error("clnet: the task " + ToString(example.problem.task) + " has no linear fit");
+    }
+  });
 }
 
-torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits, bool about_mean) {
+torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits) {
   torch::Tensor total = torch::zeros({}, torch::kDouble);
   int count = 0;
   const auto all = weights.to(torch::kCPU, torch::kDouble);
@@ -118,7 +75,7 @@ torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<Lin
     const auto points = rows.size(0) / fits[b].rows_per_point;
     const auto w =
         all[static_cast<std::int64_t>(b)].slice(0, 0, points).repeat_interleave(fits[b].rows_per_point).unsqueeze(1);
-    if (about_mean) rows = rows - (w * rows).sum(0, true) / w.sum().clamp_min(1e-9);
+    if (fits[b].about_mean) rows = rows - (w * rows).sum(0, true) / w.sum().clamp_min(1e-9);
     bool determined = false;
     const auto vector = SmallestVector(torch::matmul(rows.t(), w * rows), &determined);
     if (determined) total = total + 1.0 - vector.dot(fits[b].truth).square();

@@ -19,22 +19,19 @@ torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::T
 torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Tensor& inliers,
                                    const torch::Tensor& temperature, const torch::Tensor& mask);
 
-/// A weighted linear fit that gradients pass through, in double precision.
+/// A weighted linear fit that gradients pass through, in double precision: the LinearEquations of the task's description.
 struct LinearFit {
-  /// Rows of the linear equations of one problem's points, in normalised coordinates: lines and planes the points (γ
-  /// columns), F and E the epipolar equations (9), H two transfer equations a point (9).
   torch::Tensor rows;
   std::int64_t rows_per_point = 1;
-  /// The true model in the same coordinates, a unit vector: of lines and planes the normal. Undefined without one.
-  torch::Tensor truth;
+  bool about_mean = false;
+  torch::Tensor truth;  ///< A unit vector; undefined without a truth.
 };
 
-/// What the regression loss needs of one problem.
+/// What the regression loss needs of one problem. Throws Error for a task whose description has no equations.
 LinearFit MakeLinearFit(const Example& example);
 
-/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)² (lines and
-/// planes: of rows about their weighted mean): 0 for the true model, 1 for one that has nothing of it. A fit that the
+/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)²: 0 for the true model, 1 for one that has nothing of it. A fit that the
 /// weights leave undetermined counts 0 and has no gradient. weights: [B, N] ≥ 0, differentiable.
-torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits, bool about_mean);
+torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits);
 
 }  // namespace diffsac

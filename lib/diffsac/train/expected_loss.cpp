@@ -7,8 +7,8 @@
 #include <numeric>
 #include <utility>
 
-#include "diffsac/data/task_dispatch.h"
-#include "diffsac/methods/solver_space.h"
+#include "diffsac/data/solver_space.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -44,7 +44,7 @@ class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, We
   bool IsInitialization(std::int64_t iteration) const {
     return iteration < options_.ng_ransac.initialization_iterations;
   }
-  int SetSize() const { return task_ == Task::kFundamental ? inference_.fundamental_points : MinimalSetSize(task_); }
+  TaskModel UsedModel() const { return ModelFromString(task_, inference_.model); }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
 
@@ -54,15 +54,13 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
   consensus.stopping = Stopping::kBudget;
   consensus.max_iterations = options_.ng_ransac.hypotheses;
   const auto& problem = example.problem;
-  const auto estimate = DispatchSetSize(task_, inference_.fundamental_points, [&]<class Model>() {
+  const auto estimate = DispatchModel(UsedModel(), [&]<class Model>() {
     return Select<Model>(problem, std::move(sets), consensus, rng);
   });
   if (options_.ng_ransac.loss == "inliers")
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());
-  const auto& validation = options_.validation;
-  const Tolerance tolerance =
-      task_ == Task::kHomography ? Tolerance(validation.threshold_px, true) : Tolerance(validation.threshold_deg);
+  const Tolerance tolerance = options_.validation.ToleranceOf(task_);
   const double error = MainError(MeasureError(estimate, example), tolerance);
   return std::isnan(error) ? 1.0 : std::min(1.0, error / (options_.ng_ransac.loss_cap * tolerance.value));
 }
@@ -71,7 +69,7 @@ Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& ite
                                             double target) const {
   const auto& train = options_.ng_ransac;
   const std::int64_t batch = static_cast<std::int64_t>(items.size()), pools = train.pools, sets = train.hypotheses;
-  const std::int64_t set_size = SetSize(), pool_size = sets * set_size;
+  const std::int64_t set_size = MinimalSetSize(UsedModel()), pool_size = sets * set_size;
   const auto weights = log_weights.detach().to(torch::kCPU).contiguous();
   auto chosen = torch::zeros({batch, pools * sets, set_size}, torch::kLong);
   auto losses = torch::zeros({batch, pools});

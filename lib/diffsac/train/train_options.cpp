@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 
@@ -58,7 +59,8 @@ void ValidationOptions::Bind(OptionsBinder& b) {
 void TrainConfig::Bind(OptionsBinder& b) {
   b.Field("name", name);
   b.Choice("method", method, {"diffsac", "ng_ransac", "clnet"});
-  b.Choice("task", task, {"line", "plane", "homography", "fundamental", "essential"});
+  b.Choice("task", task, TaskNames());
+  BindModel(b, TaskFromString(task), &model);
   b.Ignore("data");
   train.diffusion = method == "diffsac";
   if (method == "diffsac") {
@@ -87,7 +89,9 @@ const PointFeaturesOptions& TrainConfig::Features() const {
 TrainConfig ReadTrainConfig(const Config& config) {
   TrainConfig defaults;
   const std::string task = config.Has("task") ? config.Text("task") : defaults.task;
-  if (task == "homography" || task == "fundamental" || task == "essential") {
+  const auto tasks = TaskNames();
+  const bool known = std::find(tasks.begin(), tasks.end(), task) != tasks.end();
+  if (known && IsTwoView(TaskFromString(task))) {
     defaults.validation.outlier_ratios.clear();
     defaults.validation.threshold_deg = 10.0;
   }
@@ -98,11 +102,7 @@ TrainConfig ReadTrainConfig(const Config& config) {
   if (options.train.two_view.augment && preference)
     throw Error(config.Where("train.two_view.augment") +
                 ": not for network.features.kinds preference, whose hypotheses are those of the images as they are");
-  if (options.method == "diffsac" && task == "fundamental" &&
-      options.labels.fundamental_points != options.inference.fundamental_points)
-    throw Error(config.Where("inference.fundamental_points") + ": " +
-                std::to_string(options.inference.fundamental_points) +
-                " points a set, but labels.fundamental_points is " + std::to_string(options.labels.fundamental_points));
+  options.labels.model = options.inference.model = options.weighted_inference.model = options.model;
   return options;
 }
 

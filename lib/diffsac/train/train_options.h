@@ -6,6 +6,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/data/labels.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/methods/clnet.h"
 #include "diffsac/methods/diffsac_network.h"
 #include "diffsac/methods/diffsac_options.h"
@@ -50,6 +51,9 @@ struct ValidationOptions {
   std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};  ///< a group each; empty: one group of the data as it is
   double threshold_deg = 0.5;                    ///< mAA threshold
   double threshold_px = 20.0;                    ///< the same for homographies
+  Tolerance ToleranceOf(Task task) const {
+    return ErrorInPixels(task) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
+  }
   void Bind(OptionsBinder& b);
 };
 
@@ -60,6 +64,9 @@ struct TrainConfig {
   /// diffsac have no `labels` but a group of their own name.
   std::string method = "diffsac";
   std::string task = "line";
+  /// By which of the task's models minimal sets are solved: those of labels, of training and of inference; empty: the
+  /// task's own. Of task fundamental also fundamental8.
+  std::string model;
   NetworkOptions network;
   LabelOptions labels;
   TrainOptions train;

@@ -45,7 +45,7 @@ bool HasSplits(const Config& data) {
 Validation::Validation(Task task, const Config& config, const ValidationOptions& options, std::uint64_t seed)
     : options_(options),
       seed_(seed),
-      tolerance_(task == Task::kHomography ? Tolerance(options.threshold_px, true) : Tolerance(options.threshold_deg)) {
+      tolerance_(options.ToleranceOf(task)) {
   Config data = ValidationData(config);
   if (HasSplits(data)) data.Set("split=validation");
   if (options.outlier_ratios.empty()) AddGroup(task, data, "");

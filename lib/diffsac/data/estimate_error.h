@@ -1,0 +1,27 @@
+#pragma once
+
+#include <limits>
+
+namespace diffsac {
+
+/// The worst errors, which a failure counts as: of two hyperplanes, of a rotation, of a direction of either sign.
+inline constexpr double kWorstAngleDeg = 90.0;
+inline constexpr double kWorstRotationDeg = 180.0;
+inline constexpr double kWorstTranslationDeg = 90.0;
+
+/// How wrong one estimate is; NaN where the ground truth is unknown or the task has no such error.
+struct EstimateError {
+  /// Lines, planes: between the normals, in [0, 90]. F, E: the larger of rotation_deg and translation_deg.
+  double angle_deg = std::numeric_limits<double>::quiet_NaN();
+  /// Lines, planes, in the data's unit: difference of the two models' signed distances at the centroid of all points of
+  /// the problem, normals turned to the same side. A failure counts as the diagonal of the points' bounding box.
+  double offset = std::numeric_limits<double>::quiet_NaN();
+  bool failed = false;  ///< No model, or one with a non-finite value.
+  double rotation_deg = std::numeric_limits<double>::quiet_NaN();     ///< F, E: in [0, 180]
+  double translation_deg = std::numeric_limits<double>::quiet_NaN();  ///< F, E: of the direction, either sign, [0, 90]
+  /// H: mean distance |H x − H_true x| in image 2 over the pixels of image 1 that both images show. F and E where no
+  /// pose is known: mean Sampson distance of the true inliers. A failure is infinite.
+  double error_px = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace diffsac

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "diffsac/data/point_features.h"
+
+namespace diffsac {
+
+inline constexpr int kColumnsPerHypothesis = 3;
+
+/// Writes the columns of `preference` (PointFeatures) from column `first` on: the hypotheses are solved from the given
+/// sets, γ indices each, and the `kept` best are described. Sets the hypotheses, models and scores of the features.
+void AddPreference(const SolverSpace& space, const std::vector<int>& sets, int kept, int first, FeatureSet* features);
+
+}  // namespace diffsac

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// The coordinates in which a model is solved and scored, made once for an estimate and handed to features and
+/// consensus: the problem's own, unless the task's description normalises them (the essential matrix: K⁻¹ times pixels,
+/// the threshold divided by the mean focal length). Borrows the problem.
+class SolverSpace {
+ public:
+  explicit SolverSpace(const Problem& problem);
+  const Problem& problem() const { return problem_; }
+  const PointMatrix& points() const { return is_normalized_ ? normalized_ : problem_.points; }
+  double threshold() const { return problem_.inlier_threshold / unit_; }
+  /// How much of the data's unit is one unit here: pixels in the mean focal length, or 1.
+  double unit() const { return unit_; }
+  bool is_normalized() const { return is_normalized_; }
+
+ private:
+  const Problem& problem_;
+  PointMatrix normalized_;
+  double unit_ = 1.0;
+  bool is_normalized_ = false;
+};
+
+}  // namespace diffsac
