@@ -9,6 +9,7 @@
 #include "diffsac/methods/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "geometry/two_view_problems.h"
+#include "methods/make_row.h"
 
 namespace diffsac {
 namespace {
@@ -46,9 +47,7 @@ Example MakePair(Task task, int num_points, std::uint64_t seed) {
 }
 
 std::unique_ptr<Method> Make(const std::string& type, Task task, const std::string& yaml = "{}") {
-  const Config config = Config::FromString(yaml, "test.yaml");
-  if (auto method = MakeClassicalMethod(type, config, task)) return method;
-  return MakeOpencvMethod(type, config, task);
+  return MakeRow(type, task, yaml);
 }
 
 TEST_CASE("Every two-view row finds H, F and E among half outliers") {
