@@ -58,4 +58,14 @@ TEST_CASE("Two sections of one struct share a table") {
         "\n### b\n\nKeys as of a, with the defaults `rate`: `1`.\n\n### c\n\nKeys as of a.\n");
 }
 
+TEST_CASE("Differences name other defaults and keys that are missing") {
+  CHECK(DifferenceText(DescribeOptions<Outer>(), DescribeOptions<Outer>()).empty());
+  CHECK(DifferenceText(DescribeOptions<Inner>(), {}) == "without `width`, `rate`");
+  Outer outer;
+  outer.first.rate = 2.0;
+  auto keys = DescribeOptions(outer);
+  keys.pop_back();
+  CHECK(DifferenceText(DescribeOptions<Outer>(), keys) == "with the defaults `first.rate`: `2`; without `names`");
+}
+
 }  // namespace diffsac

@@ -28,25 +28,39 @@ std::string MeaningOf(const OptionDescription& key) {
 
 std::string Join(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
 
-void Differences(const std::string& path, const std::vector<OptionDescription>& base,
-                 const std::vector<OptionDescription>& keys, std::vector<std::string>* texts) {
-  for (const OptionDescription& key : keys) {
-    const auto same = std::find_if(base.begin(), base.end(), [&](const auto& other) { return other.key == key.key; });
-    const std::string full = Join(path, key.key);
-    if (same != base.end() && same->default_value != key.default_value)
-      texts->push_back(Code(full) + ": " + (key.default_value.empty() ? "none" : Code(key.default_value)));
-    if (same != base.end()) Differences(full, same->children, key.children, texts);
+struct Differences {
+  std::vector<std::string> defaults, missing;
+};
+
+void Compare(const std::string& path, const std::vector<OptionDescription>& base,
+             const std::vector<OptionDescription>& keys, Differences* found) {
+  for (const OptionDescription& old : base) {
+    const std::string full = Join(path, old.key);
+    const auto same = std::find_if(keys.begin(), keys.end(), [&](const auto& key) { return key.key == old.key; });
+    if (same == keys.end()) {
+      found->missing.push_back(Code(full));
+      continue;
+    }
+    if (same->default_value != old.default_value)
+      found->defaults.push_back(Code(full) + ": " + (same->default_value.empty() ? "none" : Code(same->default_value)));
+    Compare(full, old.children, same->children, found);
   }
+}
+
+std::string List(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + text;
+  return list;
 }
 
 }  // namespace
 
-std::string DefaultsThatDiffer(const std::vector<OptionDescription>& base, const std::vector<OptionDescription>& keys) {
-  std::vector<std::string> texts;
-  Differences("", base, keys, &texts);
-  std::string joined;
-  for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
-  return joined;
+std::string DifferenceText(const std::vector<OptionDescription>& base, const std::vector<OptionDescription>& keys) {
+  Differences found;
+  Compare("", base, keys, &found);
+  std::string text = found.defaults.empty() ? "" : "with the defaults " + List(found.defaults);
+  if (!found.missing.empty()) text += (text.empty() ? "without " : "; without ") + List(found.missing);
+  return text;
 }
 
 void OptionReference::AddText(int level, const std::string& heading, const std::string& text) {
@@ -56,11 +70,11 @@ void OptionReference::AddText(int level, const std::string& heading, const std::
 
 // Behind a K, large or small.
 std::string OptionReference::PointerTo(const Known& known, const std::vector<OptionDescription>& keys) {
-  const std::string differ = DefaultsThatDiffer(known.keys, keys);
-  return "eys as of " + known.place + (differ.empty() ? "" : ", with the defaults " + differ) + ".\n";
+  const std::string differ = DifferenceText(known.keys, keys);
+  return "eys as of " + known.place + (differ.empty() ? "" : ", " + differ) + ".\n";
 }
 
-void OptionReference::AddOptions(const std::string& heading, const std::string& text, const std::string& path,
+void OptionReference::AddOptions(const std::string& heading, const std::string& text, const std::string& of,
                                  std::type_index options, const std::vector<OptionDescription>& keys) {
   AddText(3, heading, text);
   if (const Known* known = Find(options)) {
@@ -68,10 +82,11 @@ void OptionReference::AddOptions(const std::string& heading, const std::string& 
     return;
   }
   if (options != typeid(void)) known_.push_back({options, heading, keys});
-  AddKeys(path, keys);
+  AddKeys("", of, keys);
 }
 
-void OptionReference::AddKeys(const std::string& path, const std::vector<OptionDescription>& keys) {
+void OptionReference::AddKeys(const std::string& path, const std::string& of,
+                              const std::vector<OptionDescription>& keys) {
   if (keys.empty()) {
     text_ += "\nNo keys.\n";
     return;
@@ -87,9 +102,9 @@ void OptionReference::AddKeys(const std::string& path, const std::vector<OptionD
       text_ += "\n" + Code(full) + ": k" + PointerTo(*known, key.children);
       continue;
     }
-    AddText(3, Code(full), Sentence(key.help));
-    if (key.options != typeid(void)) known_.push_back({key.options, Code(full), key.children});
-    AddKeys(full, key.children);
+    AddText(3, Code(full) + of, Sentence(key.help));
+    if (key.options != typeid(void)) known_.push_back({key.options, Code(full) + of, key.children});
+    AddKeys(full, of, key.children);
   }
 }
 

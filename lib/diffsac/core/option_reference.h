@@ -16,9 +16,9 @@ class OptionReference {
   /// A heading with text below it. level: of the heading, from 2.
   void AddText(int level, const std::string& heading, const std::string& text);
 
-  /// The keys of one map, and of the maps within it: their headings are paths, `path.key`. options: the struct that was
-  /// described. path: of the map, for the headings of maps within and for pointers to this section; may be empty.
-  void AddOptions(const std::string& heading, const std::string& text, const std::string& path, std::type_index options,
+  /// The keys of one map, and of the maps within it, each in a section of its own: "`key`" + of (" of `method:
+  /// clnet`"). options: the struct that was described.
+  void AddOptions(const std::string& heading, const std::string& text, const std::string& of, std::type_index options,
                   const std::vector<OptionDescription>& keys);
 
   const std::string& text() const { return text_; }
@@ -31,13 +31,13 @@ class OptionReference {
   };
   const Known* Find(std::type_index options) const;
   static std::string PointerTo(const Known& known, const std::vector<OptionDescription>& keys);
-  void AddKeys(const std::string& path, const std::vector<OptionDescription>& keys);
+  void AddKeys(const std::string& path, const std::string& of, const std::vector<OptionDescription>& keys);
 
   std::string text_;
   std::vector<Known> known_;
 };
 
-/// "`a.b`: `1`, `c`: `x`": the defaults of `keys` that differ from those of `base`, an empty text when none does.
-std::string DefaultsThatDiffer(const std::vector<OptionDescription>& base, const std::vector<OptionDescription>& keys);
+/// "with the defaults `a.b`: `1`, `c`: `x`; without `d`": how `keys` differ from `base`, an empty text when they don't.
+std::string DifferenceText(const std::vector<OptionDescription>& base, const std::vector<OptionDescription>& keys);
 
 }  // namespace diffsac

@@ -33,6 +33,7 @@ void DenoiserOptions::Bind(OptionsBinder& b) {
 }
 
 std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, int input_width, Rng rng) {
+  CheckOptions(options);
   if (options.kind == DenoiserKind::kPointTransformer)
     return std::make_shared<PointTransformer>(options, input_width, rng);
   return std::make_shared<BlockDenoiser>(options, input_width, rng);

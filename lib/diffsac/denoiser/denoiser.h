@@ -58,7 +58,7 @@ class Denoiser : public torch::nn::Module {
                                 const torch::Tensor& previous = {}) = 0;
 };
 
-/// Builds a network for features of `input_width` columns; its weights depend on `rng` alone.
+/// Builds a network for features of `input_width` columns; its weights depend on `rng` alone. Throws Error for bad options.
 std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, int input_width, Rng rng);
 
 /// Trainable values in a network.
