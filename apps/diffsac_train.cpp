@@ -11,6 +11,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
+#include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/trainer.h"
 
 namespace {
@@ -26,16 +27,25 @@ int main(int argc, char** argv) {
   CLI::App app{"Trains DiffSAC and other learned methods"};
   std::string config_path, output;
   std::vector<std::string> assignments;
-  diffsac::TrainRequest request;
+  bool resume = false;
+  std::string device = "auto";
+  int threads = 0;
   std::int64_t seed = -1;
   double timeout_s = diffsac::kGroupTimeoutSeconds;
   app.set_version_flag("--version", diffsac::VersionText("diffsac_train"));
   app.add_option("--config", config_path, "Configuration (YAML)")->required();
+  app.add_flag_callback(
+      "--describe-options",
+      [] {
+        std::cout << diffsac::ConfigurationReference();
+        throw CLI::Success();
+      },
+      "Print every key of the configurations in Markdown (docs/configuration.md)");
   app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
   app.add_option("--output", output, "Run folder (default: runs/<name>)");
-  app.add_flag("--resume", request.resume, "Continue from the run folder's last checkpoint");
-  app.add_option("--device", request.device, "auto, cpu or cuda");
-  app.add_option("--threads", request.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app.add_flag("--resume", resume, "Continue from the run folder's last checkpoint");
+  app.add_option("--device", device, "auto, cpu or cuda");
+  app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
   app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
       ->check(CLI::PositiveNumber);
@@ -43,11 +53,14 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
   try {
-    request.config = diffsac::Config::FromFile(config_path);
-    for (const auto& assignment : assignments) request.config.Set(assignment);
-    if (seed >= 0) request.config.Set("train.seed=" + std::to_string(seed));
-    const auto options = diffsac::ReadOptions<diffsac::TrainConfig>(request.config);
-    request.output = output.empty() ? "runs/" + options.name : output;
+    auto config = diffsac::Config::FromFile(config_path);
+    for (const auto& assignment : assignments) config.Set(assignment);
+    if (seed >= 0) config.Set("train.seed=" + std::to_string(seed));
+    diffsac::TrainRequest request(config);
+    request.output = output.empty() ? "runs/" + request.options.name : output;
+    request.resume = resume;
+    request.device = device;
+    request.threads = threads;
     const auto group = diffsac::JoinProcessGroup(timeout_s);
     request.group = group.get();
     const bool main_process = !group || group->main();

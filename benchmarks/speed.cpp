@@ -114,7 +114,7 @@ void EncoderTable(int threads, int rounds, int steps) {
   for (const auto& [kind, width] : {std::pair<const char*, int>{"pooled", 64}, {"point_transformer", 64}}) {
     for (const int encoder_layers : {5, 4, 0}) {
       DenoiserOptions options;
-      options.kind = kind;
+      options.kind = FromString<DenoiserKind>(kind);
       options.width = width;
       options.encoder_layers = encoder_layers;
       options.layers = 6 - encoder_layers;

@@ -53,7 +53,7 @@ TEST_CASE("time embedding puts the cosine half first") {
 // Field-notes §2.1: about 37.7 M in the blocks and 2.1 M in the time MLP at width 512, 12 layers, 8 heads.
 TEST_CASE("the paper's size has Point-E's number of parameters") {
   DenoiserOptions options;
-  options.kind = "point_transformer";
+  options.kind = DenoiserKind::kPointTransformer;
   options.width = 512;
   options.heads = 8;
   options.encoder_layers = 0;

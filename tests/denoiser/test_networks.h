@@ -12,7 +12,7 @@ namespace diffsac {
 
 inline DenoiserOptions SmallOptions(const std::string& kind, int encoder_layers = 2) {
   DenoiserOptions options;
-  options.kind = kind;
+  options.kind = FromString<DenoiserKind>(kind);
   options.width = 16;
   options.heads = 4;
   options.encoder_layers = encoder_layers;

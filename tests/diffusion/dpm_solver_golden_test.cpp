@@ -15,7 +15,7 @@ using namespace diffsac;
 
 namespace {
 
-constexpr double kNoClipping = -std::numeric_limits<double>::infinity();
+constexpr double kNoClipping = -1000.0;
 
 /// x0 from the model's output at a point.
 using ToX0 = std::function<torch::Tensor(const torch::Tensor& x, const torch::Tensor& output, const TimePoint& at)>;
@@ -31,7 +31,7 @@ torch::Tensor FromV(const torch::Tensor& x, const torch::Tensor& output, const T
 /// diffusers' full loop with 10 steps of order 2 on T = 1000, beginning at a point of the grid.
 torch::Tensor FullLoop(const ToX0& to_x0, const char* spacing, torch::Tensor x, std::size_t first = 0,
                        const std::function<TimeGrid(TimeGrid)>& change = {}) {
-  auto grid = MakeTimeGrid(MakeSchedule("linear", 1000), {10, spacing, "sigma_min", kNoClipping});
+  auto grid = MakeTimeGrid(MakeSchedule("linear", 1000), {10, FromString<TimestepSpacing>(spacing), FinalSigma::kSigmaMin, kNoClipping});
   if (change) grid = change(grid);
   grid.erase(grid.begin(), grid.begin() + first);
   DpmSolverOptions options;
@@ -51,8 +51,8 @@ double SampleDummy(const char* kind, const char* final_sigma, const Row& row) {
   SamplerOptions options;
   options.steps = row.steps;
   options.order = row.order;
-  options.timestep_spacing = row.spacing;
-  options.final_sigma = final_sigma;
+  options.timestep_spacing = FromString<TimestepSpacing>(row.spacing);
+  options.final_sigma = FromString<FinalSigma>(final_sigma);
   options.lambda_min_clipped = kNoClipping;
   options.clip_x0 = false;
   return MeanAbs(MakeReverseSampler(options, MakeSchedule(kind))->Sample(DummyModel, DummySample()));

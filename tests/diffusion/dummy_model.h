@@ -18,7 +18,7 @@ inline double MeanAbs(const torch::Tensor& x) { return x.abs().mean().item<doubl
 /// A schedule without changing any other option.
 inline NoiseSchedule MakeSchedule(const char* kind, int steps = 100, bool zero_terminal_snr = false) {
   NoiseScheduleOptions options;
-  options.kind = kind;
+  options.kind = FromString<NoiseScheduleKind>(kind);
   options.steps = steps;
   options.zero_terminal_snr = zero_terminal_snr;
   return NoiseSchedule(options);

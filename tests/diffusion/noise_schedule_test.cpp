@@ -16,7 +16,7 @@ namespace {
 
 NoiseSchedule Linear(int steps, double beta_end) {
   NoiseScheduleOptions options;
-  options.kind = "linear";
+  options.kind = NoiseScheduleKind::kLinear;
   options.steps = steps;
   options.beta_end = beta_end;
   return NoiseSchedule(options);
@@ -164,12 +164,12 @@ TEST_CASE("bad schedule options are errors") {
     change(options);
     NoiseSchedule schedule(options);
   };
-  CHECK_THROWS_AS(build([](auto& o) { o.kind = "sigmoid"; }), Error);
+  CHECK_THROWS_AS(build([](auto& o) { o.kind = FromString<NoiseScheduleKind>("sigmoid"); }), Error);
   CHECK_THROWS_AS(build([](auto& o) { o.steps = 0; }), Error);
-  CHECK_THROWS_AS(build([](auto& o) { o.beta_start = 0.0; }), Error);
-  CHECK_THROWS_AS(build([](auto& o) { o.beta_end = 1.0; }), Error);
+  CHECK_THROWS_AS(build([](auto& o) { o.kind = NoiseScheduleKind::kLinear, o.beta_start = 0.0; }), Error);
+  CHECK_THROWS_AS(build([](auto& o) { o.kind = NoiseScheduleKind::kLinear, o.beta_end = 1.0; }), Error);
   CHECK_THROWS_AS(build([](auto& o) { o.beta_end = 1e-5; }), Error);
-  CHECK_THROWS_AS(build([](auto& o) { o.kind = "linear_scaled", o.steps = 20; }), Error);
+  CHECK_THROWS_AS(build([](auto& o) { o.kind = NoiseScheduleKind::kLinearScaled, o.steps = 20; }), Error);
   CHECK_THROWS_AS(build([](auto& o) { o.steps = 1, o.zero_terminal_snr = true; }), Error);
   CHECK_THROWS_WITH(ReadOptions<NoiseScheduleOptions>(Config::FromString("kind: cosin\n")), Catch::Contains("cosine"));
   CHECK_THROWS_AS(ReadOptions<NoiseScheduleOptions>(Config::FromString("steps: 0\n")), Error);

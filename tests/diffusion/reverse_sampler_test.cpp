@@ -16,11 +16,11 @@ using namespace diffsac;
 
 namespace {
 
-constexpr double kNoClipping = -std::numeric_limits<double>::infinity();
+constexpr double kNoClipping = -1000.0;
 
 SamplerOptions Kind(const std::string& kind, int steps = 10) {
   SamplerOptions options;
-  options.kind = kind;
+  options.kind = FromString<SamplerKind>(kind);
   options.steps = steps;
   return options;
 }
@@ -34,7 +34,7 @@ std::vector<SamplerOptions> EveryKind(int steps = 10) {
     all.back().order = order;
   }
   all.push_back(Kind("dpm_solver_pp", steps));
-  all.back().variant = "2S";
+  all.back().variant = DpmSolverVariant::k2S;
   all.push_back(Kind("dpm_solver_pp", steps));
   all.back().sde = true;
   return all;
@@ -69,8 +69,8 @@ TEST_CASE("with a perfect denoiser every sampler returns the labels") {
   for (auto options : EveryKind(steps)) {
     for (const char* spacing : {"linspace", "leading", "trailing", "uniform_lambda", "karras", "lu"}) {
       for (const bool zero_snr : {false, true}) {
-        options.timestep_spacing = spacing;
-        CAPTURE(options.kind, options.order, options.variant, spacing, steps, zero_snr);
+        options.timestep_spacing = FromString<TimestepSpacing>(spacing);
+        CAPTURE(ToString(options.kind), options.order, ToString(options.variant), spacing, steps, zero_snr);
         const auto sampler = MakeReverseSampler(options, MakeSchedule("cosine", 100, zero_snr));
         const auto c0 = sampler->Sample([&](const auto&, double) { return labels; }, StartNoise(), StepNoise());
         CHECK((c0 - labels).abs().max().item<float>() < 1e-5f);
@@ -138,17 +138,17 @@ TEST_CASE("a step is one call of the network, of 2S two but for a last step onto
     return count;
   };
   for (const auto& options : EveryKind())
-    if (options.variant != "2S") CHECK(calls(options) == MakeReverseSampler(options, MakeSchedule("cosine"))->Steps());
+    if (options.variant != DpmSolverVariant::k2S) CHECK(calls(options) == MakeReverseSampler(options, MakeSchedule("cosine"))->Steps());
   auto options = Kind("dpm_solver_pp", 5);
-  options.variant = "2S";
+  options.variant = DpmSolverVariant::k2S;
   CHECK(calls(options) == 9);
-  options.final_sigma = "sigma_min";
+  options.final_sigma = FinalSigma::kSigmaMin;
   CHECK(calls(options) == 10);
 }
 
 TEST_CASE("2S calls the network within the schedule, between its step's ends") {
   auto options = Kind("dpm_solver_pp", 5);
-  options.variant = "2S";
+  options.variant = DpmSolverVariant::k2S;
   std::vector<double> times;
   Run(options, [&](const torch::Tensor& c, double t) {
     times.push_back(t);
@@ -248,21 +248,21 @@ TEST_CASE("bad sampler options are errors") {
     change(options);
     MakeReverseSampler(options, MakeSchedule("cosine"));
   };
-  CHECK_THROWS_AS(make([](auto& o) { o.kind = "euler"; }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.kind = FromString<SamplerKind>("euler"); }), Error);
   CHECK_THROWS_AS(make([](auto& o) { o.steps = 0; }), Error);
   CHECK_THROWS_AS(make([](auto& o) { o.steps = 101; }), Error);
   CHECK_THROWS_AS(make([](auto& o) { o.order = 3; }), Error);
-  CHECK_THROWS_AS(make([](auto& o) { o.variant = "3M"; }), Error);
-  CHECK_THROWS_AS(make([](auto& o) { o.timestep_spacing = "quadratic"; }), Error);
-  CHECK_THROWS_AS(make([](auto& o) { o.final_sigma = "tiny"; }), Error);
-  CHECK_THROWS_AS(make([](auto& o) { o.ddim_eta = 1.5; }), Error);
-  CHECK_THROWS_AS(make([](auto& o) { o.sde = true, o.variant = "2S"; }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.variant = FromString<DpmSolverVariant>("3M"); }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.timestep_spacing = FromString<TimestepSpacing>("quadratic"); }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.final_sigma = FromString<FinalSigma>("tiny"); }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.kind = SamplerKind::kDdim, o.ddim_eta = 1.5; }), Error);
+  CHECK_THROWS_AS(make([](auto& o) { o.sde = true, o.variant = DpmSolverVariant::k2S; }), Error);
 }
 
 TEST_CASE("sampler options come from YAML and go back") {
   const auto options = ReadOptions<SamplerOptions>(
       Config::FromString("kind: ddim\nsteps: 7\nddim_eta: 0.5\nlambda_min_clipped: -1000\n"));
-  CHECK(options.kind == "ddim");
+  CHECK(options.kind == SamplerKind::kDdim);
   CHECK(options.steps == 7);
   CHECK(options.lambda_min_clipped == -1000.0);
   const auto again = ReadOptions<SamplerOptions>(Config::FromString(WriteOptions(options)));

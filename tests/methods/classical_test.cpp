@@ -9,6 +9,7 @@
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/oracle.h"
 #include "diffsac/methods/theil_sen.h"
+#include "methods/make_row.h"
 
 namespace diffsac {
 namespace {
@@ -26,7 +27,7 @@ Example MakeExample(int num_points, double outlier_ratio, std::uint64_t seed) {
 }
 
 std::unique_ptr<Method> Make(const std::string& type, const std::string& yaml = "{}", Task task = Task::kLine) {
-  return MakeClassicalMethod(type, Config::FromString(yaml, "test.yaml"), task);
+  return MakeRow(type, task, yaml);
 }
 
 int Count(const std::vector<std::uint8_t>& mask) { return std::accumulate(mask.begin(), mask.end(), 0); }
@@ -121,11 +122,10 @@ TEST_CASE("Exhaustive search is at least as good as random search by the same sc
   }
 }
 
-TEST_CASE("Options are read and checked; other types are left to others") {
-  CHECK_FALSE(Make("diffsac"));
-  CHECK_FALSE(Make(""));
-  CHECK(Make("ransac", "{name: r, type: ransac, label: R, paper: {a: 1}, conditions: [x]}"));
-  CHECK(Make("theil_sen", "{name: r, type: theil_sen}"));
+TEST_CASE("Options are read and checked; keys of the experiment are none of the row's") {
+  CHECK(Make("theil_sen"));
+  CHECK_THROWS_WITH(Make("ransac", "{label: R}"), Catch::Contains("test.yaml:1: unknown key 'label'"));
+  CHECK_THROWS_WITH(Make("ransack"), Catch::Contains("unknown method type 'ransack'; did you mean 'ransac'?"));
   CHECK_THROWS_AS(Make("ransac", "{hypothesis: 20}"), Error);
   CHECK_THROWS_AS(Make("ransac", "{hypotheses: 0}"), Error);
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);

@@ -6,6 +6,7 @@
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/classical.h"
+#include "methods/make_row.h"
 
 namespace diffsac {
 namespace {
@@ -33,8 +34,8 @@ double MeanError(const Method& method, const Dataset& lines, int count) {
 TEST_CASE("The Bayes estimate is at least as good as a plain RANSAC and as exhaustive search within sampling error") {
   const auto lines = Lines(0.8);
   const double bayes = MeanError(LinePosteriorMethod({}), *lines, 200);
-  const auto ransac = MakeClassicalMethod("ransac", Config::FromString("hypotheses: 1000"), Task::kLine);
-  const auto exhaustive = MakeClassicalMethod("exhaustive", Config::FromString("{}"), Task::kLine);
+  const auto ransac = MakeRow("ransac", Task::kLine, "hypotheses: 1000");
+  const auto exhaustive = MakeRow("exhaustive", Task::kLine);
   CHECK(bayes < MeanError(*ransac, *lines, 200));
   CHECK(bayes < 1.05 * MeanError(*exhaustive, *lines, 200));
 }
@@ -60,8 +61,8 @@ TEST_CASE("The Bayes estimate of few, equal or non-finite points is a status") {
 }
 
 TEST_CASE("The Bayes estimate is for lines alone") {
-  CHECK_THROWS_AS(MakeClassicalMethod("line_posterior", Config::FromString("{}"), Task::kPlane), Error);
-  CHECK(MakeClassicalMethod("line_posterior", Config::FromString("candidates: 5"), Task::kLine) != nullptr);
+  CHECK_THROWS_AS(MakeRow("line_posterior", Task::kPlane), Error);
+  CHECK(MakeRow("line_posterior", Task::kLine, "candidates: 5") != nullptr);
 }
 
 }  // namespace

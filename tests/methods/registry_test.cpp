@@ -61,6 +61,34 @@ TEST_CASE("a diffsac row takes its defaults from the checkpoint and overrides th
   CHECK(Make("{type: diffsac, checkpoint: none.pt, copies: 3}", Task::kLine, saved.path) != nullptr);
 }
 
+TEST_CASE("a resolved row has every key that acts, and makes the same method") {
+  const auto resolve = [](const std::string& yaml, Task task) {
+    return ResolvedRow(Config::FromString(yaml, "t.yaml"), task, {});
+  };
+  const Config row = resolve("{type: magsac_pp, hypotheses: 30}", Task::kFundamental);
+  CHECK(row.Text("type") == "magsac_pp");
+  CHECK(row.Text("hypotheses") == "30");
+  CHECK(row.Text("consensus.score") == "magsac_pp");
+  CHECK(row.Text("consensus.final_refinement") == "lm");
+  CHECK(ResolvedRow(row, Task::kFundamental, {}).Dump() == row.Dump());
+  CHECK(resolve("{type: magsac_pp}", Task::kLine).Text("consensus.final_refinement") == "none");
+  CHECK(resolve("{type: oracle}", Task::kLine).Dump() == "type: oracle\n");
+  CHECK_THROWS_WITH(resolve("{type: oracle, hypotheses: 3}", Task::kLine), Catch::Contains("unknown key 'hypotheses'"));
+  CHECK_THROWS_WITH(resolve("{type: theil_sen}", Task::kFundamental),
+                    Catch::Contains("t.yaml:1: type: theil_sen estimates lines and planes only"));
+}
+
+TEST_CASE("a resolved diffsac row has its checkpoint's inference group under its own keys") {
+  const SavedNetwork saved;
+  const Config own = Config::FromString("{type: diffsac, checkpoint: '" + saved.path + "', head_sets: 3}", "t.yaml");
+  const Config row = ResolvedRow(own, Task::kLine, {});
+  CHECK(row.Text("checkpoint") == saved.path);
+  CHECK(row.Text("copies") == "7");
+  CHECK(row.Text("sampler.steps") == "2");
+  CHECK(row.Text("head_sets") == "3");
+  CHECK(ResolvedRow(row, Task::kLine, {}).Dump() == row.Dump());
+}
+
 TEST_CASE("a diffsac row that cannot be built is a clear error") {
   const SavedNetwork saved;
   CHECK_THROWS_WITH(Make("{type: diffsac}"), Catch::Contains("checkpoint"));

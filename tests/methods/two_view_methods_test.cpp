@@ -10,6 +10,7 @@
 #include "diffsac/data/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "geometry/two_view_problems.h"
+#include "methods/make_row.h"
 
 namespace diffsac {
 namespace {
@@ -47,9 +48,7 @@ Example MakePair(Task task, int num_points, std::uint64_t seed) {
 }
 
 std::unique_ptr<Method> Make(const std::string& type, Task task, const std::string& yaml = "{}") {
-  const Config config = Config::FromString(yaml, "test.yaml");
-  if (auto method = MakeClassicalMethod(type, config, task)) return method;
-  return MakeOpencvMethod(type, config, task);
+  return MakeRow(type, task, yaml);
 }
 
 TEST_CASE("Every two-view row finds H, F and E among half outliers") {

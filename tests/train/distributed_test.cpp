@@ -52,8 +52,9 @@ validation: {problems: 8, outlier_ratios: [0.2]}
 inference: {hypotheses: 5}
 )";
 
-TrainRequest Request(const std::string& output, const char* config = kTiny) {
-  return OneThread(Config::FromString(config, "tiny.yaml"), output);
+TrainRequest Request(const std::string& output, const char* config = kTiny,
+                     const std::vector<std::string>& changes = {}) {
+  return OneThread(Config::FromString(config, "tiny.yaml"), output, changes);
 }
 
 // The largest difference of two runs' weights, and the largest weight.
@@ -72,10 +73,11 @@ std::pair<double, double> Compare(const torch::nn::Module& a, const torch::nn::M
 TEST_CASE("worker: trains", "[.]") {
   const auto group = JoinProcessGroup(60.0);
   const bool ng_ransac = std::getenv("DIFFSAC_TEST_NG_RANSAC") != nullptr;
-  TrainRequest request = Request(std::getenv("DIFFSAC_TEST_OUTPUT"), ng_ransac ? kTinyNgRansac : kTiny);
-  request.group = group.get();
+  std::vector<std::string> changes;
   if (const char* change = std::getenv("DIFFSAC_TEST_CHANGE"); change != nullptr && group->rank() == 1)
-    request.config.Set(change);
+    changes.push_back(change);
+  TrainRequest request = Request(std::getenv("DIFFSAC_TEST_OUTPUT"), ng_ransac ? kTinyNgRansac : kTiny, changes);
+  request.group = group.get();
   if (const char* error = std::getenv("DIFFSAC_TEST_ERROR")) {
     CHECK_THROWS_WITH(Train(request, kNever), Contains(error));
     return;

@@ -15,9 +15,8 @@ inline const std::atomic<bool> kNever{false};
 
 /// A training on one thread of the CPU; `changes` as `--set` takes them.
 inline TrainRequest OneThread(Config config, const std::string& output, const std::vector<std::string>& changes = {}) {
-  TrainRequest request;
-  request.config = std::move(config);
-  for (const auto& change : changes) request.config.Set(change);
+  for (const auto& change : changes) config.Set(change);
+  TrainRequest request(config);
   request.output = output;
   request.device = "cpu";
   request.threads = 1;

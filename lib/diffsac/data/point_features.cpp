@@ -53,11 +53,16 @@ Columns ColumnsOf(const PointFeaturesOptions& options) {
 
 void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Choices("kinds", kinds,
-            {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"});
-  b.Field("descriptor_size", descriptor_size, Within(1, 4096));
-  b.Field("descriptors_required", descriptors_required);
-  b.Field("preference_draws", preference_draws, AtLeast(1));
-  b.Field("preference_kept", preference_kept, AtLeast(1));
+            {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"})
+      .Help("their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
+            "descriptors are for two views");
+  b.Field("descriptor_size", descriptor_size, Within(1, 4096))
+      .Help("`coordinates_descriptors`: values of one descriptor (128 for SIFT: the paper's 260 columns)");
+  b.Field("descriptors_required", descriptors_required)
+      .Help("`coordinates_descriptors`: a problem without descriptors is an error; else its columns are 0");
+  b.Field("preference_draws", preference_draws, AtLeast(1)).Help("`preference`: minimal sets that are drawn");
+  b.Field("preference_kept", preference_kept, AtLeast(1))
+      .Help("`preference`: how many of the best-scored are kept as columns");
   b.Require(!kinds.empty(), "kinds",
             "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
 }

@@ -19,10 +19,22 @@ struct Context {
   torch::Tensor inlier_logits;   ///< [B, N] logit of "is an inlier"; undefined without the inlier head.
 };
 
+/// What a network's layers are.
+///   kPointTransformer  "point_transformer": the paper's
+///   kPooled            "pooled": point-wise layers with pooled context, for CPUs
+/// and the others of the paper's ablation (e):
+///   kMlp               "mlp": each point by itself
+///   kDgcnn             "dgcnn": edge convolutions over nearest points in feature space
+enum class DenoiserKind { kPointTransformer, kPooled, kMlp, kDgcnn };
+template <>
+inline constexpr auto kEnumNames<DenoiserKind> =
+    NamesOf<DenoiserKind>({{DenoiserKind::kPointTransformer, "point_transformer"},
+                           {DenoiserKind::kPooled, "pooled"},
+                           {DenoiserKind::kMlp, "mlp"},
+                           {DenoiserKind::kDgcnn, "dgcnn"}});
+
 struct DenoiserOptions {
-  /// "point_transformer" (the paper's) | "pooled" (point-wise layers with pooled context, for CPUs) | the others of its
-  /// ablation (e): "mlp" (each point by itself) | "dgcnn" (edge convolutions over nearest points in feature space).
-  std::string kind = "pooled";
+  DenoiserKind kind = DenoiserKind::kPooled;
   int width = 64;
   int heads = 4;            ///< attention heads, point_transformer
   int encoder_layers = 4;   ///< blocks before c_t enters: computed once a problem. 0 is the paper's joint network.
@@ -46,7 +58,7 @@ class Denoiser : public torch::nn::Module {
                                 const torch::Tensor& previous = {}) = 0;
 };
 
-/// Builds a network for features of `input_width` columns; its weights depend on `rng` alone.
+/// Builds a network for features of `input_width` columns; its weights depend on `rng` alone. Throws Error for bad options.
 std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, int input_width, Rng rng);
 
 /// Trainable values in a network.

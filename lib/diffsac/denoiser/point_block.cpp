@@ -6,10 +6,9 @@
 
 namespace diffsac {
 
-std::shared_ptr<PointBlock> MakePointBlock(const std::string& kind, std::int64_t width, std::int64_t neighbors,
-                                           Rng rng) {
-  if (kind == "mlp") return std::make_shared<MlpBlock>(width, rng);
-  if (kind == "dgcnn") return std::make_shared<EdgeBlock>(width, neighbors, rng);
+std::shared_ptr<PointBlock> MakePointBlock(DenoiserKind kind, std::int64_t width, std::int64_t neighbors, Rng rng) {
+  if (kind == DenoiserKind::kMlp) return std::make_shared<MlpBlock>(width, rng);
+  if (kind == DenoiserKind::kDgcnn) return std::make_shared<EdgeBlock>(width, neighbors, rng);
   return std::make_shared<PooledBlock>(width, rng);
 }
 

@@ -4,9 +4,9 @@
 #include <torch/types.h>
 
 #include <memory>
-#include <string>
 
 #include "diffsac/core/random.h"
+#include "diffsac/denoiser/denoiser.h"
 
 namespace diffsac {
 
@@ -18,8 +18,7 @@ class PointBlock : public torch::nn::Module {
   virtual torch::Tensor Forward(const torch::Tensor& x, const torch::Tensor& mask) = 0;
 };
 
-/// kind: "pooled" | "mlp" | "dgcnn" (DenoiserOptions). `neighbors` is dgcnn's.
-std::shared_ptr<PointBlock> MakePointBlock(const std::string& kind, std::int64_t width, std::int64_t neighbors,
-                                           Rng rng);
+/// kind: kPooled, kMlp or kDgcnn, whose `neighbors` they are.
+std::shared_ptr<PointBlock> MakePointBlock(DenoiserKind kind, std::int64_t width, std::int64_t neighbors, Rng rng);
 
 }  // namespace diffsac

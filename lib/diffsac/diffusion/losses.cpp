@@ -7,17 +7,16 @@
 namespace diffsac {
 namespace {
 
-torch::Tensor ElementLoss(const std::string& kind, const torch::Tensor& prediction, const torch::Tensor& c0) {
-  if (kind == "mse") return (prediction - c0).square();
+torch::Tensor ElementLoss(DiffusionLossKind kind, const torch::Tensor& prediction, const torch::Tensor& c0) {
+  if (kind == DiffusionLossKind::kMse) return (prediction - c0).square();
   const auto target = (c0 > 0).to(prediction.scalar_type());
   return torch::binary_cross_entropy_with_logits(prediction, target, {}, {}, torch::Reduction::None);
 }
 
 }  // namespace
 
-torch::Tensor DiffusionLoss(const std::string& kind, const torch::Tensor& prediction, const torch::Tensor& c0,
+torch::Tensor DiffusionLoss(DiffusionLossKind kind, const torch::Tensor& prediction, const torch::Tensor& c0,
                             const torch::Tensor& mask, double positive_weight) {
-  if (kind != "mse" && kind != "bce") throw Error("loss '" + kind + "' is not one of mse, bce");
   if (!(positive_weight > 0.0)) throw Error("loss: positive_weight must be positive");
   if (prediction.sizes() != c0.sizes()) throw Error("loss: prediction and labels differ in shape");
 

@@ -2,24 +2,28 @@
 
 #include <torch/types.h>
 
-#include <string>
+#include "diffsac/core/enum_names.h"
 
 namespace diffsac {
+
+/// What a network that predicts c_0 puts out.
+///   kMse  "mse": ĉ_0 itself (the paper's Algorithm 1); l = (prediction − c0)²
+///   kBce  "bce": logits of [label = +1]; l is their cross-entropy (Chen et al., "Analog bits", ICLR 2023)
+enum class DiffusionLossKind { kMse, kBce };
+template <>
+inline constexpr auto kEnumNames<DiffusionLossKind> = NamesOf<DiffusionLossKind>({{DiffusionLossKind::kMse, "mse"},
+                                                                                  {DiffusionLossKind::kBce, "bce"}});
 
 /// The training loss of a network that predicts c_0 (the paper's Algorithm 1 and its L_diff), averaged over all
 /// elements that `mask` keeps:
 ///
 ///   Σ w_i m_i l_i / Σ w_i m_i,  w_i = positive_weight where c0 > 0, else 1.
 ///
-/// - "mse": l = (prediction − c0)².
-/// - "bce": `prediction` holds logits of [label = +1], l is their cross-entropy (Chen et al., "Analog bits", ICLR
-/// 2023).
-///
 /// `prediction` and `c0` [B, κ, N], labels −1 or +1. `mask` bool (or 0/1), broadcastable to that shape, false where a
 /// batch is padded; an undefined tensor keeps all. Masked elements, NaN included, have neither value nor gradient.
-/// All masked: 0. 16-bit predictions are computed in float32. Throws Error on another kind, on unequal shapes and on
+/// All masked: 0. 16-bit predictions are computed in float32. Throws Error on unequal shapes and on
 /// a weight that is not positive.
-torch::Tensor DiffusionLoss(const std::string& kind, const torch::Tensor& prediction, const torch::Tensor& c0,
+torch::Tensor DiffusionLoss(DiffusionLossKind kind, const torch::Tensor& prediction, const torch::Tensor& c0,
                             const torch::Tensor& mask = {}, double positive_weight = 1.0);
 
 /// The confidence in (−1, 1) that logits stand for, 2 sigmoid(x) − 1: the expected label.

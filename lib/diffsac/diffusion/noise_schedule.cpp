@@ -41,8 +41,8 @@ std::vector<double> LinearBetas(int steps, double start, double end) {
 }
 
 std::vector<double> Betas(const NoiseScheduleOptions& options) {
-  if (options.kind == "cosine") return CosineBetas(options.steps);
-  const double scale = options.kind == "linear_scaled" ? kLinearReferenceSteps / options.steps : 1.0;
+  if (options.kind == NoiseScheduleKind::kCosine) return CosineBetas(options.steps);
+  const double scale = options.kind == NoiseScheduleKind::kLinearScaled ? kLinearReferenceSteps / options.steps : 1.0;
   return LinearBetas(options.steps, scale * options.beta_start, scale * options.beta_end);
 }
 
@@ -59,34 +59,28 @@ void RescaleToZeroTerminalSnr(std::vector<double>& alphas_bar) {
 }  // namespace
 
 void NoiseScheduleOptions::Bind(OptionsBinder& b) {
-  b.Choice("kind", kind, {"cosine", "linear", "linear_scaled"});
-  b.Field("steps", steps, AtLeast(1));
-  b.Field("beta_start", beta_start, {0.0, 0.999, true});
-  b.Field("beta_end", beta_end, {0.0, 0.999, true});
-  b.Field("zero_terminal_snr", zero_terminal_snr);
+  b.Field("kind", kind)
+      .Help(
+          "`cosine`; `linear`, made for T = 1000: with T = 100 the last step still shows the labels, so it warns; "
+          "`linear_scaled`: linear with both ends times 1000/T");
+  const bool linear = kind != NoiseScheduleKind::kCosine;
+  b.Field("steps", steps, AtLeast(1)).Help("T");
+  b.Field("beta_start", beta_start, {0.0, 0.999, true})
+      .OnlyIf(linear, "kind: linear or linear_scaled")
+      .Help("first β, before scaling");
+  b.Field("beta_end", beta_end, {0.0, 0.999, true})
+      .OnlyIf(linear, "kind: linear or linear_scaled")
+      .Help("last β, before scaling");
+  b.Field("zero_terminal_snr", zero_terminal_snr)
+      .Help("shift and scale √ᾱ so that ᾱ_T = 0 and ᾱ_1 stays (Lin et al., WACV 2024)");
   b.Require(beta_end >= beta_start, "beta_end", "at least beta_start");
-  b.Require(kind != "linear_scaled" || kLinearReferenceSteps / steps * beta_end < 1.0, "steps",
+  b.Require(kind != NoiseScheduleKind::kLinearScaled || kLinearReferenceSteps / steps * beta_end < 1.0, "steps",
             "more steps for linear_scaled, so that beta_end * 1000 / steps is below 1");
   b.Require(!zero_terminal_snr || steps >= 2, "steps", "at least 2 with zero_terminal_snr");
 }
 
-void NoiseScheduleOptions::Check() const {
-  const auto require = [](bool ok, const char* message) {
-    if (!ok) throw Error(std::string("noise schedule: ") + message);
-  };
-  if (kind != "cosine" && kind != "linear" && kind != "linear_scaled") {
-    throw Error("noise schedule: kind '" + kind + "' is not one of cosine, linear, linear_scaled");
-  }
-  require(steps >= 1, "steps must be at least 1");
-  require(beta_start > 0.0 && beta_start < 1.0, "beta_start must be in (0, 1)");
-  require(beta_end >= beta_start && beta_end < 1.0, "beta_end must be in [beta_start, 1)");
-  require(kind != "linear_scaled" || kLinearReferenceSteps / steps * beta_end < 1.0,
-          "linear_scaled needs more steps: beta_end * 1000 / steps must be below 1");
-  require(!zero_terminal_snr || steps >= 2, "zero_terminal_snr needs at least 2 steps");
-}
-
 NoiseSchedule::NoiseSchedule(const NoiseScheduleOptions& options) : options_(options) {
-  options_.Check();
+  CheckOptions(options);
   betas_ = Betas(options_);
   double product = 1.0;
   for (const double beta : betas_) alphas_bar_.push_back(product *= 1.0 - beta);
@@ -100,7 +94,7 @@ NoiseSchedule::NoiseSchedule(const NoiseScheduleOptions& options) : options_(opt
   signal_scales_ = alphas_bar.sqrt();
   noise_scales_ = (1.0 - alphas_bar).sqrt();
   if (TerminalSnr() > kMaxTerminalSnr) {
-    WarnOfTerminalSnr(options_.kind, steps(), TerminalSnr());
+    WarnOfTerminalSnr(ToString(options_.kind), steps(), TerminalSnr());
   }
 }
 

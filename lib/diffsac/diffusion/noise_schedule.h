@@ -10,12 +10,22 @@
 
 namespace diffsac {
 
+/// How the variances run.
+///   kCosine        "cosine": Nichol and Dhariwal, "Improved denoising diffusion probabilistic models", ICML 2021, s =
+///                  0.008, β ≤ 0.999
+///   kLinear        "linear": Ho et al., "Denoising diffusion probabilistic models", NeurIPS 2020; made for T = 1000:
+///                  with T = 100 the last step still shows the labels, so it warns
+///   kLinearScaled  "linear_scaled": linear with both ends times 1000/T
+enum class NoiseScheduleKind { kCosine, kLinear, kLinearScaled };
+template <>
+inline constexpr auto kEnumNames<NoiseScheduleKind> =
+    NamesOf<NoiseScheduleKind>({{NoiseScheduleKind::kCosine, "cosine"},
+                                {NoiseScheduleKind::kLinear, "linear"},
+                                {NoiseScheduleKind::kLinearScaled, "linear_scaled"}});
+
 /// Which variances β_1…β_T the forward process adds.
 struct NoiseScheduleOptions {
-  /// "cosine" (Nichol and Dhariwal, "Improved denoising diffusion probabilistic models", ICML 2021, s = 0.008, β ≤
-  /// 0.999), "linear" (Ho et al., "Denoising diffusion probabilistic models", NeurIPS 2020; made for T = 1000: with T =
-  /// 100 the last step still shows the labels, so it warns), or "linear_scaled" (linear with both ends times 1000/T).
-  std::string kind = "cosine";
+  NoiseScheduleKind kind = NoiseScheduleKind::kCosine;
   /// T.
   int steps = 100;
   /// First and last β of the linear kinds, before scaling.
@@ -26,8 +36,6 @@ struct NoiseScheduleOptions {
   bool zero_terminal_snr = false;
 
   void Bind(OptionsBinder& b);
-  /// Throws Error naming the key and what it expects.
-  void Check() const;
 };
 
 /// The variance-preserving forward process q(c_t | c_0) = N(α_t c_0, σ_t² I) with α_t = √ᾱ_t and σ_t = √(1 − ᾱ_t),
@@ -37,7 +45,8 @@ struct NoiseScheduleOptions {
 /// index T−1 pure noise (nearly). Clean data has no index.
 class NoiseSchedule {
  public:
-  /// Throws Error on bad options. Warns in the log, once a construction, when the last step still carries signal.
+  /// Throws Error on bad options, naming the key. Warns in the log, once a construction, when the last step still
+  /// carries signal.
   explicit NoiseSchedule(const NoiseScheduleOptions& options = {});
 
   /// T.

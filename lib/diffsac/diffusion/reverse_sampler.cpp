@@ -72,31 +72,41 @@ class DpmSolverSampler : public ReverseSampler {
 }  // namespace
 
 void SamplerOptions::Bind(OptionsBinder& b) {
-  b.Choice("kind", kind, {"ddpm", "renoise", "ddim", "dpm_solver_pp"});
-  b.Field("steps", steps, AtLeast(1));
-  b.Field("order", order, Within(1, 2));
-  b.Choice("variant", variant, {"2M", "2S"});
-  b.Choice("timestep_spacing", timestep_spacing, {"linspace", "leading", "trailing", "uniform_lambda", "karras", "lu"});
-  b.Choice("final_sigma", final_sigma, {"zero", "sigma_min"});
-  b.Field("lower_order_final", lower_order_final);
-  b.Field("lambda_min_clipped", lambda_min_clipped);
-  b.Field("ddim_eta", ddim_eta, Within(0.0, 1.0));
-  b.Field("sde", sde);
-  b.Field("clip_x0", clip_x0);
-  b.Require(!sde || order == 1 || variant == "2M", "sde", "variant 2M or order 1");
+  b.Field("kind", kind)
+      .Help(
+          "`ddpm`: the posterior q(c_{t−1} | c_t, ĉ_0) of Ho et al. 2020, also over strided steps; `renoise`: the "
+          "paper's update in its inference section, which is multistep consistency sampling (Song et al., ICML "
+          "2023); `ddim`: Song et al., ICLR 2021; `dpm_solver_pp`: DPM-Solver++, as in the paper's experiments");
+  b.Field("steps", steps, AtLeast(1)).Help("at most the schedule's T; `ddpm` as published takes all T");
+  BindDpmSolver(b);
+  b.Field("timestep_spacing", timestep_spacing)
+      .Help(
+          "`linspace`, `leading`, `trailing`: of the index, as diffusers; `uniform_lambda`: of λ, at real-valued "
+          "indices; `karras`, `lu`: as diffusers, steps of σ^(1/7) and of λ with rounded indices");
+  b.Field("final_sigma", final_sigma)
+      .Help("where the last step ends: `zero` on clean data (the answer is the last ĉ_0), `sigma_min` at index 0");
+  b.Field("lambda_min_clipped", lambda_min_clipped)
+      .Help(
+          "timesteps with a smaller λ are left out, since the solver is unstable there with the cosine schedule; "
+          "-1000 or less keeps all, and with it a zero-terminal-SNR schedule starts at exactly no signal");
+  b.Field("ddim_eta", ddim_eta, Within(0.0, 1.0))
+      .OnlyIf(kind == SamplerKind::kDdim, "kind: ddim")
+      .Help("0: deterministic, 1: as noisy as ddpm");
+  b.Field("clip_x0", clip_x0).Help("clamp every ĉ_0 to [−1, 1], the range of labels");
 }
 
-void SamplerOptions::Check() const {
-  const auto require = [](bool ok, const std::string& message) {
-    if (!ok) throw Error("sampler: " + message);
-  };
-  require(kind == "ddpm" || kind == "renoise" || kind == "ddim" || kind == "dpm_solver_pp",
-          "kind '" + kind + "' is not one of ddpm, renoise, ddim, dpm_solver_pp");
-  require(steps >= 1, "steps must be at least 1");
-  require(order == 1 || order == 2, "order must be 1 or 2");
-  require(variant == "2M" || variant == "2S", "variant '" + variant + "' is not one of 2M, 2S");
-  require(ddim_eta >= 0.0 && ddim_eta <= 1.0, "ddim_eta must be in [0, 1]");
-  require(!sde || order == 1 || variant == "2M", "sde works with variant 2M or order 1 only");
+void SamplerOptions::BindDpmSolver(OptionsBinder& b) {
+  const bool dpm = kind == SamplerKind::kDpmSolverPp;
+  b.Field("order", order, Within(1, 2)).OnlyIf(dpm, "kind: dpm_solver_pp").Help("of the solver");
+  b.Field("variant", variant)
+      .OnlyIf(dpm && order == 2, "kind: dpm_solver_pp of order 2")
+      .Help("`2M`: one network call a step, `2S`: two");
+  const bool multistep = order == 2 && variant == DpmSolverVariant::k2M;
+  b.Field("lower_order_final", lower_order_final)
+      .OnlyIf(dpm && multistep, "kind: dpm_solver_pp of order 2, variant 2M")
+      .Help("with fewer than 15 steps the last one is of order 1");
+  b.Field("sde", sde).OnlyIf(dpm, "kind: dpm_solver_pp").Help("the stochastic variant (sde-dpmsolver++)");
+  b.Require(!dpm || !sde || order == 1 || multistep, "sde", "variant 2M or order 1");
 }
 
 torch::Tensor ReverseSampler::Sample(const DenoiseFunction& denoise, torch::Tensor c_T, const NoiseFunction& noise,
@@ -109,16 +119,17 @@ torch::Tensor ReverseSampler::Sample(const DenoiseFunction& denoise, torch::Tens
 }
 
 std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule) {
-  options.Check();
+  CheckOptions(options);
   auto grid = MakeTimeGrid(schedule,
                            {options.steps, options.timestep_spacing, options.final_sigma, options.lambda_min_clipped});
-  if (options.kind == "dpm_solver_pp") {
-    const DpmSolverOptions solver{options.order, options.variant == "2M", options.lower_order_final, options.sde};
+  if (options.kind == SamplerKind::kDpmSolverPp) {
+    const DpmSolverOptions solver{options.order, options.variant == DpmSolverVariant::k2M, options.lower_order_final,
+                                  options.sde};
     return std::make_unique<DpmSolverSampler>(std::move(grid), options.clip_x0, solver, schedule);
   }
   LinearSampler::Update update = DdpmUpdate;
-  if (options.kind == "renoise") update = RenoiseUpdate;
-  if (options.kind == "ddim") {
+  if (options.kind == SamplerKind::kRenoise) update = RenoiseUpdate;
+  if (options.kind == SamplerKind::kDdim) {
     update = [eta = options.ddim_eta](const TimePoint& s, const TimePoint& t) { return DdimUpdate(s, t, eta); };
   }
   return std::make_unique<LinearSampler>(std::move(grid), options.clip_x0, update);

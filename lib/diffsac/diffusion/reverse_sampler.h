@@ -13,27 +13,36 @@
 
 namespace diffsac {
 
-/// How confidences are drawn. The paper describes three reverse processes that differ (its Algorithm 2, p_θ with √α_t,
-/// and a re-noising update), so each reading that is a sampler has a name.
+/// The paper describes three reverse processes that differ (its Algorithm 2, p_θ with √α_t, and a re-noising update),
+/// so each reading that is a sampler has a name.
+///   kDdpm         "ddpm": the posterior q(c_{t−1} | c_t, ĉ_0) of Ho et al. 2020, also over strided steps
+///   kRenoise      "renoise": the paper's update in its inference section, c_{t−1} = √ᾱ_{t−1} ĉ_0 + √(1 − ᾱ_{t−1}) z,
+///                 which is multistep consistency sampling (Song et al., ICML 2023)
+///   kDdim         "ddim": Song et al., ICLR 2021
+///   kDpmSolverPp  "dpm_solver_pp": DPM-Solver++ (the paper's experiments use it)
+enum class SamplerKind { kDdpm, kRenoise, kDdim, kDpmSolverPp };
+template <>
+inline constexpr auto kEnumNames<SamplerKind> = NamesOf<SamplerKind>({{SamplerKind::kDdpm, "ddpm"},
+                                                                      {SamplerKind::kRenoise, "renoise"},
+                                                                      {SamplerKind::kDdim, "ddim"},
+                                                                      {SamplerKind::kDpmSolverPp, "dpm_solver_pp"}});
+
+/// DPM-Solver++ of order 2 with one network call a step (2M), or with two (2S).
+enum class DpmSolverVariant { k2M, k2S };
+template <>
+inline constexpr auto kEnumNames<DpmSolverVariant> = NamesOf<DpmSolverVariant>({{DpmSolverVariant::k2M, "2M"},
+                                                                                {DpmSolverVariant::k2S, "2S"}});
+
+/// How confidences are drawn.
 struct SamplerOptions {
-  /// - "ddpm": the posterior q(c_{t−1} | c_t, ĉ_0) of Ho et al. 2020, also over strided steps.
-  /// - "renoise": the paper's update in its inference section, c_{t−1} = √ᾱ_{t−1} ĉ_0 + √(1 − ᾱ_{t−1}) z, which is
-  ///   multistep consistency sampling (Song et al., ICML 2023).
-  /// - "ddim": Song et al., ICLR 2021.
-  /// - "dpm_solver_pp": DPM-Solver++ (the paper's experiments use it).
-  std::string kind = "dpm_solver_pp";
+  SamplerKind kind = SamplerKind::kDpmSolverPp;
   /// Steps, at most the schedule's T. `ddpm` as published takes all T.
   int steps = 10;
   /// dpm_solver_pp: 1 or 2.
   int order = 2;
-  /// dpm_solver_pp of order 2: "2M" (one network call a step) or "2S" (two).
-  std::string variant = "2M";
-  /// "linspace", "leading", "trailing" (of the index, as diffusers), "uniform_lambda" (of λ, at real-valued indices),
-  /// "karras", "lu" (as diffusers: steps of σ^(1/7) and of λ with rounded indices).
-  std::string timestep_spacing = "linspace";
-  /// Where the last step ends: "zero" on clean data (the answer is the last ĉ_0),
-  /// "sigma_min" at index 0.
-  std::string final_sigma = "zero";
+  DpmSolverVariant variant = DpmSolverVariant::k2M;  ///< dpm_solver_pp of order 2.
+  TimestepSpacing timestep_spacing = TimestepSpacing::kLinspace;
+  FinalSigma final_sigma = FinalSigma::kZero;
   /// dpm_solver_pp 2M with fewer than 15 steps: the last one is of order 1.
   bool lower_order_final = true;
   /// Timesteps with a smaller λ are left out, since the solver is unstable there with the cosine schedule; -1000 or
@@ -47,8 +56,9 @@ struct SamplerOptions {
   bool clip_x0 = true;
 
   void Bind(OptionsBinder& b);
-  /// Throws Error naming the key and what it expects.
-  void Check() const;
+
+ private:
+  void BindDpmSolver(OptionsBinder& b);
 };
 
 /// Turns noise c_T into confidences c_0 by calling a network a few times.

@@ -64,10 +64,10 @@ std::vector<int> AllIndices(int usable) {
 }
 
 std::vector<int> SpacedIndices(const NoiseSchedule& schedule, const TimeGridOptions& options, int usable) {
-  if (options.spacing == "trailing") return TrailingIndices(usable, schedule.steps(), options.steps);
+  if (options.spacing == TimestepSpacing::kTrailing) return TrailingIndices(usable, schedule.steps(), options.steps);
   // As many steps as indices: rounding would repeat some.
   if (options.steps >= usable) return AllIndices(usable);
-  if (options.spacing == "leading") return LeadingIndices(usable, options.steps);
+  if (options.spacing == TimestepSpacing::kLeading) return LeadingIndices(usable, options.steps);
   return LinspaceIndices(usable, options.steps);
 }
 
@@ -75,9 +75,9 @@ double Interpolate(double from, double to, int k, int last) { return last == 0 ?
 
 /// λ of step k of `steps`, from `first` (noisy) towards `last` (index 0). "karras" and "lu" reach `last`, as in
 /// diffusers; "uniform_lambda" keeps it for the end of the last step.
-double SpacedLambda(const std::string& spacing, double first, double last, int k, int steps) {
-  if (spacing == "uniform_lambda") return Interpolate(first, last, k, steps);
-  if (spacing == "lu") return Interpolate(first, last, k, steps - 1);
+double SpacedLambda(TimestepSpacing spacing, double first, double last, int k, int steps) {
+  if (spacing == TimestepSpacing::kUniformLambda) return Interpolate(first, last, k, steps);
+  if (spacing == TimestepSpacing::kLu) return Interpolate(first, last, k, steps - 1);
   const double root = Interpolate(std::exp(-first / kKarrasRho), std::exp(-last / kKarrasRho), k, steps - 1);
   return -kKarrasRho * std::log(root);
 }
@@ -88,26 +88,29 @@ TimeGrid GridByLambda(const NoiseSchedule& schedule, const TimeGridOptions& opti
   // Clipping is exact where points need not stand on an index.
   if (usable < schedule.steps()) first = std::min(options.lambda_min_clipped, last);
   if (std::isinf(first)) {
-    throw Error("sampler: timestep_spacing " + options.spacing +
+    throw Error("sampler: timestep_spacing " + ToString(options.spacing) +
                 " needs a finite lambda_min_clipped with a zero-terminal-SNR schedule");
   }
   TimeGrid grid;
   for (int k = 0; k < options.steps; ++k) {
     const double lambda = SpacedLambda(options.spacing, first, last, k, options.steps);
     const double t = schedule.TimestepOfLambda(lambda);
-    grid.push_back(TimePoint::FromLambda(options.spacing == "uniform_lambda" ? t : std::nearbyint(t), lambda));
+    grid.push_back(
+        TimePoint::FromLambda(options.spacing == TimestepSpacing::kUniformLambda ? t : std::nearbyint(t), lambda));
   }
   return grid;
 }
 
-void CheckOptions(const NoiseSchedule& schedule, const TimeGridOptions& options) {
+bool IsByLambda(TimestepSpacing spacing) {
+  return spacing == TimestepSpacing::kUniformLambda || spacing == TimestepSpacing::kKarras ||
+         spacing == TimestepSpacing::kLu;
+}
+
+void CheckSteps(const NoiseSchedule& schedule, const TimeGridOptions& options) {
   if (options.steps < 1) throw Error("sampler: steps must be at least 1");
   if (options.steps > schedule.steps()) {
     throw Error("sampler: " + std::to_string(options.steps) + " steps are more than the noise schedule's " +
                 std::to_string(schedule.steps()));
-  }
-  if (options.final_sigma != "zero" && options.final_sigma != "sigma_min") {
-    throw Error("sampler: final_sigma '" + options.final_sigma + "' is not one of zero, sigma_min");
   }
   if (std::isnan(options.lambda_min_clipped)) throw Error("sampler: lambda_min_clipped is not a number");
 }
@@ -119,19 +122,15 @@ TimePoint TimePoint::FromLambda(double t, double lambda) {
 }
 
 TimeGrid MakeTimeGrid(const NoiseSchedule& schedule, const TimeGridOptions& options) {
-  CheckOptions(schedule, options);
+  CheckSteps(schedule, options);
   const int usable = UsableIndices(schedule, options.lambda_min_clipped);
-  const std::string& spacing = options.spacing;
   TimeGrid grid;
-  if (spacing == "uniform_lambda" || spacing == "karras" || spacing == "lu") {
+  if (IsByLambda(options.spacing)) {
     grid = GridByLambda(schedule, options, usable);
-  } else if (spacing == "linspace" || spacing == "leading" || spacing == "trailing") {
-    for (const int t : SpacedIndices(schedule, options, usable)) grid.push_back(AtIndex(schedule, t));
   } else {
-    throw Error("sampler: timestep_spacing '" + spacing +
-                "' is not one of linspace, leading, trailing, uniform_lambda, karras, lu");
+    for (const int t : SpacedIndices(schedule, options, usable)) grid.push_back(AtIndex(schedule, t));
   }
-  grid.push_back(options.final_sigma == "zero" ? CleanData() : AtIndex(schedule, 0));
+  grid.push_back(options.final_sigma == FinalSigma::kZero ? CleanData() : AtIndex(schedule, 0));
   return grid;
 }
 

@@ -149,14 +149,14 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (!MakeReady(request, &experiment, out, &code)) return code;
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
-  if (request.update && IsMade(experiment, folder, request.page)) {
+  if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
     return kExitOk;
   }
   std::optional<RunDirectory> run;
   if (request.group == nullptr || request.group->main()) {
     // Before the work, so that a read-only folder is not found out afterwards.
-    run.emplace(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
+    run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)), experiment.seed);
     std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
   }
   ExperimentResults results = Run(request, experiment, shard, trace, stop);

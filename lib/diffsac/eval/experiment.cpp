@@ -101,7 +101,7 @@ void MethodRow::Bind(OptionsBinder& b) {
   b.Field("series", series).Help("rows of one series are joined in the pictures of budgets");
   b.Field("conditions", conditions).Help("only these; all when empty");
   b.Field("max_problems", max_problems, AtLeast(0)).Help("only the first so many problems (slow rows); 0: all");
-  b.Rest(config);
+  b.Rest(config).Help("`type` and the type's own keys");
   type = config.Has("type") ? config.Text("type") : "";
   b.Require(!type.empty(), "type", "a type (ransac, diffsac, oracle, ...)");
   if (name.empty()) name = type;
@@ -110,7 +110,7 @@ void MethodRow::Bind(OptionsBinder& b) {
 
 void PaperValue::Bind(OptionsBinder& b) {
   b.Positional({"mAA", "median"});
-  b.Field("mAA", accuracy);
+  b.Field("mAA", accuracy).Help("mean average accuracy");
   b.Field("median", median_deg).Help("degrees");
   b.Field("R", rotation).Help("mAA of the rotation alone");
   b.Field("t", translation).Help("mAA of the translation alone");
@@ -125,8 +125,8 @@ void PaperRow::Bind(OptionsBinder& b) {
 
 void Comparison::Bind(OptionsBinder& binder) {
   binder.Positional({"a", "b"});
-  binder.Field("a", a);
-  binder.Field("b", b);
+  binder.Field("a", a).Help("a row");
+  binder.Field("b", b).Help("the row that is subtracted");
   binder.Require(!a.empty() && !b.empty(), "", "two methods [a, b]");
 }
 
@@ -148,10 +148,10 @@ void FigureOptions::Bind(OptionsBinder& b) {
 }
 
 void ExperimentOptions::Bind(OptionsBinder& b) {
-  b.Field("name", name);
-  b.Field("title", title);
-  b.Choice("task", task, TaskNames());
-  b.Field("seed", seed);
+  b.Field("name", name).Help("of the experiment and its folder in runs/");
+  b.Field("title", title).Help("of the report");
+  b.Choice("task", task, TaskNames()).Help("what is estimated");
+  b.Field("seed", seed).Help("of data and methods");
   b.Field("problems", problems, AtLeast(1)).Help("for each condition; fewer when the data has fewer");
   b.Field("threads", threads, AtLeast(0)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
@@ -160,13 +160,13 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
     metric.Field("in_pixels", in_pixels).Help("errors in pixels, as homographies' always are");
     metric.Field("pose", pose).Help("homographies are judged by the motion that they decompose into, in degrees");
     metric.Require(!pose || task == "homography", "pose", "task homography; other tasks are judged so always");
-  });
+  }).Help("c and unit of the accuracies");
   b.Field("condition_label", condition_label).Help("name of the conditions' axis");
   b.Field("reference", reference).Help("differences \"reference minus other\"; empty: the first diffsac row");
   b.Field("notes", notes).Help("a paragraph under the table");
   b.Field("missing", missing).Help("data and networks that are not there: an error, or left out and named");
   b.Field("data_root", data_root).Help("where data is that is not prepared here, `${data_root}` in paths");
-  b.Field("figures", figures);
+  b.Field("figures", figures).Help("what is drawn");
   b.Field("data", data).Help("docs/generators.md");
   b.Field("conditions", conditions).Help("columns of the table");
   b.Field("methods", methods).Help("rows of the table");
@@ -187,6 +187,12 @@ ExperimentOptions ReadExperiment(const Config& given) {
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
   CheckReferences(config, experiment);
+  return experiment;
+}
+
+ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context) {
+  for (MethodRow& row : experiment.methods)
+    row.config = ResolvedRow(row.config, TaskFromString(experiment.task), context);
   return experiment;
 }
 

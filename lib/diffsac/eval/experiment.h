@@ -10,6 +10,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/data/problem.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/methods/registry.h"
 
 namespace diffsac {
 
@@ -138,5 +139,8 @@ ExperimentOptions ReadExperiment(const Config& given);
 
 /// The whole experiment with every option of the data and the experiment filled in; reads back to the same.
 std::string WriteExperiment(ExperimentOptions experiment);
+
+/// The experiment with every key of its rows filled in (ResolvedRow), for config.yaml. Throws Error for a wrong row.
+ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context);
 
 }  // namespace diffsac

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "diffsac/consensus/model_hooks.h"
-#include "diffsac/methods/line_posterior.h"
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
-#include "diffsac/methods/theil_sen.h"
 
 namespace diffsac {
 namespace {
@@ -83,11 +82,12 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   b.Require(consensus.max_iterations == hypotheses, "consensus.max_iterations",
             "nothing; this row's budget is `hypotheses`");
   b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
-  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
 }
 
 ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
   if (!IsClassical(type)) throw Error("unknown method type '" + type + "'");
+  if (type == "exhaustive" && IsTwoView(task))
+    throw Error("exhaustive searches lines and planes only; too many minimal sets");
   if (type == "ransac") return {};
   ClassicalOptions options = LocallyOptimized(task);
   if (type == "prosac" || type == "napsac" || type == "p_napsac")
@@ -118,19 +118,29 @@ Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) c
                        [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
-std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task) {
-  if (type == "theil_sen") {
-    if (IsTwoView(task)) throw Error(config.Where("type") + ": theil_sen estimates lines and planes only");
-    return std::make_unique<TheilSenMethod>(ReadOptions<TheilSenOptions>(config));
-  }
-  if (type == "line_posterior") {
-    if (task != Task::kLine) throw Error(config.Where("type") + ": line_posterior estimates lines only");
-    return std::make_unique<LinePosteriorMethod>(ReadOptions<LinePosteriorOptions>(config));
-  }
-  if (!IsClassical(type)) return nullptr;
-  if (type == "exhaustive" && IsTwoView(task))
-    throw Error(config.Where("type") + ": exhaustive searches lines and planes only; too many minimal sets");
-  return std::make_unique<ClassicalMethod>(ReadOptions<ClassicalOptions>(config, DefaultClassicalOptions(type, task)));
-}
+namespace {
+
+/// A type with the defaults above.
+struct RegisteredClassical : RegisteredMethod<ClassicalOptions> {
+  RegisteredClassical(const std::string& type, const std::string& help)
+      : RegisteredMethod(
+            type, help, [type](Task task) { return DefaultClassicalOptions(type, task); },
+            [](const ClassicalOptions& options) { return std::make_unique<ClassicalMethod>(options); }) {}
+};
+
+const RegisteredClassical kRansac("ransac", "Inlier count, one least squares on the inliers.");
+const RegisteredClassical kLoRansac("lo_ransac", "MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003).");
+const RegisteredClassical kProsac("prosac", "`lo_ransac` with sets in the order of quality (Chum, Matas 2005).");
+const RegisteredClassical kNapsac("napsac", "`lo_ransac` with sets from neighbourhoods (Torr et al. 2002).");
+const RegisteredClassical kProgressiveNapsac("p_napsac",
+                                             "`lo_ransac` with sets from growing neighbourhoods (Barath et al. 2020).");
+const RegisteredClassical kGcRansac("gc_ransac",
+                                    "`lo_ransac` with graph-cut local optimisation (Barath, Matas 2018).");
+const RegisteredClassical kMagsac("magsac_pp",
+                                  "MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020).");
+const RegisteredClassical kExhaustive(
+    "exhaustive", "Lines and planes: every minimal set, the best 5 refitted by expectation maximisation.");
+
+}  // namespace
 
 }  // namespace diffsac

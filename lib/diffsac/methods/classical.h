@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "diffsac/consensus/make_source.h"
@@ -31,7 +30,7 @@ struct ClassicalOptions {
 ///   gc_ransac   the same with graph-cut local optimisation (Barath, Matas 2018)
 ///   magsac_pp   MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020)
 ///   exhaustive  every minimal set, MSAC, the best 5 refitted by expectation maximisation
-/// Throws Error for another type.
+/// Throws Error for another type, and of exhaustive for a task of two views.
 ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task);
 
 /// Sample consensus without learning.
@@ -43,9 +42,5 @@ class ClassicalMethod : public Method {
  private:
   ClassicalOptions options_;
 };
-
-/// A method of a type above, "theil_sen" or "line_posterior" with the options in `config`; null for another
-/// type. Throws Error (file, line, key) for a wrong option.
-std::unique_ptr<Method> MakeClassicalMethod(const std::string& type, const Config& config, Task task);
 
 }  // namespace diffsac

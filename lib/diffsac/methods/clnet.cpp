@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "diffsac/denoiser/initialize.h"
+#include "diffsac/methods/learned_row.h"
+#include "diffsac/methods/weighted_method.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
@@ -41,7 +43,7 @@ torch::Tensor BestPoints(const torch::Tensor& scores, const torch::Tensor& mask,
 }  // namespace
 
 void ClnetNetworkOptions::Bind(OptionsBinder& b) {
-  b.Field("features", features);
+  b.Field("features", features).Help("what the network sees of a point");
   b.Field("width", width, Within(4, 4096)).Help("channels");
   b.Field("neighbors", neighbors, Within(1, 1024)).Help("k of each pruning's graph; so many prunings");
   b.Field("annulus", annulus, Within(1, 1024)).Help("neighbours in an annulus; divides every k");
@@ -192,5 +194,13 @@ torch::Tensor ClnetNetwork::Weights(const PointBatch& batch) {
   const auto weights = CandidateWeights(output);
   return torch::zeros({batch.size(), batch.max_points()}, weights.options()).scatter_add(1, output.index, weights);
 }
+
+namespace {
+
+const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kClnet(
+    "clnet", "A weighted fit of the points that progressive pruning keeps (docs/clnet.md).",
+    DefaultWeightedOptions("clnet"), LoadLearnedWeights<ClnetNetwork>);
+
+}  // namespace
 
 }  // namespace diffsac

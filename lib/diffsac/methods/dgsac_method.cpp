@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "diffsac/methods/classical.h"
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -51,7 +52,6 @@ void DgsacMethodOptions::Bind(OptionsBinder& b) {
   b.Field("consensus", consensus)
       .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
       .Help("its local optimisation and refits");
-  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
 }
 
 DgsacMethodOptions DefaultDgsacOptions(Task task) {
@@ -65,9 +65,12 @@ Estimate DgsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const
                        [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
 }
 
-std::unique_ptr<Method> MakeDgsacMethod(const std::string& type, const Config& config, Task task) {
-  if (type != "dgsac") return nullptr;
-  return std::make_unique<DgsacMethod>(ReadOptions<DgsacMethodOptions>(config, DefaultDgsacOptions(task)));
-}
+namespace {
+
+const RegisteredMethod<DgsacMethodOptions> kDgsac(
+    "dgsac", "Density guided sampling and consensus (docs/dgsac.md). Nothing but `consensus` uses a threshold.",
+    DefaultDgsacOptions, [](const DgsacMethodOptions& options) { return std::make_unique<DgsacMethod>(options); });
+
+}  // namespace
 
 }  // namespace diffsac

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "diffsac/consensus/dgsac.h"
@@ -36,8 +35,5 @@ class DgsacMethod : public Method {
  private:
   DgsacMethodOptions options_;
 };
-
-/// The row with the options in `config`; null when `type` is not "dgsac". Throws Error for a wrong option.
-std::unique_ptr<Method> MakeDgsacMethod(const std::string& type, const Config& config, Task task);
 
 }  // namespace diffsac

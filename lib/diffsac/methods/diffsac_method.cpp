@@ -11,6 +11,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/methods/diffsac_denoising.h"
 #include "diffsac/methods/diffsac_sources.h"
+#include "diffsac/methods/learned_row.h"
 
 namespace diffsac {
 namespace {
@@ -112,5 +113,12 @@ ConfidenceSteps DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed)
   for (const auto& step : denoised.steps) AppendRows(step, 0, batch.lengths[0], &steps.confidences.emplace_back());
   return steps;
 }
+
+namespace {
+
+const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacNetwork> kDiffsac(
+    "diffsac", "Minimal sets guided by confidences that a diffusion process draws.", DiffsacOptions(), LoadNetwork);
+
+}  // namespace
 
 }  // namespace diffsac

@@ -7,11 +7,11 @@
 namespace diffsac {
 
 void NetworkOptions::Bind(OptionsBinder& b) {
-  b.Field("features", features);
-  b.Field("denoiser", denoiser);
-  b.Field("schedule", schedule);
-  b.Choice("loss", loss, {"mse", "bce"})
-      .Help("mse: the network's output is ĉ_0 (Algorithm 1); bce: it is the logit of \"c_0 = +1\"");
+  b.Field("features", features).Help("what the network sees of a point");
+  b.Field("denoiser", denoiser).Help("the network's layers");
+  b.Field("schedule", schedule).Help("the forward process");
+  b.Field("loss", loss)
+      .Help("`mse`: the network's output is ĉ_0 (Algorithm 1); `bce`: it is the logit of \"c_0 = +1\"");
   b.Field("direct", direct)
       .Help("no diffusion: trained without noise to predict c_0 from the points at once, and called once");
   b.Require(!direct || !denoiser.self_conditioning, "direct", "false with denoiser.self_conditioning");
@@ -26,7 +26,7 @@ DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_op
 }
 
 torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
-  return options.loss == "bce" ? LogitsToConfidence(output) : output;
+  return options.loss == DiffusionLossKind::kBce ? LogitsToConfidence(output) : output;
 }
 
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "diffsac/denoiser/denoiser.h"
+#include "diffsac/diffusion/losses.h"
 #include "diffsac/diffusion/noise_schedule.h"
 #include "diffsac/methods/learned_network.h"
 
@@ -17,7 +18,7 @@ struct NetworkOptions {
   /// No diffusion: the network is trained without noise (c_t = 0, t = T − 1) to predict c_0 from the points at once, and is
   /// called once; samplers are not used. The paper's ablation (a), "direct learning confidence".
   bool direct = false;
-  std::string loss = "bce";   ///< "mse": the network's output is ĉ_0 (Algorithm 1); "bce": it is the logit of "c_0 = +1"
+  DiffusionLossKind loss = DiffusionLossKind::kBce;  ///< What the network puts out.
   void Bind(OptionsBinder& b);
 };
 

@@ -46,7 +46,7 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("preference_draws", preference_draws, AtLeast(0))
       .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
-  b.Field("consensus", consensus);
+  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
 }
 
 LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads)

@@ -11,6 +11,7 @@
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/consensus/mixture.h"
 #include "diffsac/consensus/scorer.h"
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -188,13 +189,13 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
 }  // namespace
 
 void LinePosteriorOptions::Bind(OptionsBinder& b) {
-  b.Field("side", side, Positive());
-  b.Field("min_extent", min_extent, AtLeast(0.0));
-  b.Field("sigma_factor", sigma_factor, Positive());
-  b.Field("tolerance_deg", tolerance_deg, Positive());
-  b.Field("hypotheses", hypotheses, AtLeast(1));
-  b.Field("candidates", candidates, AtLeast(2));
-  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+  b.Field("side", side, Positive()).Help("the picture is [0, side]²");
+  b.Field("min_extent", min_extent, AtLeast(0.0)).Help("shortest chord");
+  b.Field("sigma_factor", sigma_factor, Positive()).Help("σ as a multiple of the problem's ε");
+  b.Field("tolerance_deg", tolerance_deg, Positive()).Help("of the accuracy that is maximised, as the metric's");
+  b.Field("hypotheses", hypotheses, AtLeast(1))
+      .Help("pairs that the search for modes starts from; all of them where there are no more");
+  b.Field("candidates", candidates, AtLeast(2)).Help("hypotheses, best first by MSAC, that are refined to modes");
 }
 
 Estimate LinePosteriorMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
@@ -203,5 +204,19 @@ Estimate LinePosteriorMethod::Estimate(const Problem& problem, std::uint64_t see
     return diffsac::Estimate{};
   });
 }
+
+namespace {
+
+const RegisteredMethod<LinePosteriorOptions> kLinePosterior(
+    "line_posterior",
+    "Lines: a reference, as `oracle` is: the Bayes estimate under the generator (`through_point`, Gaussian noise, uniform "
+    "outliers).",
+    [](Task task) {
+      if (task != Task::kLine) throw Error("line_posterior estimates lines only");
+      return LinePosteriorOptions();
+    },
+    [](const LinePosteriorOptions& options) { return std::make_unique<LinePosteriorMethod>(options); });
+
+}  // namespace
 
 }  // namespace diffsac

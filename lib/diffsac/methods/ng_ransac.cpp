@@ -3,12 +3,14 @@
 #include <torch/torch.h>
 
 #include "diffsac/denoiser/initialize.h"
+#include "diffsac/methods/learned_row.h"
+#include "diffsac/methods/weighted_method.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
 
 void NgRansacNetworkOptions::Bind(OptionsBinder& b) {
-  b.Field("features", features);
+  b.Field("features", features).Help("what the network sees of a point");
   b.Field("width", width, Within(4, 4096)).Help("channels");
   b.Field("blocks", blocks, Within(1, 256)).Help("residual blocks of two linear layers each");
 }
@@ -33,5 +35,13 @@ torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
 }
 
 torch::Tensor NgRansacNetwork::Weights(const PointBatch& batch) { return LogWeights(batch).exp(); }
+
+namespace {
+
+const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kNgRansac(
+    "ng_ransac", "Minimal sets drawn with learned weights (docs/ng_ransac.md).", DefaultWeightedOptions("ng_ransac"),
+    LoadLearnedWeights<NgRansacNetwork>);
+
+}  // namespace
 
 }  // namespace diffsac

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -72,10 +73,11 @@ Estimate EstimateWithOpencv(const Problem& problem, const OpencvUsacOptions& opt
 }  // namespace
 
 void OpencvUsacOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1));
-  b.Field("confidence", confidence, Within(0.0, 1.0));
-  b.Choice("preset", preset, {"default", "fast", "accurate", "prosac", "magsac", "parallel", "fm_8pts", "ransac"});
-  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+  b.Field("hypotheses", hypotheses, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
+  b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
+  std::vector<std::string> presets;
+  for (const auto& [name, flag] : kPresets) presets.push_back(name);
+  b.Choice("preset", preset, presets).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 
 Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
@@ -85,12 +87,25 @@ Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed
   });
 }
 
-std::unique_ptr<Method> MakeOpencvMethod(const std::string& type, const Config& config, Task task) {
-  if (type != "usac" && type != "opencv_magsac") return nullptr;
-  if (!IsTwoView(task)) throw Error(config.Where("type") + ": " + type + " estimates two-view models only");
-  OpencvUsacOptions options;
-  if (type == "opencv_magsac") options.preset = "magsac";
-  return std::make_unique<OpencvUsacMethod>(ReadOptions<OpencvUsacOptions>(config, options));
-}
+namespace {
+
+/// A row with OpenCV's preset of this name.
+struct RegisteredOpencv : RegisteredMethod<OpencvUsacOptions> {
+  RegisteredOpencv(const std::string& type, const std::string& preset, const std::string& help)
+      : RegisteredMethod(
+            type, help,
+            [type, preset](Task task) {
+              if (!IsTwoView(task)) throw Error(type + " estimates two-view models only");
+              OpencvUsacOptions options;
+              options.preset = preset;
+              return options;
+            },
+            [](const OpencvUsacOptions& options) { return std::make_unique<OpencvUsacMethod>(options); }) {}
+};
+
+const RegisteredOpencv kUsac("usac", "default", "Two views: OpenCV's USAC_DEFAULT on the same problems.");
+const RegisteredOpencv kOpencvMagsac("opencv_magsac", "magsac", "Two views: OpenCV's USAC_MAGSAC on the same problems.");
+
+}  // namespace
 
 }  // namespace diffsac

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "diffsac/core/options.h"
@@ -29,9 +28,5 @@ class OpencvUsacMethod : public Method {
  private:
   OpencvUsacOptions options_;
 };
-
-/// A method of type "usac" (preset default) or "opencv_magsac" (preset magsac); null for another type. Throws Error for
-/// a wrong option and for tasks of one view.
-std::unique_ptr<Method> MakeOpencvMethod(const std::string& type, const Config& config, Task task);
 
 }  // namespace diffsac

@@ -1,5 +1,6 @@
 #include "diffsac/methods/oracle.h"
 
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -28,5 +29,19 @@ Estimate FitTruth(const Problem& problem, const GroundTruth& truth) {
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
   return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return FitTruth<Model>(problem, truth); });
 }
+
+namespace {
+
+struct OracleOptions {
+  void Bind(OptionsBinder&) {}
+};
+
+const RegisteredMethod<OracleOptions> kOracle(
+    "oracle", "The ceiling: least squares on the true inliers. No keys.", [](Task) { return OracleOptions(); },
+    [](const OracleOptions&) -> std::unique_ptr<Method> {
+      throw Error("oracle: is shown the truth, so it is no method but the experiment's");
+    });
+
+}  // namespace
 
 }  // namespace diffsac

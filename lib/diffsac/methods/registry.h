@@ -10,12 +10,16 @@ namespace diffsac {
 
 /// What a program says about all its methods.
 struct MethodContext {
-  std::string checkpoint_override;   ///< --checkpoint: replaces that of the rows of its method
+  std::string checkpoint_override;  ///< --checkpoint: replaces that of the rows of its method
   std::string device = "cpu";
-  int threads = 0;                   ///< 0: all cores
+  int threads = 0;  ///< 0: all cores
 };
 
 /// Builds the row that `type` names. Throws Error: unknown type (with the nearest), bad option, bad checkpoint.
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context);
+
+/// The row with every key filled in, `type` first: its defaults for the task, the checkpoint's `inference` group, its
+/// own keys. Makes the same method. Throws as MakeMethod does, but loads no network.
+Config ResolvedRow(const Config& config, Task task, const MethodContext& context);
 
 }  // namespace diffsac

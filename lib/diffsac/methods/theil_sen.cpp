@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -74,8 +75,8 @@ Estimate EstimateHyperplane(const Problem& problem, int budget, std::uint64_t se
 }  // namespace
 
 void TheilSenOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1));
-  for (const char* key : {"name", "type", "label", "paper", "conditions"}) b.Ignore(key);
+  b.Field("hypotheses", hypotheses, AtLeast(1))
+      .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
 }
 
 Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
@@ -85,5 +86,17 @@ Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) co
     return diffsac::Estimate{};
   });
 }
+
+namespace {
+
+const RegisteredMethod<TheilSenOptions> kTheilSen(
+    "theil_sen", "Lines and planes: coordinate-wise medians of the minimal sets' models.",
+    [](Task task) {
+      if (IsTwoView(task)) throw Error("theil_sen estimates lines and planes only");
+      return TheilSenOptions();
+    },
+    [](const TheilSenOptions& options) { return std::make_unique<TheilSenMethod>(options); });
+
+}  // namespace
 
 }  // namespace diffsac

@@ -14,11 +14,44 @@
 namespace diffsac {
 namespace {
 
-class ClnetLearner : public NetworkLearner<LearnedWeights, WeightedMethod, WeightedMethodOptions> {
+/// The group `clnet` of a training configuration: Zhao et al., "Progressive correspondence pruning by consensus
+/// learning", ICCV 2021.
+struct ClnetLosses {
+  /// α of the adaptive temperature exp(−(d_thr − d) / (α d_thr)) of an inlier at distance d from the true model.
+  double temperature = 0.5;
+  double regression_weight = 0.5;
+  double regression_start = 0.2;
+  void Bind(OptionsBinder& b);
+};
+
+void ClnetLosses::Bind(OptionsBinder& b) {
+  b.Field("temperature", temperature, Positive())
+      .Help("α of the adaptive temperature exp(−(1 − d/ε) / α) of an inlier at distance d from the true model");
+  b.Field("regression_weight", regression_weight, AtLeast(0)).Help("of the model regression loss");
+  b.Field("regression_start", regression_start, Within(0.0, 1.0)).Help("share of the iterations after which it counts");
+}
+
+/// What `method: clnet` has for itself in a training configuration.
+struct ClnetTraining : LearnerOptions {
+  ClnetNetworkOptions network;
+  ClnetLosses losses;
+  WeightedMethodOptions inference = DefaultWeightedOptions("clnet");
+
+  explicit ClnetTraining(Task) {}
+  const PointFeaturesOptions& features() const override { return network.features; }
+  void Bind(OptionsBinder& b) override {
+    b.Field("network", network).Help("what must be the same in training and in inference");
+    b.Field("clnet", losses).Help("CLNet's losses (docs/clnet.md)");
+    b.Field("inference", inference).Help("how the weights are used");
+    inference.model = model;
+  }
+};
+
+class ClnetLearner : public NetworkLearner<LearnedWeights, WeightedMethod, ClnetTraining> {
  public:
-  ClnetLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : NetworkLearner(options, options.weighted_inference, device, threads, [&](Task task, const Rng& rng) {
-          return MakeLearnedWeights<ClnetNetwork>(task, options.clnet_network, rng);
+  ClnetLearner(const TrainConfig& options, const ClnetTraining& own, const torch::Device& device, int threads)
+      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
+          return MakeLearnedWeights<ClnetNetwork>(task, own.network, rng);
         }) {}
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
@@ -47,7 +80,7 @@ ClnetLearner::Truth ClnetLearner::MakeTruth(const std::vector<TrainingItem>& ite
   Truth truth;
   truth.inliers = PadRows(inliers, points, 0.0f);
   truth.temperature =
-      AdaptiveTemperature(PadRows(distances, points, 1.0f), truth.inliers, options_.clnet.temperature).to(device_);
+      AdaptiveTemperature(PadRows(distances, points, 1.0f), truth.inliers, own_.losses.temperature).to(device_);
   truth.inliers = truth.inliers.to(device_);
   return truth;
 }
@@ -77,7 +110,7 @@ Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std:
   const auto candidates = entropy(output.logits, output.index, output.mask);
   auto total = pruning + candidates;
   const auto regression = Regression(items, network, output, points.max_points()).to(device_, total.scalar_type());
-  const auto& train = options_.clnet;
+  const auto& train = own_.losses;
   if (iteration >= train.regression_start * static_cast<double>(options_.train.iterations))
     total = total + train.regression_weight * regression;
   const auto kept = truth.inliers.gather(1, output.index) * output.mask.to(torch::kFloat);
@@ -85,10 +118,8 @@ Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std:
   return {shares[0] * total, {pruning.item<double>(), candidates.item<double>(), regression.item<double>(), share}};
 }
 
+const RegisteredLearner<ClnetTraining, ClnetLearner> kClnet(
+    "clnet", "Progressive pruning of correspondences, and a weighted fit (Zhao et al., ICCV 2021).");
+
 }  // namespace
-
-std::unique_ptr<Learner> MakeClnetLearner(const TrainConfig& options, const torch::Device& device, int threads) {
-  return std::make_unique<ClnetLearner>(options, device, threads);
-}
-
 }  // namespace diffsac

@@ -11,7 +11,54 @@
 #include "diffsac/train/network_learner.h"
 
 namespace diffsac {
+
+enum class TrainingPrecision { kAuto, kFloat32, kBfloat16 };
+template <>
+inline constexpr auto kEnumNames<TrainingPrecision> =
+    NamesOf<TrainingPrecision>({{TrainingPrecision::kAuto, "auto"},
+                                {TrainingPrecision::kFloat32, "float32"},
+                                {TrainingPrecision::kBfloat16, "bfloat16"}});
+
 namespace {
+
+/// What `method: diffsac` has for itself in a training configuration.
+struct DiffsacTraining : LearnerOptions {
+  NetworkOptions network;
+  LabelOptions label_options;
+  DiffsacOptions inference;
+  int noise_copies = 4;  ///< draws of (label, t, noise) for each problem; the encoder runs once for them
+  double inlier_weight = 1.0;
+  double positive_weight = 1.0;
+  double self_conditioning_probability = 0.5;
+  TrainingPrecision precision = TrainingPrecision::kAuto;
+
+  explicit DiffsacTraining(Task) {}
+  const PointFeaturesOptions& features() const override { return network.features; }
+  LabelOptions labels() const override { return label_options; }
+  void Bind(OptionsBinder& b) override;
+  void BindTrain(OptionsBinder& b) override;
+};
+
+void DiffsacTraining::Bind(OptionsBinder& b) {
+  b.Field("network", network).Help("what must be the same in training and in inference");
+  b.Field("labels", label_options).Help("the minimal sets that are learned");
+  b.Field("inference", inference).Help("how the network is used in validation and, unless they say otherwise, in rows");
+  label_options.model = inference.model = model;
+}
+
+void DiffsacTraining::BindTrain(OptionsBinder& b) {
+  b.Field("noise_copies", noise_copies, AtLeast(1))
+      .Help("draws of (label, t, noise) for each problem; the encoder runs once for them");
+  b.Field("inlier_weight", inlier_weight, AtLeast(0))
+      .OnlyIf(network.denoiser.inlier_head, "network.denoiser.inlier_head")
+      .Help("weight of the inlier head's cross-entropy beside the diffusion loss");
+  b.Field("positive_weight", positive_weight, Positive())
+      .Help("weight of the minimal set's points in the diffusion loss");
+  b.Field("self_conditioning_probability", self_conditioning_probability, Within(0.0, 1.0))
+      .OnlyIf(network.denoiser.self_conditioning, "network.denoiser.self_conditioning")
+      .Help("share of the steps in which the network sees its own prediction");
+  b.Field("precision", precision).Help("`auto`: bfloat16 on CUDA and CPUs that have it");
+}
 
 struct StepTensors {
   PointBatch points;
@@ -44,8 +91,8 @@ StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const to
   return step;
 }
 
-bool UseBfloat16(const std::string& precision, const torch::Device& device) {
-  if (precision != "auto") return precision == "bfloat16";
+bool UseBfloat16(TrainingPrecision precision, const torch::Device& device) {
+  if (precision != TrainingPrecision::kAuto) return precision == TrainingPrecision::kBfloat16;
   return device.is_cuda() || __builtin_cpu_supports("avx512bf16");
 }
 
@@ -68,17 +115,17 @@ class Autocast {
   c10::DeviceType type_;
 };
 
-class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacMethod, DiffsacOptions> {
+class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacMethod, DiffsacTraining> {
  public:
-  DiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : NetworkLearner(options, options.inference, device, threads, [&](Task task, const Rng& rng) {
-          return std::make_shared<DiffsacNetwork>(task, options.network, rng);
+  DiffsacLearner(const TrainConfig& options, const DiffsacTraining& own, const torch::Device& device, int threads)
+      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
+          return std::make_shared<DiffsacNetwork>(task, own.network, rng);
         }) {}
-  int copies() const override { return options_.train.noise_copies; }
-  int schedule_steps() const override { return options_.network.schedule.steps; }
+  int copies() const override { return own_.noise_copies; }
+  int schedule_steps() const override { return own_.network.schedule.steps; }
   std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
   std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const override {
-    return diffsac::LossWeights(items, options_.train.positive_weight);
+    return diffsac::LossWeights(items, own_.positive_weight);
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
@@ -94,22 +141,22 @@ class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacMethod, Diff
 
 std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors& step) const {
   const auto t = step.times.to(torch::kFloat);
-  if (options_.network.direct)
-    return {torch::zeros_like(step.labels), torch::full_like(t, options_.network.schedule.steps - 1)};
+  if (own_.network.direct)
+    return {torch::zeros_like(step.labels), torch::full_like(t, own_.network.schedule.steps - 1)};
   const auto c_t =
       network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten());
   return {c_t.view_as(step.labels), t};
 }
 
 DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int64_t iteration) {
-  const Autocast autocast(UseBfloat16(options_.train.precision, device_), device_);
+  const Autocast autocast(UseBfloat16(own_.precision, device_), device_);
   auto& denoiser = *network_->denoiser;
   const auto context = denoiser.Encode(step.points);
   const auto [c_t, t] = Noised(step);
   torch::Tensor previous;
-  if (options_.network.denoiser.self_conditioning) {
+  if (own_.network.denoiser.self_conditioning) {
     Rng coin = Rng(options_.train.seed).Fork("self_conditioning", static_cast<std::uint64_t>(iteration));
-    if (coin.Uniform() < options_.train.self_conditioning_probability) {
+    if (coin.Uniform() < own_.self_conditioning_probability) {
       const torch::NoGradGuard no_grad;
       previous = network_->Confidence(denoiser.Denoise(context, c_t, t).to(torch::kFloat)).detach();
     }
@@ -117,26 +164,24 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int
   const auto output = denoiser.Denoise(context, c_t, t, previous).to(torch::kFloat);
   const auto mask = step.points.mask.defined() ? step.points.mask.unsqueeze(1).expand_as(output) : torch::Tensor();
   Losses losses;
-  losses.diffusion = DiffusionLoss(options_.network.loss, output, step.labels, mask, options_.train.positive_weight);
+  losses.diffusion = DiffusionLoss(own_.network.loss, output, step.labels, mask, own_.positive_weight);
   if (context.inlier_logits.defined()) {
-    losses.inlier =
-        DiffusionLoss("bce", context.inlier_logits.to(torch::kFloat), step.inliers * 2 - 1, step.points.mask, 1.0);
+    losses.inlier = DiffusionLoss(DiffusionLossKind::kBce, context.inlier_logits.to(torch::kFloat),
+                                  step.inliers * 2 - 1, step.points.mask, 1.0);
   }
   return losses;
 }
 
 Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                                       const std::vector<double>& shares) {
-  const auto losses = Forward(Collate(items, options_.train.noise_copies, device_), iteration);
+  const auto losses = Forward(Collate(items, own_.noise_copies, device_), iteration);
   auto total = shares[0] * losses.diffusion;
-  if (losses.inlier.defined()) total = total + options_.train.inlier_weight * shares[1] * losses.inlier;
+  if (losses.inlier.defined()) total = total + own_.inlier_weight * shares[1] * losses.inlier;
   return {total, {losses.diffusion.item<double>(), losses.inlier.defined() ? losses.inlier.item<double>() : 0.0}};
 }
 
+const RegisteredLearner<DiffsacTraining, DiffsacLearner> kDiffsac(
+    "diffsac", "Diffusion of confidences that guide the choice of minimal sets (the paper).");
+
 }  // namespace
-
-std::unique_ptr<Learner> MakeDiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads) {
-  return std::make_unique<DiffsacLearner>(options, device, threads);
-}
-
 }  // namespace diffsac

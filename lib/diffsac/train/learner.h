@@ -4,10 +4,12 @@
 #include <torch/types.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "diffsac/core/registry.h"
 #include "diffsac/data/point_features.h"
 #include "diffsac/methods/method.h"
 #include "diffsac/train/train_options.h"
@@ -42,8 +44,8 @@ class Learner {
   virtual std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const {
     return std::vector<double>(loss_names().size(), static_cast<double>(items.size()));
   }
-  /// Randomness comes from train.seed and the iteration or the items' indices alone. shares: of these items in what each part of the loss is a mean
-  /// over (TrainingTeam::Shares), 1 for a process alone.
+  /// Randomness comes from train.seed and the iteration or the items' indices alone. shares: of these items in what
+  /// each part of the loss is a mean over (TrainingTeam::Shares), 1 for a process alone.
   virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                        const std::vector<double>& shares) = 0;
   /// The estimator with the averaged network, for validation; valid as long as the learner.
@@ -53,9 +55,27 @@ class Learner {
 /// The learner of options.method. threads: of estimates in training and validation. Throws Error for bad options.
 std::unique_ptr<Learner> MakeLearner(const TrainConfig& options, const torch::Device& device, int threads);
 
-/// One for each method; MakeLearner chooses.
-std::unique_ptr<Learner> MakeDiffsacLearner(const TrainConfig& options, const torch::Device& device, int threads);
-std::unique_ptr<Learner> MakeNgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads);
-std::unique_ptr<Learner> MakeClnetLearner(const TrainConfig& options, const torch::Device& device, int threads);
+/// A method that learns, registered at the end of its learner's file:
+/// ```
+/// const RegisteredLearner<ClnetTraining, ClnetLearner> kClnet("clnet", "Zhao et al., ...");
+/// ```
+struct LearnerEntry {
+  static constexpr const char* kKind = "method that learns";
+  std::string help;  ///< One line for the documentation.
+  /// The method's options with the defaults of a task.
+  std::function<std::shared_ptr<LearnerOptions>(Task)> make_options;
+  std::function<std::unique_ptr<Learner>(const TrainConfig&, const torch::Device&, int threads)> make;
+};
+
+/// Options: LearnerOptions, made of a task. Own: made of a TrainConfig, its Options, a device and a number of threads.
+template <class Options, class Own>
+struct RegisteredLearner : Registered<LearnerEntry> {
+  RegisteredLearner(const std::string& method, const std::string& help)
+      : Registered<LearnerEntry>(method, {help, [](Task task) { return std::make_shared<Options>(task); },
+                                          [](const TrainConfig& options, const torch::Device& device, int threads) {
+                                            const auto& own = dynamic_cast<const Options&>(*options.learner);
+                                            return std::make_unique<Own>(options, own, device, threads);
+                                          }}) {}
+};
 
 }  // namespace diffsac

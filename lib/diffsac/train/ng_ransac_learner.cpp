@@ -15,7 +15,66 @@
 #include "diffsac/train/network_learner.h"
 
 namespace diffsac {
+
+/// What the second phase of the training minimises.
+///   kError    "error": of the hypothesis that the consensus of `inference` selects and refines, the error of the
+///   task's
+///             tables
+///   kInliers  "inliers": minus its share of inliers, which needs no truth
+enum class NgRansacLoss { kError, kInliers };
+template <>
+inline constexpr auto kEnumNames<NgRansacLoss> = NamesOf<NgRansacLoss>({{NgRansacLoss::kError, "error"},
+                                                                        {NgRansacLoss::kInliers, "inliers"}});
+
 namespace {
+
+/// The group `ng_ransac` of a training configuration: Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019.
+struct NgRansacPhases {
+  int initialization_iterations = 2500;
+  double target_sigma = 1.0;
+  double rate_factor = 0.1;
+  int pools = 4;
+  int hypotheses = 16;
+  NgRansacLoss loss = NgRansacLoss::kError;
+  double loss_cap = 4.0;
+  void Bind(OptionsBinder& b);
+};
+
+void NgRansacPhases::Bind(OptionsBinder& b) {
+  b.Field("initialization_iterations", initialization_iterations, AtLeast(0))
+      .Help(
+          "the first steps train towards a target distribution made of residuals to the true model, the others "
+          "minimise "
+          "the expected task loss");
+  b.Field("target_sigma", target_sigma, Positive()).Help("the target falls with exp(−r² / 2σ²), σ in multiples of ε");
+  b.Field("rate_factor", rate_factor, Positive()).Help("of the learning rate after the initialisation");
+  b.Field("pools", pools, Within(2, 1000))
+      .Help("draws of a pool of hypotheses for each problem; their mean loss is the baseline");
+  b.Field("hypotheses", hypotheses, Within(1, 100000)).Help("minimal sets in a pool");
+  b.Field("loss", loss)
+      .Help(
+          "`error`: of the hypothesis that the consensus of `inference` selects and refines, the error of the task's "
+          "tables; `inliers`: minus its share of inliers, which needs no truth");
+  b.Field("loss_cap", loss_cap, Positive())
+      .OnlyIf(loss == NgRansacLoss::kError, "loss: error")
+      .Help("an error counts at most this many validation thresholds, as 1");
+}
+
+/// What `method: ng_ransac` has for itself in a training configuration.
+struct NgRansacTraining : LearnerOptions {
+  NgRansacNetworkOptions network;
+  NgRansacPhases phases;
+  WeightedMethodOptions inference = DefaultWeightedOptions("ng_ransac");
+
+  explicit NgRansacTraining(Task) {}
+  const PointFeaturesOptions& features() const override { return network.features; }
+  void Bind(OptionsBinder& b) override {
+    b.Field("network", network).Help("what must be the same in training and in inference");
+    b.Field("ng_ransac", phases).Help("NG-RANSAC's two phases (docs/ng_ransac.md)");
+    b.Field("inference", inference).Help("how the weights are used");
+    inference.model = model;
+  }
+};
 
 template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
@@ -26,48 +85,46 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 
-class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, WeightedMethodOptions> {
+class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, NgRansacTraining> {
  public:
-  NgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads)
-      : NetworkLearner(options, options.weighted_inference, device, threads, [&](Task task, const Rng& rng) {
-          return MakeLearnedWeights<NgRansacNetwork>(task, options.ng_ransac_network, rng);
+  NgRansacLearner(const TrainConfig& options, const NgRansacTraining& own, const torch::Device& device, int threads)
+      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
+          return MakeLearnedWeights<NgRansacNetwork>(task, own.network, rng);
         }) {}
   std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
   double RateFactor(std::int64_t iteration) const override {
-    return IsInitialization(iteration) ? 1.0 : options_.ng_ransac.rate_factor;
+    return IsInitialization(iteration) ? 1.0 : own_.phases.rate_factor;
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
 
  private:
   Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target) const;
-  bool IsInitialization(std::int64_t iteration) const {
-    return iteration < options_.ng_ransac.initialization_iterations;
-  }
-  TaskModel UsedModel() const { return ModelFromString(task_, inference_.model); }
+  bool IsInitialization(std::int64_t iteration) const { return iteration < own_.phases.initialization_iterations; }
+  TaskModel UsedModel() const { return ModelFromString(task_, own_.inference.model); }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
 
 // ℓ of the hypothesis that the consensus selects from a pool, in [0, 1] (of "inliers": in [−1, 0]).
 double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
-  auto consensus = inference_.consensus;
+  auto consensus = own_.inference.consensus;
   consensus.stopping = Stopping::kBudget;
-  consensus.max_iterations = options_.ng_ransac.hypotheses;
+  consensus.max_iterations = own_.phases.hypotheses;
   const auto& problem = example.problem;
   const auto estimate = DispatchModel(UsedModel(), [&]<class Model>() {
     return Select<Model>(problem, std::move(sets), consensus, rng);
   });
-  if (options_.ng_ransac.loss == "inliers")
+  if (own_.phases.loss == NgRansacLoss::kInliers)
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());
   const Tolerance tolerance = options_.validation.ToleranceOf(task_);
   const double error = MainError(MeasureError(estimate, example), tolerance);
-  return std::isnan(error) ? 1.0 : std::min(1.0, error / (options_.ng_ransac.loss_cap * tolerance.value));
+  return std::isnan(error) ? 1.0 : std::min(1.0, error / (own_.phases.loss_cap * tolerance.value));
 }
 
 Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights,
                                             double target) const {
-  const auto& train = options_.ng_ransac;
+  const auto& train = own_.phases;
   const std::int64_t batch = static_cast<std::int64_t>(items.size()), pools = train.pools, sets = train.hypotheses;
   const std::int64_t set_size = MinimalSetSize(UsedModel()), pool_size = sets * set_size;
   const auto weights = log_weights.detach().to(torch::kCPU).contiguous();
@@ -98,7 +155,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   const auto points = CollatePoints(items);
   const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->network).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
-  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, options_.ng_ransac.target_sigma));
+  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, own_.phases.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
   auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotMeasured}}
                                           : ExpectedLoss(items, log_weights, divergence.item<double>());
@@ -106,10 +163,8 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   return loss;
 }
 
+const RegisteredLearner<NgRansacTraining, NgRansacLearner> kNgRansac(
+    "ng_ransac", "Weights of points from which minimal sets are drawn (Brachmann and Rother, ICCV 2019).");
+
 }  // namespace
-
-std::unique_ptr<Learner> MakeNgRansacLearner(const TrainConfig& options, const torch::Device& device, int threads) {
-  return std::make_unique<NgRansacLearner>(options, device, threads);
-}
-
 }  // namespace diffsac

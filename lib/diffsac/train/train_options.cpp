@@ -2,115 +2,112 @@
 
 #include <algorithm>
 
-#include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
+#include "diffsac/train/learner.h"
+#include "diffsac/train/validation.h"
 
 namespace diffsac {
+namespace {
 
-void TrainOptions::Bind(OptionsBinder& b) {
-  b.Field("iterations", iterations, AtLeast(1));
-  b.Field("batch_size", batch_size, AtLeast(1));
-  if (diffusion) BindDiffusion(b);
-  b.Field("learning_rate", learning_rate, Positive());
-  b.Field("warmup_iterations", warmup_iterations, AtLeast(0));
-  b.Field("clip_norm", clip_norm, AtLeast(0));
-  b.Field("ema_decay", ema_decay, Within(0.0, 1.0));
-  b.Field("log_every", log_every, AtLeast(1));
-  b.Field("validate_every", validate_every, AtLeast(1));
-  b.Field("checkpoint_every", checkpoint_every, AtLeast(1));
-  b.Field("workers", workers, Within(1, 256));
-  b.Field("start_from", start_from);
-  b.Group("two_view", two_view);
-  b.Field("seed", seed);
+void BindTask(OptionsBinder& b, Task* task) {
+  std::string name = ToString(*task);
+  b.Choice("task", name, TaskNames()).Help("what is estimated");
+  *task = TaskFromString(name);
 }
 
-void TrainOptions::BindDiffusion(OptionsBinder& b) {
-  b.Field("noise_copies", noise_copies, AtLeast(1));
-  b.Field("inlier_weight", inlier_weight, AtLeast(0));
-  b.Field("positive_weight", positive_weight, Positive());
-  b.Field("self_conditioning_probability", self_conditioning_probability, Within(0.0, 1.0));
-  b.Choice("precision", precision, {"auto", "float32", "bfloat16"});
+// What all else depends on.
+struct TrainConfigHead {
+  std::string method = "diffsac";
+  Task task = TaskFromString("line");
+  Config rest;
+  void Bind(OptionsBinder& b) {
+    b.Choice("method", method, Registry<LearnerEntry>::Instance().Names());
+    BindTask(b, &task);
+    b.Rest(rest);
+  }
+};
+
+}  // namespace
+
+void TrainOptions::Bind(OptionsBinder& b, Task task) {
+  b.Field("iterations", iterations, AtLeast(1)).Help("optimiser steps");
+  b.Field("batch_size", batch_size, AtLeast(1)).Help("problems a step");
+  b.Field("learning_rate", learning_rate, Positive()).Help("peak, reached after the warm-up; cosine to 0");
+  b.Field("warmup_iterations", warmup_iterations, AtLeast(0)).Help("steps over which the learning rate grows from 0");
+  b.Field("clip_norm", clip_norm, AtLeast(0)).Help("largest gradient norm; 0 does not clip");
+  b.Field("ema_decay", ema_decay, Within(0.0, 1.0)).Help("of the average of weights that is validated and kept");
+  b.Field("log_every", log_every, AtLeast(1)).Help("steps between rows of metrics.csv");
+  b.Field("validate_every", validate_every, AtLeast(1)).Help("steps between validations");
+  b.Field("checkpoint_every", checkpoint_every, AtLeast(1)).Help("steps between checkpoints/last.pt");
+  b.Field("workers", workers, Within(1, 256)).Help("data threads");
+  b.Field("start_from", start_from)
+      .Help("a checkpoint of the same architecture, of any task, whose averaged weights training starts from");
+  b.Field("two_view", two_view).OnlyIf(IsTwoView(task), "a task of two views").Help("what is done to matches");
+  b.Field("seed", seed).Help("of all that is drawn");
 }
 
-void NgRansacTraining::Bind(OptionsBinder& b) {
-  b.Field("initialization_iterations", initialization_iterations, AtLeast(0));
-  b.Field("target_sigma", target_sigma, Positive());
-  b.Field("rate_factor", rate_factor, Positive());
-  b.Field("pools", pools, Within(2, 1000));
-  b.Field("hypotheses", hypotheses, Within(1, 100000));
-  b.Choice("loss", loss, {"error", "inliers"});
-  b.Field("loss_cap", loss_cap, Positive());
+Tolerance ValidationOptions::ToleranceOf(Task task) const {
+  return ErrorInPixels(task) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
 }
 
-void ClnetTraining::Bind(OptionsBinder& b) {
-  b.Field("temperature", temperature, Positive());
-  b.Field("regression_weight", regression_weight, AtLeast(0));
-  b.Field("regression_start", regression_start, Within(0.0, 1.0));
+void ValidationOptions::Bind(OptionsBinder& b, Task task) {
+  b.Field("problems", problems, AtLeast(1)).Help("for each group; fewer, evenly spread, where there are fewer");
+  b.Field("outlier_ratios", outlier_ratios, Within(0.0, 0.99))
+      .Help("of generated data, a group each; empty: one group of the data as it is");
+  b.Field("threshold_deg", threshold_deg, Positive())
+      .OnlyIf(!ErrorInPixels(task), "errors in degrees")
+      .Help("threshold of the mAA, degrees");
+  b.Field("threshold_px", threshold_px, Positive())
+      .OnlyIf(ErrorInPixels(task), "errors in pixels")
+      .Help("threshold of the mAA, pixels");
+  b.Field("data", data)
+      .Help(
+          "what it changes in the training data (in the first part of a mixture), or, with a `type`, other data "
+          "altogether; generated data is of split `validation`");
 }
 
-void ValidationOptions::Bind(OptionsBinder& b) {
-  b.Field("problems", problems, AtLeast(1));
-  b.Field("outlier_ratios", outlier_ratios, Within(0.0, 0.99));
-  b.Field("threshold_deg", threshold_deg, Positive());
-  b.Field("threshold_px", threshold_px, Positive());
-  b.Ignore("data");
+TrainConfig::TrainConfig(const std::string& method_name, Task task_value) : method(method_name), task(task_value) {
+  learner = Registry<LearnerEntry>::Instance().Find(method, "method").make_options(task);
+  if (!IsTwoView(task)) return;
+  // Two views are validated in one group.
+  validation.outlier_ratios.clear();
+  validation.threshold_deg = 10.0;
 }
 
 void TrainConfig::Bind(OptionsBinder& b) {
-  b.Field("name", name);
-  b.Choice("method", method, {"diffsac", "ng_ransac", "clnet"});
-  b.Choice("task", task, TaskNames());
-  BindModel(b, TaskFromString(task), &model);
-  b.Ignore("data");
-  train.diffusion = method == "diffsac";
-  if (method == "diffsac") {
-    b.Group("network", network);
-    b.Group("labels", labels);
-  } else if (method == "ng_ransac") {
-    b.Group("network", ng_ransac_network);
-    b.Group("ng_ransac", ng_ransac);
-  } else {
-    b.Group("network", clnet_network);
-    b.Group("clnet", clnet);
-  }
-  b.Group("train", train);
-  b.Group("validation", validation);
-  if (method == "diffsac")
-    b.Group("inference", inference);
-  else
-    b.Group("inference", weighted_inference);
-}
-
-const PointFeaturesOptions& TrainConfig::Features() const {
-  if (method == "ng_ransac") return ng_ransac_network.features;
-  return method == "clnet" ? clnet_network.features : network.features;
+  b.Field("name", name).Help("of the run and, unless --output says otherwise, of its folder in runs/");
+  b.Choice("method", method, Registry<LearnerEntry>::Instance().Names()).Help("what is learned");
+  BindTask(b, &task);
+  BindModel(b, task, &model);
+  learner->model = model;
+  b.Field("data", data).Help("what it is trained on, see below");
+  learner->Bind(b);
+  b.GroupWith(
+       "train",
+       [this](OptionsBinder& inner) {
+         train.Bind(inner, task);
+         learner->BindTrain(inner);
+       },
+       typeid(TrainOptions))
+      .Help("how it is trained");
+  b.GroupWith(
+       "validation", [this](OptionsBinder& inner) { validation.Bind(inner, task); }, typeid(ValidationOptions))
+      .Help("how the best checkpoint is told");
+  const auto& kinds = learner->features().kinds;
+  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
+  b.Reject(train.two_view.augment && preference, "train.two_view.augment",
+           "not for network.features.kinds preference, whose hypotheses are those of the images as they are");
 }
 
 TrainConfig ReadTrainConfig(const Config& config) {
-  TrainConfig defaults;
-  const std::string task = config.Has("task") ? config.Text("task") : defaults.task;
-  const auto tasks = TaskNames();
-  const bool known = std::find(tasks.begin(), tasks.end(), task) != tasks.end();
-  if (known && IsTwoView(TaskFromString(task))) {
-    defaults.validation.outlier_ratios.clear();
-    defaults.validation.threshold_deg = 10.0;
-  }
-  if (config.Has("method")) defaults.weighted_inference = DefaultWeightedOptions(config.Text("method"));
-  TrainConfig options = ReadOptions<TrainConfig>(config, defaults);
-  const auto& kinds = options.Features().kinds;
-  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
-  if (options.train.two_view.augment && preference)
-    throw Error(config.Where("train.two_view.augment") +
-                ": not for network.features.kinds preference, whose hypotheses are those of the images as they are");
-  options.labels.model = options.inference.model = options.weighted_inference.model = options.model;
-  return options;
+  const auto head = ReadOptions<TrainConfigHead>(config);
+  return ReadOptions(config, TrainConfig(head.method, head.task));
 }
 
-std::string ResolvedConfig(const TrainConfig& options, const Config& config) {
-  Config resolved = Config::FromString(WriteOptions(options));
-  resolved.Set("data=" + WriteTrainingData(config.Sub("data")));
-  if (config.Has("validation.data")) resolved.Set("validation.data=" + config.Sub("validation.data").Dump());
-  return resolved.Dump();
+std::string WriteTrainConfig(TrainConfig options) {
+  if (options.validation.data) options.validation.data = Config::FromString(WriteTrainingData(ValidationData(options)));
+  options.data = Config::FromString(WriteTrainingData(options.data));
+  return WriteOptions(options);
 }
 
 }  // namespace diffsac

@@ -17,6 +17,8 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/denoiser/denoiser.h"
+#include "diffsac/methods/learned_network.h"
 #include "diffsac/train/distributed.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/learning_rate.h"
@@ -35,7 +37,7 @@ std::string Text(const char* format, double value) {
 
 class Trainer {
  public:
-  Trainer(const TrainRequest& request, const TrainConfig& options);
+  explicit Trainer(const TrainRequest& request);
   TrainOutcome Run(const std::atomic<bool>& stop);
 
  private:
@@ -55,10 +57,8 @@ class Trainer {
   void Resume();
   std::string CheckpointPath(const std::string& name) const { return directory_.File("checkpoints/" + name); }
 
-  TrainRequest request_;
   TrainConfig options_;
   TrainingTeam team_;
-  Task task_;
   std::string resolved_;
   RunDirectory directory_;
   torch::Device device_;
@@ -76,31 +76,29 @@ class Trainer {
   double waited_ = 0.0;                                 // for data, until then
 };
 
-Trainer::Trainer(const TrainRequest& request, const TrainConfig& options)
-    : request_(request),
-      options_(options),
-      team_(request.group, options.train.batch_size),
-      task_(TaskFromString(options.task)),
-      resolved_(ResolvedConfig(options, request.config)),
-      directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options.train.seed)
+Trainer::Trainer(const TrainRequest& request)
+    : options_(request.options),
+      team_(request.group, options_.train.batch_size),
+      resolved_(WriteTrainConfig(options_)),
+      directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options_.train.seed)
                               : RunDirectory(request.output)),
       device_(DeviceFromString(team_.Device(request.device))),
-      parts_(MakeTrainingParts(request.config.Sub("data"), options.train.seed)) {
+      parts_(MakeTrainingParts(options_.data, options_.train.seed)) {
   const Task data_task = parts_.front().dataset->task();
-  if (data_task != task_)
-    throw Error(request.config.Where("data") + ": data of task '" + ToString(data_task) + "', but task is '" +
-                options.task + "'");
+  if (data_task != options_.task)
+    throw Error(options_.data.Where() + ": data of task '" + ToString(data_task) + "', but task is '" +
+                ToString(options_.task) + "'");
   if (team_.main()) std::filesystem::create_directories(directory_.File("checkpoints"));
   torch::set_num_threads(request.threads > 0 ? request.threads : team_.threads());
-  learner_ = MakeLearner(options, device_, request.threads);
+  learner_ = MakeLearner(options_, device_, request.threads);
   loss_sums_.assign(learner_->loss_names().size(), 0.0);
-  if (!options.train.start_from.empty()) LoadAverage(options.train.start_from, learner_->network());
-  average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), options.train.ema_decay);
+  const auto& train = options_.train;
+  if (!train.start_from.empty()) LoadAverage(train.start_from, learner_->network());
+  average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
-                                                    torch::optim::AdamOptions(options.train.learning_rate));
-  if (team_.main())
-    validation_ = std::make_unique<Validation>(task_, request.config, options.validation, options.train.seed);
-  info_ = {resolved_, GitRevision(), 0, options.train.seed, -1.0};
+                                                    torch::optim::AdamOptions(train.learning_rate));
+  if (team_.main()) validation_ = std::make_unique<Validation>(options_);
+  info_ = {resolved_, GitRevision(), 0, train.seed, -1.0};
   if (request.resume) Resume();
   team_.CheckSame("configurations", resolved_);
   team_.CheckSame("iterations or weights",
@@ -111,8 +109,8 @@ void Trainer::Resume() {
   const auto path = CheckpointPath("last.pt");
   const auto info = LoadCheckpoint(path, learner_->network(), average_.get(), optimizer_.get());
   if (info.config != resolved_)
-    throw Error(path + ": was trained with another configuration than " + request_.config.Where() +
-                "; resume with the same one, or choose another --output");
+    throw Error(path +
+                ": was trained with another configuration; resume with the same one, or choose another --output");
   info_ = info;
   LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
 }
@@ -205,15 +203,15 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
 
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
-  LogInfo("task " + options_.task + ", " + std::to_string(CountParameters(learner_->network())) +
+  LogInfo("task " + ToString(options_.task) + ", " + std::to_string(CountParameters(learner_->network())) +
           " parameters, device " + device_.str() + ", " + MachineText());
   std::vector<std::string> columns = learner_->loss_names();
   columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
   if (team_.main()) columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
   if (team_.main()) log_.emplace(directory_.path(), columns, info_.iteration);
 
-  const TrainingSource source(parts_, learner_->features(), options_.labels, train.two_view, learner_->copies(),
-                              learner_->schedule_steps(), train.seed);
+  const TrainingSource source(parts_, learner_->features(), options_.learner->labels(), train.two_view,
+                              learner_->copies(), learner_->schedule_steps(), train.seed);
   Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
   std::optional<Progress> progress;
@@ -240,9 +238,6 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
 
 }  // namespace
 
-TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop) {
-  const auto options = ReadTrainConfig(request.config);
-  return Trainer(request, options).Run(stop);
-}
+TrainOutcome Train(const TrainRequest& request, const std::atomic<bool>& stop) { return Trainer(request).Run(stop); }
 
 }  // namespace diffsac

@@ -49,6 +49,12 @@ struct TrainingPart {
 /// keys. Throws Error: as MakeDataset, no parts, parts of different tasks, a weight that is not positive.
 std::vector<TrainingPart> MakeTrainingParts(const Config& data, std::uint64_t seed);
 
+/// The data itself, or the first of a mixture's.
+Config FirstTrainingPart(const Config& data);
+
+/// The keys of a mixture.
+std::vector<OptionDescription> DescribeMixture();
+
 /// The resolved options of `data` as YAML.
 std::string WriteTrainingData(const Config& data);
 

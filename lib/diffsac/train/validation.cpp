@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
 #include "diffsac/data/dataset_factory.h"
 
 namespace diffsac {
@@ -16,42 +15,26 @@ std::string Number(double value) {
   return text;
 }
 
-// `data` with what `validation.data` changes, or that alone where it is other data altogether.
-Config ValidationData(const Config& config) {
-  const Config own = config.Sub("validation.data");
-  if (own.Has("type")) return own;
-  Config data = config.Sub("data");
-  if (data.Has("type") && data.Text("type") == "mixture") {
-    data = data.Sequence("parts").at(0);
-    Config part;
-    part.impl_->document->root = *data.impl_->Get();
-    std::erase_if(part.impl_->document->root.entries, [](const YamlEntry& entry) { return entry.key == "weight"; });
-    data = part;
-  }
-  Config merged;
-  if (const YamlTree* tree = data.impl_->Get()) merged.impl_->document->root = *tree;
-  if (const YamlTree* over = own.impl_->Get()) MergeYaml(merged.impl_->document->root, *over);
-  return merged;
-}
-
-bool HasSplits(const Config& data) {
-  if (!data.Has("type")) return false;
-  const std::string type = data.Text("type");
-  return type.starts_with("synthetic_") || type == "modelnet40";
-}
-
 }  // namespace
 
-Validation::Validation(Task task, const Config& config, const ValidationOptions& options, std::uint64_t seed)
-    : options_(options),
-      seed_(seed),
-      tolerance_(options.ToleranceOf(task)) {
-  Config data = ValidationData(config);
-  if (HasSplits(data)) data.Set("split=validation");
-  if (options.outlier_ratios.empty()) AddGroup(task, data, "");
-  for (const double ratio : options.outlier_ratios) {
+Config ValidationData(const TrainConfig& options) {
+  const Config own = options.validation.data.value_or(Config());
+  // A copy: groups change it.
+  if (own.Has("type")) return own.MergedWith(Config());
+  return FirstTrainingPart(options.data).MergedWith(own);
+}
+
+Validation::Validation(const TrainConfig& options)
+    : problems_(options.validation.problems),
+      seed_(options.train.seed),
+      tolerance_(options.validation.ToleranceOf(options.task)) {
+  Config data = ValidationData(options);
+  if (IsGenerated(data)) data.Set("split=validation");
+  const auto& ratios = options.validation.outlier_ratios;
+  if (ratios.empty()) AddGroup(options.task, data, "");
+  for (const double ratio : ratios) {
     data.Set("outlier_ratio=" + Number(ratio));
-    AddGroup(task, data, "_outliers_" + Number(ratio));
+    AddGroup(options.task, data, "_outliers_" + Number(ratio));
   }
 }
 
@@ -61,7 +44,7 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
     throw Error(data.Where() + ": validation data of task '" + ToString(dataset->task()) + "', but task is '" +
                 ToString(task) + "'");
   const std::int64_t size = dataset->size();
-  const std::int64_t count = size < 0 ? options_.problems : std::min<std::int64_t>(options_.problems, size);
+  const std::int64_t count = size < 0 ? problems_ : std::min<std::int64_t>(problems_, size);
   if (count == 0) throw Error(data.Where() + ": no validation problems");
   auto& group = examples_.emplace_back();
   // Evenly spread over a finite set, so that every scene has its share.

@@ -11,12 +11,15 @@
 
 namespace diffsac {
 
-/// mAA of the whole estimator on fixed validation problems, for each outlier ratio or for all of them. The error is that
-/// of the task's tables (eval/metrics.h): degrees, of homographies pixels.
+/// The training data with what `validation.data` changes, or that alone where it is other data altogether.
+Config ValidationData(const TrainConfig& options);
+
+/// mAA of the whole estimator on fixed validation problems, for each outlier ratio or for all of them. The error is
+/// that of the task's tables (eval/metrics.h): degrees, of homographies pixels.
 class Validation {
  public:
-  /// config: the whole training configuration. Throws Error for data of another task or without examples.
-  Validation(Task task, const Config& config, const ValidationOptions& options, std::uint64_t seed);
+  /// Throws Error for data of another task or without examples.
+  explicit Validation(const TrainConfig& options);
   std::vector<double> Run(const Method& method) const;
   /// A heading for each value of Run: "mAA@10deg", "mAA@0.5deg_outliers_0.7".
   const std::vector<std::string>& names() const { return names_; }
@@ -24,7 +27,7 @@ class Validation {
  private:
   void AddGroup(Task task, const Config& data, const std::string& suffix);
 
-  ValidationOptions options_;
+  int problems_;
   std::uint64_t seed_;
   Tolerance tolerance_;
   std::vector<std::vector<Example>> examples_;

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "diffsac/data/tasks.h"
+#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/method_registry.h"
+
+namespace diffsac {
+
+/// A row with a network: its own keys override the checkpoint's `inference` group, so that it says only what it
+/// changes.
+template <class Options>
+struct LearnedRow {
+  std::string type;
+  std::string checkpoint;
+  Options options;
+  Task task;
+  void Bind(OptionsBinder& b) {
+    b.Choice("type", type, std::vector<std::string>{type});
+    b.Field("checkpoint", checkpoint);
+    BindModel(b, task, &options.model);
+    options.Bind(b);
+  }
+};
+
+/// The row's checkpoint: --checkpoint, for the rows of the method that trained it, or else the key. Throws Error when
+/// there is neither.
+std::string CheckpointOf(const Config& row, const MethodContext& context);
+
+/// The row without what it repeats of `inherited`: a resolved row repeats everything.
+Config KeysThatDiffer(const Config& row, const Config& inherited);
+
+/// A row with a network, registered at the end of its method's file:
+/// ```
+/// const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacNetwork> kDiffsac(
+///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
+/// ```
+/// Row: made of a network, Options and a number of threads. load: called with checkpoint, task and device. The name is
+/// that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that cannot act.
+template <class Row, class Options, class Network>
+struct RegisteredLearnedMethod : Registered<MethodEntry> {
+  using Load = std::function<std::shared_ptr<Network>(const std::string&, Task, const torch::Device&)>;
+  RegisteredLearnedMethod(const std::string& type, const std::string& help, const Options& defaults, Load load)
+      : Registered<MethodEntry>(type, EntryOf(help, defaults, std::move(load))) {}
+
+ private:
+  /// What a row may write beside its type and checkpoint.
+  struct KeysWithModel {
+    Options options;
+    Task task;
+    void Bind(OptionsBinder& b) {
+      BindModel(b, task, &options.model);
+      options.Bind(b);
+    }
+  };
+
+  /// The checkpoint's `inference` group over the defaults.
+  static Options Inherited(const Config& config, const std::string& checkpoint, Task task, const Options& defaults) {
+    const TrainedConfig trained = ReadTrainedConfig(checkpoint, config.Text("type"), task);
+    Options options = ReadStoredOptions(trained.config.Sub("inference"), defaults);
+    options.model = trained.model;
+    return options;
+  }
+
+  static LearnedRow<Options> Read(const Config& config, const std::string& checkpoint, Task task,
+                                  const Options& inherited) {
+    auto row = ReadOptions(config, LearnedRow<Options>{config.Text("type"), {}, inherited, task});
+    row.checkpoint = checkpoint;
+    return row;
+  }
+
+  static MethodEntry EntryOf(const std::string& help, const Options& defaults, Load load) {
+    MethodEntry entry;
+    entry.help = help;
+    entry.make = [defaults, load = std::move(load)](const Config& config, Task task, const MethodContext& context) {
+      const std::string checkpoint = CheckpointOf(config, context);
+      const Options inherited = Inherited(config, checkpoint, task, defaults);
+      const Options options = Read(config, checkpoint, task, inherited).options;
+      const auto network = load(checkpoint, task, DeviceFromString(context.device));
+      CheckRow(KeysThatDiffer(config, Config::FromString(WriteOptions(inherited))), options, *network);
+      return std::make_unique<Row>(network, options, context.threads);
+    };
+    entry.resolve = [defaults](const Config& config, Task task, const MethodContext& context) {
+      const std::string checkpoint = CheckpointOf(config, context);
+      return WriteOptions(Read(config, checkpoint, task, Inherited(config, checkpoint, task, defaults)));
+    };
+    entry.describe = [defaults](Task task) { return DescribeOptions(KeysWithModel{defaults, task}); };
+    entry.options = typeid(Options);
+    return entry;
+  }
+};
+
+}  // namespace diffsac
