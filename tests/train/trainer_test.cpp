@@ -9,6 +9,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/diffsac_method.h"
 #include "train/train_request.h"
 
 namespace diffsac {

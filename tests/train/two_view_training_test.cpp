@@ -11,6 +11,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/diffsac_method.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"
