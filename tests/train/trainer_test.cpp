@@ -10,6 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/diffsac_method.h"
 #include "train/train_request.h"
 
 namespace diffsac {

@@ -12,6 +12,7 @@
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/methods/diffsac_method.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"
