@@ -6,9 +6,9 @@
 #include <type_traits>
 
 #include "consensus/all_models.h"
+#include "diffsac/data/solver_space.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/registry.h"
-#include "diffsac/data/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {

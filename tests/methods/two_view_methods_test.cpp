@@ -3,11 +3,11 @@
 #include <limits>
 #include <numeric>
 
+#include "diffsac/data/solver_space.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/classical.h"
 #include "diffsac/methods/opencv_usac.h"
-#include "diffsac/data/solver_space.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "geometry/two_view_problems.h"
 #include "methods/make_row.h"

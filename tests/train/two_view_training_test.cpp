@@ -277,7 +277,7 @@ TEST_CASE("wrong two-view configurations name their place") {
     CHECK_THROWS_WITH(Train(OneThread(TinyConfig(task, changes), folder / "a"), kNever), Catch::Contains(message));
   };
   fails("fundamental", {"model=fundamental9"}, "model=fundamental9");
-  fails("essential", {"model=fundamental8"}, "expected one of essential");
+  fails("essential", {"model=fundamental8"}, "expected essential for task essential");
   fails("essential", {"network.features.kinds=[preference]"}, "augment");
   fails("essential", {"data.task=homography"}, "homography");
   fails("essential", {"validation.data.task=homography"}, "validation data of task");

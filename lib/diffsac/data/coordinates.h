@@ -4,13 +4,13 @@
 
 namespace diffsac {
 
-/// Centred on the coordinate-wise median, divided by the median distance from it (the mean distance where more than half
-/// of the points are equal; 1 where all are).
+/// Centred on the coordinate-wise median, divided by the median distance from it (the mean distance where more than
+/// half of the points are equal; 1 where all are).
 PointMatrix CentredCoordinates(const PointMatrix& points);
 
 /// Matches without the images' sizes and focal lengths: K⁻¹ x in each image where the calibration is known; else
-/// (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each image's points
-/// as CentredCoordinates.
+/// (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each image's
+/// points as CentredCoordinates.
 PointMatrix MatchCoordinates(const Problem& problem);
 
 }  // namespace diffsac

@@ -16,7 +16,7 @@ struct EstimateError {
   /// Lines, planes, in the data's unit: difference of the two models' signed distances at the centroid of all points of
   /// the problem, normals turned to the same side. A failure counts as the diagonal of the points' bounding box.
   double offset = std::numeric_limits<double>::quiet_NaN();
-  bool failed = false;  ///< No model, or one with a non-finite value.
+  bool failed = false;                                                ///< No model, or one with a non-finite value.
   double rotation_deg = std::numeric_limits<double>::quiet_NaN();     ///< F, E: in [0, 180]
   double translation_deg = std::numeric_limits<double>::quiet_NaN();  ///< F, E: of the direction, either sign, [0, 90]
   /// H: mean distance |H x − H_true x| in image 2 over the pixels of image 1 that both images show. F and E where no

@@ -59,8 +59,7 @@ void AddMotionError(const ModelParameters* model, const std::vector<std::uint8_t
   if (model != nullptr) motions = MotionsOf(ModelMatrix(*model), inliers, example.problem);
   for (int i = 0; i < motions.count; ++i) {
     const double rotation = RotationAngleDegrees(motions.motions[i].rotation, example.truth.pose->rotation);
-    const double translation =
-        TranslationErrorDegrees(motions.motions[i].translation, example.truth.pose->translation);
+    const double translation = TranslationErrorDegrees(motions.motions[i].translation, example.truth.pose->translation);
     if (std::max(rotation, translation) >= std::max(error->rotation_deg, error->translation_deg)) continue;
     error->rotation_deg = rotation;
     error->translation_deg = translation;

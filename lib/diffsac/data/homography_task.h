@@ -6,8 +6,8 @@
 namespace diffsac {
 
 /// The mean distance |H x − H_true x| over JointlyVisiblePixels; over a 10 × 10 grid on the box of the matches in image
-/// 1 where the images' sizes are unknown or nothing is visible in both; NaN without a true homography. Where the pose and
-/// the calibration are known also the least error among the motions into which H decomposes.
+/// 1 where the images' sizes are unknown or nothing is visible in both; NaN without a true homography. Where the pose
+/// and the calibration are known also the least error among the motions into which H decomposes.
 EstimateError HomographyError(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                               const Example& example);
 

@@ -148,8 +148,8 @@ int Exchange(const TruthFrame<3>& frame, const std::array<int, 3>& set, BestSets
   return solved;
 }
 
-// Within the budget: half of it for all triplets of the most promising inliers, the rest for exchanges of single members
-// of the best sets known, best first.
+// Within the budget: half of it for all triplets of the most promising inliers, the rest for exchanges of single
+// members of the best sets known, best first.
 void SearchBounded(const TruthFrame<3>& frame, int budget, BestSets<3>* best) {
   const auto total = static_cast<int>(frame.index.size());
   int chosen = 3;

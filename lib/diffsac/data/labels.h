@@ -30,8 +30,8 @@ struct RankedSet {
 
 /// The (up to) M sets of γ true inliers whose model is nearest to the ground-truth model, best first. Empty when there
 /// are fewer than γ true inliers. What a set's distance is, and which sets are looked at, is the task's own: see
-/// data/hyperplane_labels.h for lines and planes, data/random_labels.h for the rest. They depend on the example alone, so
-/// an example has the same sets in every epoch. Throws Error when options.model is none of the example's task.
+/// data/hyperplane_labels.h for lines and planes, data/random_labels.h for the rest. They depend on the example alone,
+/// so an example has the same sets in every epoch. Throws Error when options.model is none of the example's task.
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count);
 
 }  // namespace diffsac

@@ -18,7 +18,8 @@ constexpr double kScoreThresholdFactor = 1.5;
 constexpr float kAgreementSigma = 0.5f;
 // log1p(r/ε) reaches about 4.9 across the synthetic picture; this brings it to about unit range.
 constexpr float kDistanceScale = 0.25f;
-// But for lines and planes: a residual beyond so many ε, or none at all (a point sent to infinity), counts as this many.
+// But for lines and planes: a residual beyond so many ε, or none at all (a point sent to infinity), counts as this
+// many.
 constexpr double kFarthest = 1e6;
 
 // Hypotheses as they come out of the solver.
@@ -137,8 +138,7 @@ void Describe(const SolverSpace& space, const std::vector<int>& sets, int kept, 
 }  // namespace
 
 void AddPreference(const SolverSpace& space, const std::vector<int>& sets, int kept, int first, FeatureSet* features) {
-  DispatchTask(space.problem().task,
-               [&]<class Model>() { Describe<Model>(space, sets, kept, first, features); });
+  DispatchTask(space.problem().task, [&]<class Model>() { Describe<Model>(space, sets, kept, first, features); });
 }
 
 }  // namespace diffsac

@@ -66,10 +66,10 @@ void Offer(const TrueInliers& inliers, const std::array<int, Model::kMinimalSize
 /// OptimalMinimalSets of a model whose sets are too many to look at all: the best of options.draws uniform ones among
 /// the true inliers, or of all where there are no more.
 ///
-/// Distance: the mean over all true inliers x of min(d(x), T), in the data's unit, with T = truncation_factor ε and d the
-/// candidate's residual (of E times the mean focal length); the least over the solutions of a set. Truncated, so that an
-/// inlier that is marked in error cannot decide. Cost: `draws` minimal solves, each with its solutions' distances to the
-/// true inliers, which stop as soon as a set cannot be among the best `count`.
+/// Distance: the mean over all true inliers x of min(d(x), T), in the data's unit, with T = truncation_factor ε and d
+/// the candidate's residual (of E times the mean focal length); the least over the solutions of a set. Truncated, so
+/// that an inlier that is marked in error cannot decide. Cost: `draws` minimal solves, each with its solutions'
+/// distances to the true inliers, which stop as soon as a set cannot be among the best `count`.
 template <MinimalModel Model>
 std::vector<RankedSet> BestRandomSets(const Example& example, const LabelOptions& options, int count) {
   using namespace random_labels_internal;

@@ -18,34 +18,38 @@ inline constexpr const char* kModelName = nullptr;
 /// TaskDescriptionOf<Models...> and named in the list of data/tasks.h. That is all that knows it: names, sizes and
 /// dispatch follow from the list, features, labels, metrics, methods and learners from the members.
 ///
-///   Model, Models                 the task's own geometry model (geometry/model.h), whose kModelName names the task, and
-///                                 all by which its minimal sets can be solved (key `model`), the own first
-///   kTwoView                      the points are matches x1 y1 x2 y2 of two images, in pixels
-///   kErrorInPixels                the tables are about error_px, else about angle_deg
-///   Accepts(problem)              whether the problem has what the task needs beside its points: the calibration, say
-///   FeatureCoordinates(space)     what a network sees of the points: N × kDimension, about unit size, independent of the
-///                                 data's unit
-///   Error(model, inliers, example)  how wrong an estimate is; model is null for a failure, else finite
+///   Model, Models         the task's own geometry model (geometry/model.h), whose kModelName names the task, and all
+///                         by which its minimal sets can be solved (key `model`), the own first
+///   kTwoView              the points are matches x1 y1 x2 y2 of two images, in pixels
+///   kErrorInPixels        the tables are about error_px, else about angle_deg
+///   Accepts(problem)      whether the problem has what the task needs beside its points: the calibration, say
+///   FeatureCoordinates(space)
+///                         what a network sees of the points: N × kDimension, about unit size, independent of the
+///                         data's unit
+///   Error(model, inliers, example)
+///                         how wrong an estimate is; model is null for a failure, else finite
 ///
 /// Where it has them:
-///   Normalize(problem, unit)      the points in the coordinates in which the models are solved; sets *unit, how much of
-///                                 the data's unit is one unit there (SolverSpace). Absent: the points as they are.
-///   OptimalSets(example, options, count)  the minimal sets of true inliers nearest to the truth (data/labels.h).
-///                                 Absent: the best of random ones by the models' own residuals.
-///   Equations(space, truth)       the weighted linear fit that gradients pass through (CLNet)
+///   Normalize(problem, unit)
+///                         the points in the coordinates in which the models are solved; sets *unit, how much of the
+///                         data's unit is one unit there (SolverSpace). Absent: the points as they are.
+///   OptimalSets(example, options, count)
+///                         the minimal sets of true inliers nearest to the truth (data/labels.h). Absent: the best of
+///                         random ones by the models' own residuals.
+///   Equations(space, truth)
+///                         the weighted linear fit that gradients pass through (CLNet)
 template <class T>
-concept TaskDescription =
-    requires(const Problem& problem, const SolverSpace& space, const ModelParameters* model,
-             const std::vector<std::uint8_t>& inliers, const Example& example) {
-      typename T::Model;
-      typename T::Models;
-      requires kModelName<typename T::Model> != nullptr;
-      { T::kTwoView } -> std::convertible_to<bool>;
-      { T::kErrorInPixels } -> std::convertible_to<bool>;
-      { T::Accepts(problem) } -> std::same_as<bool>;
-      { T::FeatureCoordinates(space) } -> std::same_as<PointMatrix>;
-      { T::Error(model, inliers, example) } -> std::same_as<EstimateError>;
-    };
+concept TaskDescription = requires(const Problem& problem, const SolverSpace& space, const ModelParameters* model,
+                                   const std::vector<std::uint8_t>& inliers, const Example& example) {
+  typename T::Model;
+  typename T::Models;
+  requires(kModelName<typename T::Model> != nullptr);
+  { T::kTwoView } -> std::convertible_to<bool>;
+  { T::kErrorInPixels } -> std::convertible_to<bool>;
+  { T::Accepts(problem) } -> std::same_as<bool>;
+  { T::FeatureCoordinates(space) } -> std::same_as<PointMatrix>;
+  { T::Error(model, inliers, example) } -> std::same_as<EstimateError>;
+};
 
 /// The members that are alike for most tasks.
 template <class Own, class... Others>

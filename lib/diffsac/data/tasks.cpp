@@ -29,6 +29,15 @@ int Find(const std::vector<std::string>& names, const std::string& name) {
   return -1;
 }
 
+// For the documentation: "Of `fundamental`: fundamental or fundamental8".
+std::string TasksWithSeveral() {
+  std::string text;
+  for (const std::string& task : TaskNames())
+    if (const auto names = ModelNames(TaskFromString(task)); names.size() > 1)
+      text += (text.empty() ? "Of `" : "; of `") + task + "`: " + OneOf(names);
+  return text;
+}
+
 }  // namespace
 
 std::string ToString(Task task) {
@@ -73,8 +82,10 @@ TaskModel ModelFromString(Task task, const std::string& name) {
 }
 
 void BindModel(OptionsBinder& b, Task task, std::string* model) {
-  if (model->empty()) *model = ToString(task);
-  b.Choice("model", *model, ModelNames(task)).Help("by which of the task's models minimal sets are solved");
+  const std::vector<std::string> names = ModelNames(task);
+  b.Field("model", *model)
+      .Help("by which of the task's models minimal sets are solved; empty: its own. " + TasksWithSeveral());
+  b.Require(model->empty() || Find(names, *model) >= 0, "model", OneOf(names) + " for task " + ToString(task));
 }
 
 std::string ToString(const TaskModel& model) {

@@ -30,7 +30,8 @@ auto DispatchTask(Task task, Body&& body) {
       task, [&]<TaskDescription Description>() { return body.template operator()<typename Description::Model>(); });
 }
 
-/// One of the geometry models by which a task's minimal sets can be solved, by its place among the description's Models.
+/// One of the geometry models by which a task's minimal sets can be solved, by its place among the description's
+/// Models.
 struct TaskModel {
   Task task{};
   int place = 0;
@@ -44,7 +45,7 @@ std::string ToString(const TaskModel& model);
 /// The names of a task's models, its own first.
 std::vector<std::string> ModelNames(Task task);
 int MinimalSetSize(const TaskModel& model);
-/// The key `model`: the name of one of a task's models, its own by default ("" before).
+/// The key `model`: the name of one of a task's models, "" for its own.
 void BindModel(OptionsBinder& b, Task task, std::string* model);
 
 /// DispatchTask with a model that may not be the task's own.

@@ -247,8 +247,8 @@ bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   const int fits = static_cast<int>(results.fits.size());
   const int columns = std::min(4, one_condition ? fits : std::max(1, fits / results.experiment.figures.qualitative));
   const int rows = (fits + columns - 1) / columns;
-  const std::string title = results.fits_label + ": " + ToString(task) + " fits" +
-                            (results.partial ? " (partial)" : "");
+  const std::string title =
+      results.fits_label + ": " + ToString(task) + " fits" + (results.partial ? " (partial)" : "");
   std::string script = CommonSettings(dimension, true) + "set multiplot layout " + std::to_string(rows) + "," +
                        std::to_string(columns) + " title " + GnuplotText(title) + " font \",14\"\n" +
                        "set key below horizontal samplen 1.5 font \",9\"\n";
@@ -265,7 +265,7 @@ bool PlotFits(const ExperimentResults& results, const std::string& folder) {
     script += "set title " + GnuplotText(FitTitle(*ordered[i], results)) + " font \",11\"\n";
     const std::string prefix = "fit" + std::to_string(i);
     script += dimension == 2 ? "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(*ordered[i], prefix)
-                                  : PlanePanel(*ordered[i], prefix);
+                             : PlanePanel(*ordered[i], prefix);
   }
   return DrawPicture(folder, "fits", script + "unset multiplot\n", 380 * columns + 20, 420 * rows + 50);
 }

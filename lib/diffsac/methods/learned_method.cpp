@@ -130,8 +130,7 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const Problem& problem, const Pred
                                               std::uint64_t seed) const {
   const auto start = MethodClock::now();
   const Rng rng(seed);
-  auto result =
-      DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
+  auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
   diffsac::Estimate estimate = EstimateOf(std::move(result));
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.report.ms_consensus = MillisecondsSince(start);
@@ -159,8 +158,8 @@ void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
   const auto& kinds = network.feature_options.kinds;
   const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
   const char* features = "the network sees no preference features";
-  CheckRowKeys(row, {{"feature_hypotheses", preference, features, "false"},
-                     {"preference_draws", preference, features, "0"}});
+  CheckRowKeys(
+      row, {{"feature_hypotheses", preference, features, "false"}, {"preference_draws", preference, features, "0"}});
 }
 
 }  // namespace diffsac

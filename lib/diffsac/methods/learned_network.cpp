@@ -12,9 +12,10 @@
 namespace diffsac {
 namespace {
 
-// The one place that reads old keys. Until models had names, `labels.fundamental_points` and `inference.fundamental_points`
-// said by 7 or 8 which minimal sets a fundamental matrix is solved from (for other tasks they said nothing): 8 is now
-// `model: fundamental8`. The old keys themselves stay; readers of stored options pass over them.
+// The one place that reads old keys. Until models had names, `labels.fundamental_points` and
+// `inference.fundamental_points` said by 7 or 8 which minimal sets a fundamental matrix is solved from (for other tasks
+// they said nothing): 8 is now `model: fundamental8`. The old keys themselves stay; readers of stored options pass over
+// them.
 void ReplaceOldKeys(Config* config) {
   const char* key = "inference.fundamental_points";
   const bool eight = config->Has(key) && config->Text(key) == "8" && config->Has("task") &&

@@ -19,7 +19,8 @@ torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::T
 torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Tensor& inliers,
                                    const torch::Tensor& temperature, const torch::Tensor& mask);
 
-/// A weighted linear fit that gradients pass through, in double precision: the LinearEquations of the task's description.
+/// A weighted linear fit that gradients pass through, in double precision: the LinearEquations of the task's
+/// description.
 struct LinearFit {
   torch::Tensor rows;
   std::int64_t rows_per_point = 1;
@@ -30,8 +31,9 @@ struct LinearFit {
 /// What the regression loss needs of one problem. Throws Error for a task whose description has no equations.
 LinearFit MakeLinearFit(const Example& example);
 
-/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)²: 0 for the true model, 1 for one that has nothing of it. A fit that the
-/// weights leave undetermined counts 0 and has no gradient. weights: [B, N] ≥ 0, differentiable.
+/// 1 − (v · v*)² averaged over problems with a truth, v the unit vector that minimises Σ w (row · v)²: 0 for the true
+/// model, 1 for one that has nothing of it. A fit that the weights leave undetermined counts 0 and has no gradient.
+/// weights: [B, N] ≥ 0, differentiable.
 torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits);
 
 }  // namespace diffsac

@@ -111,9 +111,8 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
   consensus.stopping = Stopping::kBudget;
   consensus.max_iterations = own_.phases.hypotheses;
   const auto& problem = example.problem;
-  const auto estimate = DispatchModel(UsedModel(), [&]<class Model>() {
-    return Select<Model>(problem, std::move(sets), consensus, rng);
-  });
+  const auto estimate = DispatchModel(
+      UsedModel(), [&]<class Model>() { return Select<Model>(problem, std::move(sets), consensus, rng); });
   if (own_.phases.loss == NgRansacLoss::kInliers)
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());

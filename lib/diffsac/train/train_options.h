@@ -72,7 +72,7 @@ struct TrainConfig {
   std::string method;  ///< What is learned: "diffsac", "ng_ransac", ... (Registry<LearnerEntry>).
   Task task;
   std::string model;  ///< One of the task's models; empty: its own.
-  Config data;  ///< The dataset factory's, or a mixture (MakeTrainingParts).
+  Config data;        ///< The dataset factory's, or a mixture (MakeTrainingParts).
   TrainOptions train;
   ValidationOptions validation;
   std::shared_ptr<LearnerOptions> learner;  ///< Of the method's own type; shared by copies, so not to be changed.
