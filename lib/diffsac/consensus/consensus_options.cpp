@@ -1,6 +1,21 @@
 #include "diffsac/consensus/consensus_options.h"
 
 namespace diffsac {
+namespace {
+
+void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
+  b.Field("stopping", o.stopping).Help("budget: exactly so many draws; confidence: until the search is confident");
+  b.Field("max_iterations", o.max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
+  const bool by_confidence = o.stopping == Stopping::kConfidence;
+  b.Field("min_iterations", o.min_iterations, AtLeast(0))
+      .OnlyIf(by_confidence, "stopping: confidence")
+      .Help("minimal sets drawn, at least");
+  b.Field("confidence", o.confidence, Within(0.0, 1.0 - 1e-9))
+      .OnlyIf(by_confidence, "stopping: confidence")
+      .Help("probability that a set of the best model's inliers alone was drawn");
+}
+
+}  // namespace
 
 void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score", score).Help("chooses among hypotheses");
@@ -40,16 +55,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("sprt", sprt)
       .Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
 
-  b.Field("stopping", stopping).Help("budget: exactly so many draws; confidence: until the search is confident");
-  const bool by_confidence = stopping == Stopping::kConfidence;
-  b.Field("max_iterations", max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
-  b.Field("min_iterations", min_iterations, AtLeast(0))
-      .OnlyIf(by_confidence, "stopping: confidence")
-      .Help("minimal sets drawn, at least");
-  b.Field("confidence", confidence, Within(0.0, 1.0 - 1e-9))
-      .OnlyIf(by_confidence, "stopping: confidence")
-      .Help("probability that a set of the best model's inliers alone was drawn");
-
+  BindStopping(*this, b);
   b.Field("refit_rounds", refit_rounds, AtLeast(1))
       .OnlyIf(refit == Refit::kIterated, "refit: iterated")
       .Help("least squares each, at most");

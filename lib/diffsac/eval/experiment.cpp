@@ -190,12 +190,6 @@ ExperimentOptions ReadExperiment(const Config& given) {
   return experiment;
 }
 
-ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context) {
-  for (MethodRow& row : experiment.methods)
-    row.config = ResolvedRow(row.config, TaskFromString(experiment.task), context);
-  return experiment;
-}
-
 std::string WriteExperiment(ExperimentOptions experiment) {
   for (Condition& condition : experiment.conditions)
     condition.data = Config::FromString(WriteDatasetOptions(condition.data));

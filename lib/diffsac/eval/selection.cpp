@@ -140,4 +140,10 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
   return !experiment->conditions.empty() && !experiment->methods.empty();
 }
 
+ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context) {
+  for (MethodRow& row : experiment.methods)
+    row.config = ResolvedRow(row.config, TaskFromString(experiment.task), context);
+  return experiment;
+}
+
 }  // namespace diffsac
