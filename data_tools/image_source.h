@@ -99,8 +99,7 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
 /// source whose pairs have a truth of their own, an unknown name, no pairs.
 void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source);
 
-//// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none.
-///Throws
+/// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none. Throws
 /// Error: a source without poses, no pairs left in a scene.
 void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
 

@@ -18,8 +18,7 @@ namespace diffsac {
 
 /// What the second phase of the training minimises.
 ///   kError    "error": of the hypothesis that the consensus of `inference` selects and refines, the error of the
-///   task's
-///             tables
+///             task's tables
 ///   kInliers  "inliers": minus its share of inliers, which needs no truth
 enum class NgRansacLoss { kError, kInliers };
 template <>
@@ -44,8 +43,7 @@ void NgRansacPhases::Bind(OptionsBinder& b) {
   b.Field("initialization_iterations", initialization_iterations, AtLeast(0))
       .Help(
           "the first steps train towards a target distribution made of residuals to the true model, the others "
-          "minimise "
-          "the expected task loss");
+          "minimise the expected task loss");
   b.Field("target_sigma", target_sigma, Positive()).Help("the target falls with exp(−r² / 2σ²), σ in multiples of ε");
   b.Field("rate_factor", rate_factor, Positive()).Help("of the learning rate after the initialisation");
   b.Field("pools", pools, Within(2, 1000))
