@@ -5,39 +5,16 @@
 #include <limits>
 #include <vector>
 
+#include "consensus/absolute_pose_scene.h"
 #include "consensus/search.h"
-#include "diffsac/geometry/absolute_pose.h"
 
 namespace diffsac {
 namespace {
 
+using testing::MakeAbsolutePoseScene;
 using testing::SearchUniformly;
 
 constexpr double kThreshold = 3e-3, kNoise = 1e-3;
-
-struct Scene {
-  PointMatrix points;
-  std::vector<std::uint8_t> inliers;
-  AbsolutePose::Parameters truth;
-};
-
-Scene MakeScene(int count, double outlier_ratio, Rng rng) {
-  const Eigen::Matrix3d rotation =
-      Eigen::Quaterniond(rng.Normal(), rng.Normal(), rng.Normal(), rng.Normal()).normalized().toRotationMatrix();
-  const Eigen::Vector3d translation(rng.Normal(), rng.Normal(), 6.0);
-  Scene scene{PointMatrix(count, 5), std::vector<std::uint8_t>(count, 1), PoseOf(rotation, translation)};
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d x(rng.Uniform(-2.0, 2.0), rng.Uniform(-2.0, 2.0), rng.Uniform(-2.0, 2.0));
-    const Eigen::Vector3d camera = rotation * x + translation;
-    Eigen::Vector2d image = camera.head<2>() / camera[2] + kNoise * Eigen::Vector2d(rng.Normal(), rng.Normal());
-    if (i < outlier_ratio * count) {
-      image = Eigen::Vector2d(rng.Uniform(-0.7, 0.7), rng.Uniform(-0.7, 0.7));
-      scene.inliers[i] = 0;
-    }
-    scene.points.row(i) << x.transpose(), image.transpose();
-  }
-  return scene;
-}
 
 ConsensusOptions Options() {
   ConsensusOptions options;
@@ -58,7 +35,7 @@ TEST_CASE("Absolute poses are recovered from 20 to 70 % outliers, by any score a
       options.local_optimization = optimizer;
       int recovered = 0;
       for (int trial = 0; trial < 20; ++trial) {
-        const Scene scene = MakeScene(100, outliers, Rng(trial).Fork("scene"));
+        const auto scene = MakeAbsolutePoseScene(100, outliers, kNoise, Rng(trial).Fork("scene"));
         const auto result = SearchUniformly<AbsolutePose>(scene.points, kThreshold, options, Rng(trial));
         if (result.status != Status::kOk) continue;
         const AbsolutePose::Parameters pose = result.model;
@@ -75,7 +52,7 @@ TEST_CASE("Absolute poses are recovered from 20 to 70 % outliers, by any score a
 }
 
 TEST_CASE("Hostile points of absolute poses give a status") {
-  const Scene good = MakeScene(30, 0.0, Rng(1));
+  const auto good = MakeAbsolutePoseScene(30, 0.0, kNoise, Rng(1));
   const auto status = [&](const PointMatrix& points) {
     return SearchUniformly<AbsolutePose>(points, kThreshold, Options(), Rng(1)).status;
   };

@@ -10,11 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "consensus/absolute_pose_scene.h"
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/confidence_source.h"
 #include "diffsac/consensus/make_source.h"
-#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/weighted_source.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac::testing {
@@ -28,12 +32,18 @@ struct ModelProblem {
 };
 
 /// Lines and planes with σ = .03 in a box of side 10; correspondences in images of about 1000 pixels with σ = .5 px,
-/// for E in normalised coordinates.
+/// for E and poses in normalised coordinates.
 template <MinimalModel Model>
 ModelProblem MakeModelProblem(int count, double outlier_ratio, Rng rng) {
   ModelProblem problem;
   problem.outliers = static_cast<int>(std::lround(outlier_ratio * count));
-  if constexpr (Model::kDimension != 4) {
+  if constexpr (std::is_same_v<Model, AbsolutePose>) {
+    const AbsolutePoseScene scene = MakeAbsolutePoseScene(count, outlier_ratio, 1e-3, rng);
+    problem.points = scene.points;
+    problem.truth = scene.truth;
+    problem.threshold = 4e-3;
+    return problem;
+  } else if constexpr (Model::kDimension != 4) {
     const auto hyperplane = MakeRandomProblem<Model::kDimension>(count, outlier_ratio, 0.03, rng);
     problem.points = hyperplane.points;
     problem.truth = hyperplane.truth;

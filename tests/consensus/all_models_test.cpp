@@ -1,4 +1,4 @@
-// What the loop promises, for all five models (F by 7 and by 8 points) and every source: masks that are the residuals'
+// What the loop promises, for all six models (F by 7 and by 8 points) and every source: masks that are the residuals'
 // own, the same bits for any threads and blocks, a status for whatever data, and models that come out right.
 
 #include "consensus/all_models.h"
@@ -23,7 +23,7 @@ using testing::MakeQuality;
 using testing::ModelProblem;
 using testing::SearchUniformly;
 
-#define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential
+#define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential, AbsolutePose
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.status == b.status);
@@ -172,7 +172,7 @@ std::vector<Hostile> HostileCases() {
   for (const double scale : {1e-8, 1e8}) {
     // Normalised coordinates have no unit: at another scale they are another, absurd problem.
     cases.push_back({"scale " + std::to_string(scale), scale * good.points, scale * threshold,
-                     std::is_same_v<Model, Essential> ? any_model : ok});
+                     std::is_same_v<Model, Essential> || std::is_same_v<Model, AbsolutePose> ? any_model : ok});
   }
   PointMatrix twins = good.points;
   for (int i = 20; i < 40; ++i) twins.row(i) = twins.row(19);
@@ -183,6 +183,8 @@ std::vector<Hostile> HostileCases() {
     Rng rng(7);
     coplanar = testing::HomographyPoints(testing::RandomHomography(rng), 40, rng);
     if (std::is_same_v<Model, Essential>) coplanar = 1e-3 * coplanar;
+  } else if constexpr (std::is_same_v<Model, AbsolutePose>) {
+    coplanar = testing::MakeAbsolutePoseScene(40, 0.2, 1e-3, Rng(7), 0.0).points;
   } else {
     coplanar.col(Model::kDimension - 1).setConstant(3.0);
   }

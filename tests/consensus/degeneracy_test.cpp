@@ -6,10 +6,11 @@
 #include <utility>
 
 #include "consensus/search.h"
+#include "diffsac/consensus/instantiate.h"
 #include "diffsac/consensus/make_source.h"
-#include "diffsac/consensus/mixture_impl.h"
-#include "diffsac/consensus/sample_consensus_impl.h"
-#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
 #include "geometry/planar_scene.h"
 #include "geometry/two_view_problems.h"
 
@@ -44,10 +45,8 @@ static_assert(!HasDegeneracyRecovery<PlainFundamental>);
 
 }  // namespace
 
-DIFFSAC_MIXTURE_TEMPLATES(, PlainFundamental)
-DIFFSAC_CONSENSUS_TEMPLATES(, PlainFundamental)
-DIFFSAC_MIXTURE_TEMPLATES(, PlainFundamental8)
-DIFFSAC_CONSENSUS_TEMPLATES(, PlainFundamental8)
+DIFFSAC_INSTANTIATE_CONSENSUS(PlainFundamental)
+DIFFSAC_INSTANTIATE_CONSENSUS(PlainFundamental8)
 
 namespace {
 

@@ -24,7 +24,7 @@ double ShareAllInlier(const DgsacResult& result, int outliers, int begin, int en
 }
 
 TEMPLATE_TEST_CASE("guided sets are all-inlier more often than uniform ones", "", Line, Plane, Homography, Fundamental,
-                   Essential) {
+                   Essential, AbsolutePose) {
   DgsacOptions options;
   options.hypotheses = 400;
   options.stopping = DgsacStopping::kBudget;
@@ -44,7 +44,7 @@ TEMPLATE_TEST_CASE("guided sets are all-inlier more often than uniform ones", ""
 }
 
 TEMPLATE_TEST_CASE("every model is found among 40 % outliers without a threshold", "", Line, Plane, Homography,
-                   Fundamental, Essential) {
+                   Fundamental, Essential, AbsolutePose) {
   int good = 0;
   constexpr int kProblems = 10;
   for (std::uint64_t seed = 0; seed < kProblems; ++seed) {
@@ -157,7 +157,7 @@ TEST_CASE("the same numbers give the same estimate, another stream other sets") 
   CHECK(EstimateDgsac<Plane>(problem.points, {}, Rng(6)).sets != a.sets);
 }
 
-TEMPLATE_TEST_CASE("hostile points get a status", "", Line, Plane, Homography, Fundamental, Essential) {
+TEMPLATE_TEST_CASE("hostile points get a status", "", Line, Plane, Homography, Fundamental, Essential, AbsolutePose) {
   DgsacOptions options;
   options.hypotheses = 50;
   const ModelProblem whole = MakeModelProblem<TestType>(40, 0.3, Rng(1));

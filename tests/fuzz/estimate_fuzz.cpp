@@ -7,8 +7,11 @@
 #include <exception>
 #include <memory>
 
-#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/weighted_source.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
 #include "fuzz/fuzz_problem.h"
 
 namespace diffsac {

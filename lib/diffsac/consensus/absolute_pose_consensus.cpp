@@ -1,10 +1,8 @@
-#include "diffsac/consensus/mixture_impl.h"
-#include "diffsac/consensus/sample_consensus_impl.h"
+#include "diffsac/consensus/instantiate.h"
 #include "diffsac/geometry/absolute_pose.h"
 
 namespace diffsac {
 
-DIFFSAC_MIXTURE_TEMPLATES(, AbsolutePose)
-DIFFSAC_CONSENSUS_TEMPLATES(, AbsolutePose)
+DIFFSAC_INSTANTIATE_CONSENSUS(AbsolutePose)
 
 }  // namespace diffsac

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/options.h"
 
 namespace diffsac {
@@ -71,11 +71,5 @@ struct DgsacResult {
 /// denser at 0 than elsewhere. Depends on points, options and rng alone.
 template <MinimalModel Model>
 DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng);
-
-extern template DgsacResult EstimateDgsac<Line>(const PointMatrix&, const DgsacOptions&, const Rng&);
-extern template DgsacResult EstimateDgsac<Plane>(const PointMatrix&, const DgsacOptions&, const Rng&);
-extern template DgsacResult EstimateDgsac<Homography>(const PointMatrix&, const DgsacOptions&, const Rng&);
-extern template DgsacResult EstimateDgsac<Fundamental>(const PointMatrix&, const DgsacOptions&, const Rng&);
-extern template DgsacResult EstimateDgsac<Essential>(const PointMatrix&, const DgsacOptions&, const Rng&);
 
 }  // namespace diffsac

@@ -1,10 +1,8 @@
-#include "diffsac/consensus/mixture_impl.h"
-#include "diffsac/consensus/sample_consensus_impl.h"
-#include "diffsac/consensus/two_view_consensus.h"
+#include "diffsac/consensus/instantiate.h"
+#include "diffsac/geometry/homography.h"
 
 namespace diffsac {
 
-DIFFSAC_MIXTURE_TEMPLATES(, Homography)
-DIFFSAC_CONSENSUS_TEMPLATES(, Homography)
+DIFFSAC_INSTANTIATE_CONSENSUS(Homography)
 
 }  // namespace diffsac

@@ -52,11 +52,4 @@ template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
                  double sigma_prior = kSigmaKnown);
 
-/// The instantiations for one model: extern in this header, defined in a file that includes mixture_impl.h.
-#define DIFFSAC_MIXTURE_TEMPLATES(prefix, Model) \
-  prefix template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);
-
-DIFFSAC_MIXTURE_TEMPLATES(extern, Line)
-DIFFSAC_MIXTURE_TEMPLATES(extern, Plane)
-
 }  // namespace diffsac

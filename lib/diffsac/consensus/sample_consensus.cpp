@@ -1,8 +1,5 @@
 #include "diffsac/consensus/sample_consensus.h"
 
-#include "diffsac/consensus/mixture_impl.h"
-#include "diffsac/consensus/sample_consensus_impl.h"
-
 namespace diffsac {
 
 bool UsableScales(double inlier_threshold, const ConsensusOptions& options) {
@@ -19,10 +16,5 @@ std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_si
     first.emplace_back(begin, begin + set_size);
   return first;
 }
-
-DIFFSAC_MIXTURE_TEMPLATES(, Line)
-DIFFSAC_MIXTURE_TEMPLATES(, Plane)
-DIFFSAC_CONSENSUS_TEMPLATES(, Line)
-DIFFSAC_CONSENSUS_TEMPLATES(, Plane)
 
 }  // namespace diffsac

@@ -65,16 +65,6 @@ ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_thresho
 template <MinimalModel Model>
 Status CheckPoints(const PointMatrix& points);
 
-/// The instantiations for one model: extern in this header, defined in a file that includes sample_consensus_impl.h.
-/// A model of one's own needs that include alone.
-#define DIFFSAC_CONSENSUS_TEMPLATES(prefix, Model)                                                                     \
-  prefix template ConsensusResult SampleConsensus<Model>(                                                              \
-      const PointMatrix&, double, HypothesisSource&, const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
-  prefix template Status CheckPoints<Model>(const PointMatrix&);
-
-DIFFSAC_CONSENSUS_TEMPLATES(extern, Line)
-DIFFSAC_CONSENSUS_TEMPLATES(extern, Plane)
-
 /// residual ≤ threshold for each point.
 template <MinimalModel Model>
 std::vector<std::uint8_t> InlierMask(const PointMatrix& points, const typename Model::Parameters& model,
