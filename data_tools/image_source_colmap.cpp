@@ -4,47 +4,15 @@
 #include <map>
 #include <string_view>
 
+#include "data_tools/colmap_text.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/text_scan.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Goes through the lines of a file that are no comments.
-class LineReader {
- public:
-  explicit LineReader(const std::string& path) : path_(path), text_(ReadFile(path)), rest_(text_) {}
-
-  bool Next() {
-    while (TakeLine(&rest_, &line_)) {
-      ++number_;
-      if (!line_.starts_with('#')) return true;
-    }
-    return false;
-  }
-
-  std::vector<std::string_view> Words() const { return SplitWords(line_, " \t"); }
-
-  [[noreturn]] void Fail(const std::string& what) const {
-    throw Error(path_ + ":" + std::to_string(number_) + ": " + what);
-  }
-
-  double Number(std::string_view word) const {
-    double value = 0.0;
-    if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
-    return value;
-  }
-
- private:
-  std::string path_, text_;
-  std::string_view rest_, line_;
-  int number_ = 0;
-};
 
 // Which parameters a camera model has, by name.
 const std::map<std::string, std::vector<std::string>>& CameraModels() {
@@ -76,7 +44,7 @@ LensCamera CameraFrom(const std::map<std::string, double>& p, const ImageSize& s
 // CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
 std::map<std::string, LensCamera> ReadCameras(const std::string& path) {
   std::map<std::string, LensCamera> cameras;
-  LineReader reader(path);
+  ColmapLines reader(path);
   while (reader.Next()) {
     const auto words = reader.Words();
     if (words.empty()) continue;
@@ -97,7 +65,7 @@ std::map<std::string, LensCamera> ReadCameras(const std::string& path) {
 std::vector<SourceImage> ReadImages(const std::string& path, const std::string& images,
                                     const std::map<std::string, LensCamera>& cameras) {
   std::vector<SourceImage> result;
-  LineReader reader(path);
+  ColmapLines reader(path);
   while (reader.Next()) {
     const auto words = reader.Words();
     if (words.empty()) continue;
@@ -118,18 +86,10 @@ std::vector<SourceImage> ReadImages(const std::string& path, const std::string& 
   return result;
 }
 
-std::string ModelFolder(const std::string& folder) {
-  for (const char* name : {"", "colmap_ground_truth", "sparse/0", "sparse"}) {
-    const fs::path candidate = fs::path(folder) / name;
-    if (fs::exists(candidate / "cameras.txt") && fs::exists(candidate / "images.txt")) return candidate.string();
-  }
-  throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
-}
-
 }  // namespace
 
 ImageSource ReadColmap(const std::string& folder) {
-  const std::string model = ModelFolder(folder);
+  const std::string model = ColmapModelFolder(folder);
   ImageSource source;
   source.images = ReadImages((fs::path(model) / "images.txt").string(), (fs::path(folder) / "images").string(),
                              ReadCameras((fs::path(model) / "cameras.txt").string()));

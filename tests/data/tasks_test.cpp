@@ -9,7 +9,8 @@
 namespace diffsac {
 namespace {
 
-constexpr Task kTasks[] = {Task::kLine, Task::kPlane, Task::kHomography, Task::kFundamental, Task::kEssential};
+constexpr Task kTasks[] = {Task::kLine,        Task::kPlane,     Task::kHomography,
+                           Task::kFundamental, Task::kEssential, Task::kAbsolutePose};
 
 Problem TwoViewProblem(Task task) {
   Problem problem;
@@ -26,7 +27,7 @@ Problem TwoViewProblem(Task task) {
 }  // namespace
 
 TEST_CASE("the names of the enumeration are those of the list") {
-  const char* names[] = {"line", "plane", "homography", "fundamental", "essential"};
+  const char* names[] = {"line", "plane", "homography", "fundamental", "essential", "absolute_pose"};
   CHECK(TaskNames() == std::vector<std::string>(std::begin(names), std::end(names)));
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CHECK(ToString(kTasks[i]) == names[i]);
@@ -34,11 +35,11 @@ TEST_CASE("the names of the enumeration are those of the list") {
   }
   CHECK(Problem().task == Task::kLine);
   CHECK(Has(ErrorOf([] { TaskFromString("circle"); }),
-            "'circle': expected line, plane, homography, fundamental or essential"));
+            "'circle': expected line, plane, homography, fundamental, essential or absolute_pose"));
 }
 
 TEST_CASE("sizes and kinds follow from the descriptions") {
-  const int sizes[] = {2, 3, 4, 7, 5}, dimensions[] = {2, 3, 4, 4, 4};
+  const int sizes[] = {2, 3, 4, 7, 5, 3}, dimensions[] = {2, 3, 4, 4, 4, 5};
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CAPTURE(ToString(kTasks[i]));
     CHECK(MinimalSetSize(kTasks[i]) == sizes[i]);

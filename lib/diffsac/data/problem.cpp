@@ -1,13 +1,19 @@
 #include "diffsac/data/problem.h"
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/two_view_consensus.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
 
 bool HasItsNeeds(const Problem& problem) {
   return DispatchDescription(problem.task, [&]<class Description>() { return Description::Accepts(problem); });
+}
+
+PointMatrix ImagePoints(const Problem& problem) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> PointMatrix {
+    if constexpr (requires { Description::ImagePoints(problem); }) return Description::ImagePoints(problem);
+    return {};
+  });
 }
 
 Status CheckProblem(const Problem& problem) {

@@ -16,15 +16,17 @@ namespace diffsac {
 /// What is estimated. The tasks are listed, and described, in data/tasks.h.
 enum class Task : int;
 
-/// "line", "plane", "homography", "fundamental", "essential".
+/// "line", "plane", "homography", "fundamental", "essential", "absolute_pose".
 std::string ToString(Task task);
 /// All of these.
 std::vector<std::string> TaskNames();
 /// Throws Error for an unknown name.
 Task TaskFromString(const std::string& name);
-/// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E.
+/// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E, 3 for
+/// poses.
 int MinimalSetSize(Task task);
-/// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels).
+/// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels),
+/// 5 for absolute poses (X Y Z u v).
 int PointDimension(Task task);
 /// Whether the points are matches of two images.
 bool IsTwoView(Task task);
@@ -45,8 +47,8 @@ struct Problem {
   double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
   Eigen::VectorXd quality = {};
-  std::optional<CameraPair> cameras =
-      {};                            ///< Two views: where the calibration is known. The essential matrix needs it.
+  /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
+  std::optional<CameraPair> cameras = {};
   ImageSize size1 = {}, size2 = {};  ///< Two views: of the images, where they are known.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
@@ -58,6 +60,9 @@ bool HasItsNeeds(const Problem& problem);
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
 /// model (all equal; collinear for planes).
 Status CheckProblem(const Problem& problem);
+
+/// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
+PointMatrix ImagePoints(const Problem& problem);
 
 /// What only labels, metrics and the oracle may see; each part is empty where it is unknown.
 struct GroundTruth {

@@ -30,6 +30,7 @@ inline constexpr const char* kModelName = nullptr;
 ///                         how wrong an estimate is; model is null for a failure, else finite
 ///
 /// Where it has them:
+///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   Normalize(problem, unit)
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the
 ///                         data's unit is one unit there (SolverSpace). Absent: the points as they are.

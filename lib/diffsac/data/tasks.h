@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/data/absolute_pose_task.h"
 #include "diffsac/data/essential_task.h"
 #include "diffsac/data/fundamental_task.h"
 #include "diffsac/data/homography_task.h"
@@ -14,8 +15,8 @@ namespace diffsac {
 
 /// The one list of what can be estimated. A new task is a description of its own (data/task_description.h), its header
 /// above, its name here and its place in the list: docs/extending.md.
-enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential };
-using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask>;
+enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose };
+using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask>;
 
 /// Calls `body.template operator()<Description>()` with the description of a task.
 template <class Body>

@@ -16,6 +16,7 @@ template <class Own, class... Others>
 struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
   static constexpr bool kTwoView = true;
   static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
+  static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }
 };
 

@@ -131,20 +131,29 @@ std::string FitTitle(const KeptFit& fit, const ExperimentResults& results) {
          " inliers";
 }
 
-std::string InlierBlocks(const KeptFit& fit, const std::string& prefix) {
+std::string InlierBlocks(const KeptFit& fit, const PointMatrix& points, const std::string& prefix) {
   const auto is_inlier = [&](Eigen::Index i) {
     return static_cast<std::size_t>(i) < fit.estimate.inliers.size() && fit.estimate.inliers[i] != 0;
   };
-  return PointBlock(prefix + "_out", fit.example.problem.points, [&](Eigen::Index i) { return !is_inlier(i); }) +
-         PointBlock(prefix + "_in", fit.example.problem.points, is_inlier);
+  return PointBlock(prefix + "_out", points, [&](Eigen::Index i) { return !is_inlier(i); }) +
+         PointBlock(prefix + "_in", points, is_inlier);
+}
+
+std::string InliersPlot(const std::string& prefix) {
+  return "plot $" + prefix + "_out with points pt 7 ps 0.6 lc rgb \"" + kOutlierColour + "\" title \"outliers\", $" +
+         prefix + "_in with points pt 7 ps 0.6 lc rgb \"" + kInlierColour + "\" title \"inliers\"";
+}
+
+// Where the points are in the image.
+std::string ImagePanel(const KeptFit& fit, const std::string& prefix) {
+  const PointMatrix points = ImagePoints(fit.example.problem);
+  return Box(points).Ranges(true) + InlierBlocks(fit, points, prefix) + InliersPlot(prefix) + "\n";
 }
 
 std::string LinePanel(const KeptFit& fit, const std::string& prefix) {
   const Box box(fit.example.problem.points);
-  std::string text = box.Ranges() + InlierBlocks(fit, prefix);
-  std::string plot = "plot $" + prefix + "_out with points pt 7 ps 0.6 lc rgb \"" + kOutlierColour +
-                     "\" title \"outliers\", $" + prefix + "_in with points pt 7 ps 0.6 lc rgb \"" + kInlierColour +
-                     "\" title \"inliers\"";
+  std::string text = box.Ranges() + InlierBlocks(fit, fit.example.problem.points, prefix);
+  std::string plot = InliersPlot(prefix);
   if (fit.estimate.model.size() == 3) {
     text += LineBlock(prefix + "_est", fit.estimate.model, box);
     plot += ", $" + prefix + "_est with lines lw 2 lc rgb \"" + kEstimateColour + "\" title \"estimate\"";
@@ -158,7 +167,7 @@ std::string LinePanel(const KeptFit& fit, const std::string& prefix) {
 
 std::string PlanePanel(const KeptFit& fit, const std::string& prefix) {
   const std::string size = fit.example.problem.points.rows() > 1000 ? "0.2" : "0.6";
-  std::string text = Box(fit.example.problem.points).Ranges() + InlierBlocks(fit, prefix);
+  std::string text = Box(fit.example.problem.points).Ranges() + InlierBlocks(fit, fit.example.problem.points, prefix);
   std::string plot = "splot $" + prefix + "_out with points pt 7 ps " + size + " lc rgb \"" + kOutlierColour +
                      "\" title \"outliers\", $" + prefix + "_in with points pt 7 ps " + size + " lc rgb \"" +
                      kInlierColour + "\" title \"inliers\"";
@@ -167,6 +176,13 @@ std::string PlanePanel(const KeptFit& fit, const std::string& prefix) {
     plot += ", $" + prefix + "_est with lines lw 1 lc rgb \"" + kEstimateColour + "\" title \"estimated plane\"";
   }
   return text + plot + "\n";
+}
+
+std::string FitPanel(const KeptFit& fit, const std::string& prefix) {
+  if (ImagePoints(fit.example.problem).size() > 0)
+    return "set xlabel \"u [px]\"\nset ylabel \"v [px]\"\n" + ImagePanel(fit, prefix);
+  if (fit.example.problem.points.cols() == 2) return "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(fit, prefix);
+  return PlanePanel(fit, prefix);
 }
 
 // The steps to show: all, or kMostPanels evenly spread with the first and the last.
@@ -221,12 +237,11 @@ std::string CommonSettings(Eigen::Index dimension, bool ratio) {
          "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
 }
 
-// Two views: the matches where they are in image 1, as points of the plane.
+// Points of an image where they are there, as points of the plane.
 Problem InThePlane(const Problem& problem) {
-  if (!IsTwoView(problem.task)) return problem;
   Problem flat;
-  flat.points = problem.points.leftCols(2);
-  return flat;
+  flat.points = ImagePoints(problem);
+  return flat.points.size() > 0 ? flat : problem;
 }
 
 bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
@@ -241,8 +256,8 @@ bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
 bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   if (results.fits.empty()) return false;
   const Task task = TaskFromString(results.experiment.task);
-  const int dimension = PointDimension(task);
-  if (dimension > 3) return false;
+  if (IsTwoView(task)) return false;
+  const int dimension = static_cast<int>(InThePlane(results.fits[0].example.problem).points.cols());
   const bool one_condition = results.experiment.conditions.size() == 1;
   const int fits = static_cast<int>(results.fits.size());
   const int columns = std::min(4, one_condition ? fits : std::max(1, fits / results.experiment.figures.qualitative));
@@ -264,8 +279,7 @@ bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   for (int i = 0; i < fits; ++i) {
     script += "set title " + GnuplotText(FitTitle(*ordered[i], results)) + " font \",11\"\n";
     const std::string prefix = "fit" + std::to_string(i);
-    script += dimension == 2 ? "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(*ordered[i], prefix)
-                             : PlanePanel(*ordered[i], prefix);
+    script += FitPanel(*ordered[i], prefix);
   }
   return DrawPicture(folder, "fits", script + "unset multiplot\n", 380 * columns + 20, 420 * rows + 50);
 }
@@ -277,7 +291,7 @@ bool PlotConfidenceTrace(const Problem& whole, const ConfidenceTrace& trace, con
   const int panels = static_cast<int>(steps.size()), columns = panels <= 4 ? panels : (panels + 1) / 2;
   const int rows = (panels + columns - 1) / columns;
   std::string script = CommonSettings(problem.points.cols(), true) + kViridis +
-                       Box(problem.points).Ranges(IsTwoView(whole.task)) +
+                       Box(problem.points).Ranges(ImagePoints(whole).size() > 0) +
                        "set cbrange [-1:1]\nset cblabel \"confidence\"\nset cbtics (-1, 0, 1)\nset multiplot layout " +
                        std::to_string(rows) + "," + std::to_string(columns) +
                        " title \"Confidence over the reverse steps\\n(circled: the minimal set; grey: left out before "

@@ -13,19 +13,15 @@
 namespace diffsac {
 namespace {
 
-const std::map<std::string, int> kPresets = {
-    {"default", cv::USAC_DEFAULT}, {"fast", cv::USAC_FAST},     {"accurate", cv::USAC_ACCURATE},
-    {"prosac", cv::USAC_PROSAC},   {"magsac", cv::USAC_MAGSAC}, {"parallel", cv::USAC_PARALLEL},
-    {"fm_8pts", cv::USAC_FM_8PTS}, {"ransac", cv::RANSAC}};
+const std::map<std::string, int> kPresets = {{"default", cv::USAC_DEFAULT},   {"fast", cv::USAC_FAST},
+                                             {"accurate", cv::USAC_ACCURATE}, {"prosac", cv::USAC_PROSAC},
+                                             {"magsac", cv::USAC_MAGSAC},     {"parallel", cv::USAC_PARALLEL},
+                                             {"fm_8pts", cv::USAC_FM_8PTS},   {"ransac", cv::RANSAC}};
 
-/// The rows, best quality first where it is known.
-std::vector<int> Order(const Problem& problem, bool by_quality) {
-  std::vector<int> order(problem.points.rows());
-  std::iota(order.begin(), order.end(), 0);
-  if (by_quality && problem.quality.size() == problem.points.rows())
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return problem.quality[a] < problem.quality[b]; });
-  return order;
-}
+/// The models that OpenCV has an estimator of, from two images.
+template <class Model>
+inline constexpr bool kIsOpencvs =
+    std::is_same_v<Model, Homography> || std::is_same_v<Model, Fundamental> || std::is_same_v<Model, Essential>;
 
 template <class Model>
 cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold, int flag,
@@ -35,6 +31,7 @@ cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold,
     return cv::findHomography(first, second, flag, threshold, mask, options.hypotheses, options.confidence);
   if constexpr (std::is_same_v<Model, Fundamental>)
     return cv::findFundamentalMat(first, second, flag, threshold, options.confidence, options.hypotheses, mask);
+  static_assert(kIsOpencvs<Model>);
   return cv::findEssentialMat(first, second, cv::Mat::eye(3, 3, CV_64F), flag, options.confidence, threshold,
                               options.hypotheses, mask);
 }
@@ -47,7 +44,7 @@ Estimate EstimateWithOpencv(const Problem& problem, const OpencvUsacOptions& opt
   estimate.status = Status::kNoModel;
   estimate.report.hypotheses = options.hypotheses;
   const SolverSpace space(problem);
-  const std::vector<int> order = Order(problem, options.preset == "prosac");
+  const std::vector<int> order = OpencvOrder(problem, options.preset == "prosac");
   const int size = static_cast<int>(order.size());
   cv::Mat first(size, 2, CV_64F), second(size, 2, CV_64F);
   for (int i = 0; i < size; ++i)
@@ -72,6 +69,14 @@ Estimate EstimateWithOpencv(const Problem& problem, const OpencvUsacOptions& opt
 
 }  // namespace
 
+std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
+  std::vector<int> order(problem.points.rows());
+  std::iota(order.begin(), order.end(), 0);
+  if (by_quality && problem.quality.size() == problem.points.rows())
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return problem.quality[a] < problem.quality[b]; });
+  return order;
+}
+
 void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("hypotheses", hypotheses, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
   b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
@@ -82,7 +87,7 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
 
 Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
   return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
-    if constexpr (Model::kDimension == 4) return EstimateWithOpencv<Model>(problem, options_);
+    if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(problem, options_);
     return diffsac::Estimate{};
   });
 }
@@ -104,7 +109,8 @@ struct RegisteredOpencv : RegisteredMethod<OpencvUsacOptions> {
 };
 
 const RegisteredOpencv kUsac("usac", "default", "Two views: OpenCV's USAC_DEFAULT on the same problems.");
-const RegisteredOpencv kOpencvMagsac("opencv_magsac", "magsac", "Two views: OpenCV's USAC_MAGSAC on the same problems.");
+const RegisteredOpencv kOpencvMagsac("opencv_magsac", "magsac",
+                                     "Two views: OpenCV's USAC_MAGSAC on the same problems.");
 
 }  // namespace
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/two_view_consensus.h"
 #include "diffsac/data/solver_space.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/method.h"

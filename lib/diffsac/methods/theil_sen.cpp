@@ -92,7 +92,8 @@ namespace {
 const RegisteredMethod<TheilSenOptions> kTheilSen(
     "theil_sen", "Lines and planes: coordinate-wise medians of the minimal sets' models.",
     [](Task task) {
-      if (IsTwoView(task)) throw Error("theil_sen estimates lines and planes only");
+      const bool suits = DispatchTask(task, []<class Model>() { return HyperplaneModel<Model>; });
+      if (!suits) throw Error("theil_sen estimates lines and planes only");
       return TheilSenOptions();
     },
     [](const TheilSenOptions& options) { return std::make_unique<TheilSenMethod>(options); });

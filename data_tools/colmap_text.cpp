@@ -1,0 +1,43 @@
+#include "data_tools/colmap_text.h"
+
+#include <filesystem>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/text_scan.h"
+
+namespace diffsac {
+
+namespace fs = std::filesystem;
+
+ColmapLines::ColmapLines(const std::string& path) : path_(path), text_(ReadFile(path)), rest_(text_) {}
+
+bool ColmapLines::Next() {
+  while (TakeLine(&rest_, &line_)) {
+    ++number_;
+    if (!line_.starts_with('#')) return true;
+  }
+  return false;
+}
+
+std::vector<std::string_view> ColmapLines::Words() const { return SplitWords(line_, " \t"); }
+
+void ColmapLines::Fail(const std::string& what) const {
+  throw Error(path_ + ":" + std::to_string(number_) + ": " + what);
+}
+
+double ColmapLines::Number(std::string_view word) const {
+  double value = 0.0;
+  if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
+  return value;
+}
+
+std::string ColmapModelFolder(const std::string& folder) {
+  for (const char* name : {"", "colmap_ground_truth", "sparse/0", "sparse"}) {
+    const fs::path candidate = fs::path(folder) / name;
+    if (fs::exists(candidate / "cameras.txt") && fs::exists(candidate / "images.txt")) return candidate.string();
+  }
+  throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
+}
+
+}  // namespace diffsac

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace diffsac {
+
+/// Goes through the lines of a file of COLMAP's text models that are no comments.
+class ColmapLines {
+ public:
+  /// Throws Error when the file cannot be read.
+  explicit ColmapLines(const std::string& path);
+
+  /// False at the end. An empty line is a line: that of an image without points.
+  bool Next();
+  std::vector<std::string_view> Words() const;
+  /// Throws Error, starting with file and line.
+  [[noreturn]] void Fail(const std::string& what) const;
+  /// Throws Error when a word is no number.
+  double Number(std::string_view word) const;
+
+ private:
+  std::string path_, text_;
+  std::string_view rest_, line_;
+  int number_ = 0;
+};
+
+/// Where a text model is: the folder itself, colmap_ground_truth, sparse/0 or sparse in it. Throws Error.
+std::string ColmapModelFolder(const std::string& folder);
+
+}  // namespace diffsac
