@@ -1,0 +1,72 @@
+#include <filesystem>
+#include <string_view>
+
+#include "data_tools/image_format.h"
+#include "data_tools/number_file.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/text_scan.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The first file whose name ends with _par.txt.
+std::string ParameterFile(const std::string& folder) {
+  std::error_code code;
+  std::string found;
+  for (const auto& entry : fs::directory_iterator(folder, code)) {
+    const std::string path = entry.path().string();
+    if (path.ends_with("_par.txt") && (found.empty() || path < found)) found = path;
+  }
+  if (found.empty()) throw Error(folder + ": no file NAME_par.txt");
+  return found;
+}
+
+// IMAGE K (9) R (9) t (3), world-to-camera.
+SourceImage ReadImage(const std::string& folder, const std::vector<std::string_view>& words, const std::string& place) {
+  const std::string path = (fs::path(folder) / std::string(words[0])).string();
+  if (!fs::exists(path)) throw Error(place + ": there is no " + path);
+  if (words.size() != 22) throw Error(place + ": expected an image and 21 numbers");
+  double v[21];
+  for (int i = 0; i < 21; ++i)
+    if (!ParseNumber(words[i + 1], v + i)) throw Error(place + ": '" + std::string(words[i + 1]) + "' is no number");
+  SourceImage image{ImageName(path), path, {}, {}};
+  LensCamera camera;
+  camera.K = MatrixFromRows(v);
+  if (!camera.K.allFinite() || !(camera.K(0, 0) > 0.0) || !(camera.K(1, 1) > 0.0))
+    throw Error(place + ": expected a calibration matrix");
+  image.camera = camera;
+  const RigidMotion pose{MatrixFromRows(v + 9), {v[18], v[19], v[20]}};
+  const RigidMotion to_world = Inverse(pose);
+  std::vector<double> rows;
+  for (int row = 0; row < 3; ++row) {
+    for (int j = 0; j < 3; ++j) rows.push_back(to_world.rotation(row, j));
+    rows.push_back(to_world.translation[row]);
+  }
+  image.pose = WorldToCamera(rows, place);
+  return image;
+}
+
+ImageSource ReadMiddlebury(const PairsRequest& request) {
+  const std::string file = ParameterFile(request.input), text = ReadFile(file);
+  ImageSource source;
+  std::string_view rest = text, line;
+  for (int number = 1; TakeLine(&rest, &line); ++number) {
+    const auto words = SplitWords(line, " \t");
+    // The first line has the number of images.
+    if (words.size() < 2) continue;
+    AddImage(
+        ImageName(std::string(words[0])),
+        [&] { return ReadImage(request.input, words, file + ":" + std::to_string(number)); }, &source);
+  }
+  source.scenes.push_back({FolderName(request.input), AllPairs(static_cast<int>(source.images.size()))});
+  CheckSource(source, request.input);
+  return source;
+}
+
+const Registered<ImageFormat> kMiddlebury("middlebury", {.read = ReadMiddlebury});
+
+}  // namespace
+}  // namespace diffsac
