@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 
+#include "diffsac/consensus/noise_scales.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/weighted_source.h"
 #include "diffsac/geometry/essential.h"

@@ -87,7 +87,7 @@ class FinalRefiner {
 
   /// By the final score where that is a sum over points; the mixture's own is compared once, at the end.
   Parameters Reweighted(const Parameters& start, int* fits) const {
-    const MagsacLoss loss(options_.score_threshold_factor * scales_.refit_threshold, scales_.residual_dof);
+    const MagsacLoss loss(scales_.reweight_threshold, scales_.residual_dof);
     const ScoredModel<Model> found{start, scorer_(start, score_)};
     const Parameters model = OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
     return ScoreOf(model) >= ScoreOf(start) ? model : start;

@@ -6,9 +6,8 @@
 
 /// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
 /// MODEL_consensus.cpp.
-#define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                        \
-  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);         \
-  template ConsensusResult SampleConsensus<Model>(const PointMatrix&, double, HypothesisSource&,                    \
-                                                  const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
-  template Status CheckPoints<Model>(const PointMatrix&);                                                           \
+#define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                            \
+  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);             \
+  template ConsensusResult SearchCheckedPoints<Model>(const PointMatrix&, double, HypothesisSource&,                    \
+                                                      const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
   template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);

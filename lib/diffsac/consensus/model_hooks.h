@@ -13,12 +13,12 @@ namespace diffsac {
 /// itself, or of a specialisation that derives from it where they are better kept apart. The specialisation must be
 /// seen where the loop is instantiated. A model without a hook goes without.
 ///
-///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`; 4 when absent, the
-///   paper's
-///                                    choice for correspondences, and the most accurate of 1, 2 and 4 for lines and
-///                                    planes as well: the weights of n = 1 rise without bound towards 0 and waste
-///                                    inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean error of 300
-///                                    lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119° and .115°)
+///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`. 4 when absent: the
+///                                    choice of its authors for correspondences, and the most accurate of 1, 2 and 4
+///                                    for lines and planes as well. The weights of n = 1 rise without bound towards 0
+///                                    and waste inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean
+///                                    error of 300 lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119°
+///                                    and .115°)
 ///   Refine(points, threshold, model) nonlinear refinement (Levenberg–Marquardt on the model's own manifold, a loss
 ///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
 ///                                    false when *model stays as it was
@@ -33,7 +33,7 @@ namespace diffsac {
 ///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
 ///                                    rotation)
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
-///   Determined(points)                           see CheckPoints
+///   Determined(points)                           see check_points.h
 ///
 /// The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
 template <class Model>

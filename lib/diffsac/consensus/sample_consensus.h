@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "diffsac/consensus/check_points.h"
 #include "diffsac/consensus/consensus_options.h"
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/core/status.h"
@@ -29,10 +30,6 @@ struct ConsensusResult {
   int rejected_early = 0;                 ///< models dropped by the sequential test
 };
 
-/// Thresholds beyond these have squares that are no ordinary numbers.
-constexpr double kLeastScale = 1e-150;
-constexpr double kLargestScale = 1e150;
-
 /// Optional extra hypotheses.
 struct ConsensusHints {
   /// Models to score along with the solved ones (already paid for by the caller, so not counted as hypotheses again).
@@ -40,9 +37,6 @@ struct ConsensusHints {
   /// Weights for one weighted least-squares hypothesis (N values ≥ 0; empty: none); counts as one hypothesis.
   Eigen::VectorXd fit_weights;
 };
-
-/// Whether the lengths that the options make of ε are within [kLeastScale, kLargestScale].
-bool UsableScales(double inlier_threshold, const ConsensusOptions& options);
 
 /// The first kReportedSets of a flat list of sets, each on its own.
 std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size);
@@ -53,17 +47,25 @@ std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_si
 /// highest score with the lowest index, and the result is the same bit for bit for any number of threads and any block
 /// size. Local optimisation, the sequential test and degeneracy hooks draw from rng.
 ///
-/// Never throws for bad data: fewer than γ points, non-finite values and degenerate data give a status; kNoModel means
-/// that every set was degenerate, that there were none, or that ε is not usable (UsableScales). A model supported by
-/// its own minimal set alone is still kOk. Sets with an index out of range are skipped as degenerate.
+/// points: those that CheckPoints<Model> passes. kNoModel: every set was degenerate, there were none, or ε or a length
+/// that the options make of it is beyond [kLeastScale, kLargestScale]. A model supported by its own minimal set alone
+/// is still kOk. Sets with an index out of range are skipped as degenerate.
+template <MinimalModel Model>
+ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
+                                    const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints = {},
+                                    int threads = 1);
+
+/// SearchCheckedPoints of any points. Never throws for bad data: fewer than γ points, non-finite values and degenerate
+/// data give a status.
 template <MinimalModel Model>
 ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
                                 const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints = {},
-                                int threads = 1);
-
-/// kOk, or why the points cannot be estimated from (too few, non-finite, all equal / of too low rank).
-template <MinimalModel Model>
-Status CheckPoints(const PointMatrix& points);
+                                int threads = 1) {
+  ConsensusResult failed;
+  failed.status = CheckPoints<Model>(points);
+  if (failed.status != Status::kOk) return failed;
+  return SearchCheckedPoints<Model>(points, inlier_threshold, source, options, rng, hints, threads);
+}
 
 /// residual ≤ threshold for each point.
 template <MinimalModel Model>
