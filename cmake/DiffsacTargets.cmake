@@ -1,13 +1,20 @@
-# diffsac_library(NAME [SOURCES ...] DEPENDS ... [PRIVATE ...] [TORCH] [UNITY] [REGISTERS])
-# One library a folder: target diffsac_NAME, alias diffsac::NAME, of every .cpp of the folder unless SOURCES lists them.
-# TORCH precompiles torch/torch.h. UNITY compiles eight files at a time, which takes little more than one of them where
-# LibTorch's templates are most of the work. REGISTERS is for libraries whose files register what they define
-# (core/registry.h): the linker takes all of these files, not only those that are called by name.
+# diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder but these. Looked up at each build, so that a new file
+# needs no entry anywhere.
+function(diffsac_sources out)
+  cmake_parse_arguments(ARG "" "" "EXCEPT" ${ARGN})
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+  list(REMOVE_ITEM sources "" ${ARG_EXCEPT})
+  set(${out} ${sources} PARENT_SCOPE)
+endfunction()
+
+# diffsac_library(NAME [EXCEPT ...] [SOURCES ...] DEPENDS ... [PRIVATE ...] [TORCH] [UNITY] [REGISTERS])
+# One library a folder: target diffsac_NAME, alias diffsac::NAME, of every .cpp of the folder (diffsac_sources) and of
+# what SOURCES adds. TORCH precompiles torch/torch.h. UNITY compiles eight files at a time, which takes little more than
+# one of them where LibTorch's templates are most of the work. REGISTERS is for libraries whose files register what they
+# define (core/registry.h): the linker takes all of these files, not only those that are called by name.
 function(diffsac_library name)
-  cmake_parse_arguments(ARG "TORCH;UNITY;REGISTERS" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
-  if(NOT ARG_SOURCES)
-    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS *.cpp)
-  endif()
+  cmake_parse_arguments(ARG "TORCH;UNITY;REGISTERS" "" "EXCEPT;SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  diffsac_sources(sources EXCEPT ${ARG_EXCEPT})
   set(library diffsac_${name})
   if(ARG_REGISTERS)
     # Whoever links diffsac_NAME links the whole of this one, here as with an installed diffsac.
@@ -15,7 +22,7 @@ function(diffsac_library name)
     add_library(diffsac_${name} INTERFACE)
     target_link_libraries(diffsac_${name} INTERFACE $<LINK_LIBRARY:WHOLE_ARCHIVE,diffsac::${name}_archive>)
   endif()
-  add_library(${library} STATIC ${ARG_SOURCES})
+  add_library(${library} STATIC ${sources} ${ARG_SOURCES})
   if(ARG_REGISTERS)
     add_library(diffsac::${name}_archive ALIAS ${library})
     set_target_properties(${library} PROPERTIES OUTPUT_NAME diffsac_${name} EXPORT_NAME ${name}_archive)
@@ -50,10 +57,11 @@ function(diffsac_use_torch target)
   target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
 endfunction()
 
-# diffsac_test(NAME SOURCES ... DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
+# diffsac_test(NAME [EXCEPT ...] [SOURCES ...] DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
 function(diffsac_test name)
-  cmake_parse_arguments(ARG "TORCH" "" "SOURCES;DEPENDS" ${ARGN})
-  add_executable(${name}_test ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "TORCH" "" "EXCEPT;SOURCES;DEPENDS" ${ARGN})
+  diffsac_sources(sources EXCEPT ${ARG_EXCEPT})
+  add_executable(${name}_test ${sources} ${ARG_SOURCES})
   target_link_libraries(${name}_test PRIVATE diffsac_catch_main diffsac_compiler ${ARG_DEPENDS})
   target_include_directories(${name}_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   # What is tested is compiled at -O3 in its library; the tests themselves build a fifth faster at -O1.

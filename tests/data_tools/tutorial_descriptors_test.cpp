@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "data_tools/prepare_pairs.h"
 #include "diffsac/data/correspondence_files.h"
-#include "image_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <sstream>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "data_tools/feature_cache.h"
 #include "data_tools/inspect.h"
 #include "diffsac/core/files.h"
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/pair_truth.h"
-#include "image_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "data_tools/image_features.h"
 #include "data_tools/run_pairs.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/tasks.h"
-#include "image_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {

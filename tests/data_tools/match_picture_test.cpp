@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data_test_util.h"
-#include "image_test_util.h"
+#include "data/data_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 

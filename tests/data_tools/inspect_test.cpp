@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "diffsac/data/correspondence_files.h"
-#include "two_view_test_util.h"
+#include "data/two_view_test_util.h"
 
 namespace diffsac {
 namespace {

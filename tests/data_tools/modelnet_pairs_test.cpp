@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/pair_truth.h"
 

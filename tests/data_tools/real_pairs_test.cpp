@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "data_tools/adelaide_rmf.h"
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "diffsac/data/pair_truth.h"
-#include "image_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 

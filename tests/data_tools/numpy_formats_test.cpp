@@ -7,9 +7,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "data_test_util.h"
+#include "data/data_test_util.h"
 #include "data_tools/image_format.h"
-#include "image_test_util.h"
+#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {
