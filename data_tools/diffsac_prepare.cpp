@@ -69,6 +69,8 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
+  app->add_option("--max-disagreement", options.max_disagreement_deg,
+                  "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
   app->add_option("--threads", options.threads, "Threads (0: all cores)");
 }

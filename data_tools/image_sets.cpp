@@ -89,6 +89,8 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
   b.Field("max_pairs", pairs.options.max_pairs, AtLeast(0)).Help("at most so many a scene, evenly spaced; 0: all");
   b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
+  b.Field("max_disagreement_deg", pairs.options.max_disagreement_deg, AtLeast(0))
+      .Help("pairs whose pose turns by more when it is refined on the matches are left out; 0: none");
   b.Field("true_match_px", pairs.options.true_match_px, Positive()).Help("what counts as near the truth, pixels");
   b.Require(!name.empty(), "name", "a name");
   b.Require(!input.empty(), "input", "a list of folders");

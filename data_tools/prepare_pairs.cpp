@@ -17,6 +17,7 @@
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/pair_scenes.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/refined_truth.h"
 
 namespace diffsac {
 namespace {
@@ -75,6 +76,7 @@ std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
   text << "max_keypoints " << features.max_keypoints << "\ndescriptors " << options.descriptors << "\nmin_true_matches "
        << options.min_true_matches << "\ntrue_match_px " << options.true_match_px << "\npairs " << scene.pairs.size()
        << "\n";
+  if (options.max_disagreement_deg > 0.0) text << "max_disagreement_deg " << options.max_disagreement_deg << "\n";
   return text.str();
 }
 
@@ -189,9 +191,15 @@ bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>*
 }
 
 bool Preparation::IsKept(const MatchedPair& matched) const {
-  if (options_.min_true_matches == 0) return true;
-  const Eigen::VectorXd distances = TruthDistances(matched.example.problem, matched.example.truth);
-  return (distances.array() <= options_.true_match_px).count() >= options_.min_true_matches;
+  const Problem& problem = matched.example.problem;
+  const GroundTruth& truth = matched.example.truth;
+  if (options_.min_true_matches > 0) {
+    const Eigen::VectorXd distances = TruthDistances(problem, truth);
+    if ((distances.array() <= options_.true_match_px).count() < options_.min_true_matches) return false;
+  }
+  if (options_.max_disagreement_deg == 0.0) return true;
+  return TruthDisagreementDegrees(problem, truth, options_.true_match_px, options_.min_true_matches) <=
+         options_.max_disagreement_deg;
 }
 
 CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
@@ -215,8 +223,9 @@ bool Preparation::WriteScene(const SourceScene& asked) {
   std::vector<std::size_t> kept;
   CorrespondenceSet set = Collect(scene, &matched, &kept);
   if (kept.empty()) {
-    empty_scenes_.push_back(scene.name + (scene.pairs.empty() ? ": no pair of images that can be read"
-                                                              : ": no pair has enough true matches"));
+    empty_scenes_.push_back(scene.name + (scene.pairs.empty()
+                                              ? ": no pair of images that can be read"
+                                              : ": no pair has enough true matches or a pose that agrees with them"));
     return true;
   }
   MatchDescriptors descriptors(store_);
@@ -257,6 +266,7 @@ void PrepareOptions::Check() const {
   features.Check();
   if (max_pairs < 0 || min_true_matches < 0 || threads < 0)
     throw Error("max_pairs, min_true_matches and threads must not be negative");
+  if (!(max_disagreement_deg >= 0.0)) throw Error("max_disagreement_deg must not be negative");
   if (!(true_match_px > 0.0)) throw Error("true_match_px must be positive");
 }
 

@@ -17,6 +17,9 @@ struct PrepareOptions {
   int max_pairs = 0;               ///< At most so many pairs a scene, evenly spaced; 0: all.
   /// Pairs with fewer matches within `true_match_px` of the truth are left out: those that do not overlap. 0 keeps all.
   int min_true_matches = 0;
+  /// Pairs whose pose turns by more degrees when it is refined on its matches are left out (TruthDisagreementDegrees,
+  /// with true_match_px and min_true_matches): those whose source is wrong. 0 keeps all.
+  double max_disagreement_deg = 0.0;
   double true_match_px = 1.0;  ///< Pixels; of the Sampson distance, or the transfer error of a homography.
   int threads = 0;             ///< 0: all cores. The files do not depend on it.
   void Check() const;          ///< Throws Error.

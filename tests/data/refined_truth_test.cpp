@@ -3,8 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "data/two_view_test_util.h"
+#include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_truth.h"
 #include "diffsac/data/tasks.h"
 
@@ -42,6 +44,26 @@ TEST_CASE("a rough truth is refined on the matches near it, with and without cal
     CHECK(refined.motion == pair.truth.motion);
     CHECK((refined.essential == pair.truth.essential) == !calibrated);
   }
+}
+
+TEST_CASE("what the matches disagree with a source's pose by") {
+  const auto inliers = [](const Example& pair) {
+    std::vector<int> rows;
+    for (int i = 0; i < 300; ++i)
+      if (i % 3 != 0) rows.push_back(i);
+    return WithRows(pair, rows);
+  };
+  const auto disagreement = [](const Example& pair, int near) {
+    return TruthDisagreementDegrees(pair.problem, pair.truth, 4.0, near);
+  };
+  const Example rough = inliers(RoughPair()), sound = inliers(SyntheticSet(1, 300, Rng(9)).pairs.front());
+  CHECK(disagreement(rough, 20) > 0.5);
+  CHECK(disagreement(rough, 20) < 1.0);
+  CHECK(disagreement(sound, 20) < 1e-3);
+  CHECK(std::isinf(disagreement(sound, 10000)));
+  Example blind = sound;
+  blind.problem.cameras.reset();
+  CHECK(std::isnan(disagreement(blind, 20)));
 }
 
 TEST_CASE("a truth with too few matches near it stays") {

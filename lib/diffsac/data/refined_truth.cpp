@@ -1,5 +1,8 @@
 #include "diffsac/data/refined_truth.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "diffsac/data/pair_truth.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/refine.h"
@@ -23,6 +26,10 @@ bool Refine(const Problem& problem, const Eigen::VectorXd& weights, double loss_
   return true;
 }
 
+Eigen::Index CountNear(const Problem& problem, const GroundTruth& truth, double loss_px) {
+  return (TruthDistances(problem, truth).array() <= loss_px).count();
+}
+
 }  // namespace
 
 void RefineEpipolarTruth(const Problem& problem, double loss_px, GroundTruth* truth) {
@@ -39,6 +46,23 @@ void RefineEpipolarTruth(const Problem& problem, double loss_px, GroundTruth* tr
   truth->fundamental = refined.fundamental;
   if (problem.cameras)
     truth->essential = EssentialFromFundamental(*refined.fundamental, problem.cameras->K1, problem.cameras->K2);
+}
+
+double TruthDisagreementDegrees(const Problem& problem, const GroundTruth& truth, double loss_px, int near) {
+  constexpr int kRounds = 3;  // The matches that are near change with the pose.
+  if (!truth.motion || !problem.cameras) return std::numeric_limits<double>::quiet_NaN();
+  GroundTruth refined = truth;
+  CompleteTruth(problem, &refined);
+  for (int round = 0; round < kRounds; ++round) {
+    if (CountNear(problem, refined, loss_px) < near) return std::numeric_limits<double>::infinity();
+    RefineEpipolarTruth(problem, loss_px, &refined);
+  }
+  if (CountNear(problem, refined, loss_px) < near) return std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const RelativePose& pose : DecomposeEssential(*refined.essential))
+    least = std::min(least, std::max(RotationAngleDegrees(pose.rotation, truth.motion->rotation),
+                                     DirectionAngleDegrees(pose.translation, truth.motion->translation)));
+  return least;
 }
 
 }  // namespace diffsac
