@@ -24,10 +24,10 @@ void RequestStop(int) { stop_requested = true; }
 std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, const diffsac::Problem& problem,
                                               std::uint64_t seed) {
   const auto* diffusion = dynamic_cast<const diffsac::DiffsacMethod*>(&method);
-  if (diffusion == nullptr || diffsac::CheckProblem(problem) != diffsac::Status::kOk) return std::nullopt;
-  const diffsac::ConfidenceSteps steps = diffusion->Trace(problem, seed);
-  diffsac::ConfidenceTrace trace{steps.timesteps, {}};
-  for (const auto& copies : steps.confidences)
+  const auto steps = diffusion != nullptr ? diffusion->Trace(problem, seed) : std::nullopt;
+  if (!steps) return std::nullopt;
+  diffsac::ConfidenceTrace trace{steps->timesteps, {}};
+  for (const auto& copies : steps->confidences)
     trace.confidence.emplace_back(copies.begin(), copies.begin() + problem.points.rows());
   return trace;
 }

@@ -89,7 +89,7 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
     const Problem problem = MakeProblem(task, 77);
     const std::vector<int> sets = DrawSets(problem, 100);
     const PointFeatures features = Features(task, {"coordinates", "preference"});
-    const FeatureSet before = features.ComputeFromSets(problem, sets);
+    const FeatureSet before = features.ComputeFromSets(SolverSpace(problem), sets);
     const std::vector<int> place = Rng(9).Permutation(77);  // point i moves to place[i]
     Problem moved = problem;
     for (int i = 0; i < 77; ++i) moved.points.row(place[i]) = problem.points.row(i);
@@ -99,7 +99,7 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
       for (int k = 0; k < size; ++k) renamed.push_back(place[sets[s + k]]);
       std::sort(renamed.end() - size, renamed.end());
     }
-    FeatureSet after = features.ComputeFromSets(moved, renamed);
+    FeatureSet after = features.ComputeFromSets(SolverSpace(moved), renamed);
     FeatureSet back = after;
     for (int i = 0; i < 77; ++i) back.values.row(i) = after.values.row(place[i]);
     CHECK(Difference(before, back) < 1e-5f);
@@ -110,12 +110,13 @@ TEST_CASE("preference does not see rigid motions and scale; coordinates not tran
   for (Task task : {Task::kLine, Task::kPlane}) {
     const Problem problem = MakeProblem(task);
     const std::vector<int> sets = DrawSets(problem, 100);
+    const SolverSpace space(problem);
     Problem moved = problem;
     moved.points *= 3.0;
     moved.inlier_threshold *= 3.0;
     moved.points.col(0).array() += 40.0;
     const PointFeatures both = Features(task, {"coordinates", "preference"});
-    CHECK(Difference(both.ComputeFromSets(problem, sets), both.ComputeFromSets(moved, sets)) < 1e-4f);
+    CHECK(Difference(both.ComputeFromSets(space, sets), both.ComputeFromSets(SolverSpace(moved), sets)) < 1e-4f);
     const double angle = 0.7;
     for (Eigen::Index i = 0; i < moved.points.rows(); ++i) {
       const double x = moved.points(i, 0), y = moved.points(i, 1);
@@ -123,7 +124,8 @@ TEST_CASE("preference does not see rigid motions and scale; coordinates not tran
       moved.points(i, 1) = std::sin(angle) * x + std::cos(angle) * y;
     }
     const PointFeatures preference = Features(task);
-    CHECK(Difference(preference.ComputeFromSets(problem, sets), preference.ComputeFromSets(moved, sets)) < 1e-4f);
+    CHECK(Difference(preference.ComputeFromSets(space, sets), preference.ComputeFromSets(SolverSpace(moved), sets)) <
+          1e-4f);
   }
 }
 
@@ -150,8 +152,7 @@ TEST_CASE("sets are kept once, and missing columns repeat the best hypothesis") 
   const FeatureSet features = Features(Task::kLine).Compute(problem, Rng(1));
   CHECK(features.hypotheses == 100);
   CHECK(features.models.size() == 6);
-  for (int j = 6; j < 16; ++j)
-    CHECK(features.values.middleCols(3 * j, 3) == features.values.leftCols(3));
+  for (int j = 6; j < 16; ++j) CHECK(features.values.middleCols(3 * j, 3) == features.values.leftCols(3));
 }
 
 TEST_CASE("degenerate points give finite features and no hypotheses") {

@@ -61,7 +61,7 @@ TEST_CASE("confident sets of true inliers give the true two-view model") {
       int good = 0;
       const auto examples = TwoViewExamples(task, 8);
       for (const auto& example : examples) {
-        const auto estimate = method.EstimateFrom(example.problem, Perfect(example, 40), 5);
+        const auto estimate = method.EstimateFrom(SolverSpace(example.problem), Perfect(example, 40), 5);
         REQUIRE(estimate.status == Status::kOk);
         int found = 0, wrong = 0;
         for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
@@ -128,7 +128,7 @@ TEST_CASE("temperatures rise from the first copy to the last") {
       prediction.confidences.push_back(0.9f - 1.8f * static_cast<float>(i) / points);
   prediction.weights.assign(points, 0.5f);
   const DiffsacMethod method(TinyNetwork(Task::kFundamental, TwoViewNetwork()), options, 1);
-  const auto sets = method.EstimateFrom(example.problem, prediction, 5).minimal_sets;
+  const auto sets = method.EstimateFrom(SolverSpace(example.problem), prediction, 5).minimal_sets;
   REQUIRE(sets.size() == 20);
   const auto mean = [](const std::vector<int>& set) {
     return std::accumulate(set.begin(), set.end(), 0.0) / static_cast<double>(set.size());
@@ -154,7 +154,7 @@ TEST_CASE("the inlier head guides without the reverse process, extra sets are co
   options.extra_sets = 0;
   options.model = "fundamental8";
   const DiffsacMethod eight(network, options, 1);
-  const auto estimate = eight.EstimateFrom(example.problem, Perfect(example, 10), 5);
+  const auto estimate = eight.EstimateFrom(SolverSpace(example.problem), Perfect(example, 10), 5);
   CHECK(estimate.status == Status::kOk);
   Problem seven = example.problem;
   seven.points.conservativeResize(7, 4);

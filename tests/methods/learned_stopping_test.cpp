@@ -14,7 +14,7 @@ namespace {
 
 // Sets that were solved: a line's set has one solution, and nothing else is solved or fitted.
 int Draws(const LearnedMethod& method, const Example& example, const Prediction& prediction) {
-  return method.EstimateFrom(example.problem, prediction, 3).report.hypotheses;
+  return method.EstimateFrom(SolverSpace(example.problem), prediction, 3).report.hypotheses;
 }
 
 DiffsacOptions Options() {
@@ -103,8 +103,9 @@ TEST_CASE("the sets of a search by confidence begin as those of a budget") {
     options->extra_sets = 5;
   }
   const auto prediction = Flat(example, 6);
-  const auto a = DiffsacMethod(network, budget, 1).EstimateFrom(example.problem, prediction, 3).minimal_sets;
-  const auto b = DiffsacMethod(network, search, 1).EstimateFrom(example.problem, prediction, 3).minimal_sets;
+  const SolverSpace space(example.problem);
+  const auto a = DiffsacMethod(network, budget, 1).EstimateFrom(space, prediction, 3).minimal_sets;
+  const auto b = DiffsacMethod(network, search, 1).EstimateFrom(space, prediction, 3).minimal_sets;
   REQUIRE(a.size() == 15);
   REQUIRE(b.size() == 20);
   CHECK(std::equal(a.begin(), a.end(), b.begin()));
@@ -120,8 +121,9 @@ TEST_CASE("copies that go on take the predictions of earlier steps next") {
   prediction.confidences.assign(2 * points, -1.0f);
   prediction.confidences[3] = prediction.confidences[5] = 1.0f;
   prediction.confidences[points + 8] = prediction.confidences[points + 9] = 1.0f;
-  const auto sets =
-      DiffsacMethod(TinyNetwork(Task::kLine), options, 1).EstimateFrom(example.problem, prediction, 3).minimal_sets;
+  const auto sets = DiffsacMethod(TinyNetwork(Task::kLine), options, 1)
+                        .EstimateFrom(SolverSpace(example.problem), prediction, 3)
+                        .minimal_sets;
   REQUIRE(sets.size() == 7);
   CHECK(sets[0] == std::vector<int>{3, 5});
   CHECK(sets[1] == std::vector<int>{8, 9});

@@ -77,7 +77,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
       int good = 0;
       for (const auto& example : ExamplesOf(task, 8)) {
         const auto prediction = Perfect(example);
-        const auto estimate = method.EstimateFrom(example.problem, prediction, 5);
+        const auto estimate = method.EstimateFrom(SolverSpace(example.problem), prediction, 5);
         REQUIRE(estimate.status == Status::kOk);
         int found = 0, wrong = 0, total = 0;
         for (std::size_t i = 0; i < estimate.inliers.size(); ++i) {
@@ -88,7 +88,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
         if (type == "clnet") CHECK(estimate.minimal_sets.empty());
         for (const auto& set : estimate.minimal_sets)
           for (const int i : set) CHECK(example.truth.inliers[i] == 1);
-        CHECK(method.EstimateFrom(example.problem, prediction, 5).model == estimate.model);
+        CHECK(method.EstimateFrom(SolverSpace(example.problem), prediction, 5).model == estimate.model);
       }
       CHECK(good >= 7);
     }

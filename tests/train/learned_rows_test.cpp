@@ -139,9 +139,9 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   const WeightedMethod method(weights, DefaultWeightedOptions("clnet"), 1);
   for (int i = 0; i < 40; ++i) {
     const auto example = dataset->Get(i);
-    const Problem* problem = &example.problem;
+    const SolverSpace space(example.problem);
     const std::uint64_t seed = i;
-    const auto prediction = method.Predict({&problem, 1}, {&seed, 1})[0];
+    const auto prediction = method.Predict({&space, 1}, {&seed, 1})[0];
     for (std::size_t j = 0; j < prediction.weights.size(); ++j)
       (example.truth.inliers[j] ? inlier_weight : outlier_weight) += prediction.weights[j];
     const auto estimate = method.Estimate(example.problem, seed);

@@ -54,8 +54,9 @@ Columns ColumnsOf(const PointFeaturesOptions& options) {
 void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Choices("kinds", kinds,
             {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"})
-      .Help("their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
-            "descriptors are for two views");
+      .Help(
+          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
+          "descriptors are for two views");
   b.Field("descriptor_size", descriptor_size, Within(1, 4096))
       .Help("`coordinates_descriptors`: values of one descriptor (128 for SIFT: the paper's 260 columns)");
   b.Field("descriptors_required", descriptors_required)
@@ -108,8 +109,8 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
   int column = 0;
   PointMatrix coordinates;
   if (columns.coordinates || columns.neighborhood)
-    coordinates = DispatchDescription(
-        task_, [&]<class Description>() { return Description::FeatureCoordinates(space); });
+    coordinates =
+        DispatchDescription(task_, [&]<class Description>() { return Description::FeatureCoordinates(space); });
   if (columns.coordinates) {
     features.values.leftCols(coordinates.cols()) = coordinates.cast<float>();
     column += PointDimension(task_);
@@ -121,8 +122,7 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     ++column;
   }
   if (columns.neighborhood) {
-    features.values.middleCols(column, kNeighborhoodColumns) =
-        NeighborhoodFeatures(coordinates, problem.quality);
+    features.values.middleCols(column, kNeighborhoodColumns) = NeighborhoodFeatures(coordinates, problem.quality);
     column += kNeighborhoodColumns;
   }
   if (columns.descriptors) {

@@ -40,7 +40,8 @@ struct PointFeaturesOptions {
 /// Computes point features. Stateless and thread-safe.
 ///
 /// `coordinates`, D columns: the description's FeatureCoordinates (data/task_description.h). Lines and planes: centred
-/// on the median (CentredCoordinates); two views: so that neither image size nor focal length matters (MatchCoordinates).
+/// on the median (CentredCoordinates); two views: so that neither image size nor focal length matters
+/// (MatchCoordinates).
 ///
 /// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0
 /// where the data has none.
@@ -69,15 +70,12 @@ class PointFeatures {
   /// First column of image 1's descriptor, image 2's stands behind it; -1 without descriptors.
   int first_descriptor() const;
   int descriptor_size() const { return options_.descriptor_size; }
-  /// The problem must have at least γ finite points (callers check; see CheckProblem). rng decides the drawn hypotheses.
+  /// The problem must have at least γ finite points (callers check; see CheckSpace). rng decides the drawn hypotheses.
   FeatureSet Compute(const SolverSpace& space, Rng rng) const;
   FeatureSet Compute(const Problem& problem, Rng rng) const { return Compute(SolverSpace(problem), rng); }
   /// The same from given minimal sets (γ ascending indices each) instead of drawn ones. The features of permuted points
   /// with correspondingly renamed sets are the permuted features.
   FeatureSet ComputeFromSets(const SolverSpace& space, const std::vector<int>& sets) const;
-  FeatureSet ComputeFromSets(const Problem& problem, const std::vector<int>& sets) const {
-    return ComputeFromSets(SolverSpace(problem), sets);
-  }
 
  private:
   PointFeaturesOptions options_;

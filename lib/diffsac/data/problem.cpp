@@ -1,6 +1,5 @@
 #include "diffsac/data/problem.h"
 
-#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
@@ -16,9 +15,6 @@ PointMatrix ImagePoints(const Problem& problem) {
   });
 }
 
-Status CheckProblem(const Problem& problem) {
-  if (!HasItsNeeds(problem)) return Status::kDegenerate;
-  return DispatchTask(problem.task, [&]<MinimalModel Model>() { return CheckPoints<Model>(problem.points); });
-}
+Status CheckProblem(const Problem& problem) { return CheckSpace(SolverSpace(problem), {problem.task}); }
 
 }  // namespace diffsac

@@ -58,7 +58,7 @@ struct Problem {
 bool HasItsNeeds(const Problem& problem);
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
-/// model (all equal; collinear for planes).
+/// model (all equal; collinear for planes). Who goes on to estimate has a SolverSpace, and asks CheckSpace.
 Status CheckProblem(const Problem& problem);
 
 /// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.

@@ -6,8 +6,9 @@ namespace diffsac {
 
 SolverSpace::SolverSpace(const Problem& problem) : problem_(problem) {
   DispatchDescription(problem.task, [&]<class Description>() {
+    is_accepted_ = Description::Accepts(problem);
     if constexpr (requires { Description::Normalize(problem, &unit_); }) {
-      if (!Description::Accepts(problem) || problem.points.cols() != Description::Model::kDimension) return;
+      if (!is_accepted_ || problem.points.cols() != Description::Model::kDimension) return;
       normalized_ = Description::Normalize(problem, &unit_);
       is_normalized_ = true;
     }

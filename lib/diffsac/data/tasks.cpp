@@ -1,5 +1,6 @@
 #include "diffsac/data/tasks.h"
 
+#include "diffsac/consensus/check_points.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -90,6 +91,11 @@ void BindModel(OptionsBinder& b, Task task, std::string* model) {
 
 std::string ToString(const TaskModel& model) {
   return DispatchModel(model, []<class Model>() { return std::string(kModelName<Model>); });
+}
+
+Status CheckSpace(const SolverSpace& space, const TaskModel& model) {
+  if (!space.is_accepted()) return Status::kDegenerate;
+  return DispatchModel(model, [&]<MinimalModel Model>() { return CheckPoints<Model>(space.points()); });
 }
 
 int MinimalSetSize(const TaskModel& model) {

@@ -49,6 +49,10 @@ int MinimalSetSize(const TaskModel& model);
 /// The key `model`: the name of one of a task's models, "" for its own.
 void BindModel(OptionsBinder& b, Task task, std::string* model);
 
+/// kOk, or why no estimator can solve this model from the points: those of CheckPoints, kDegenerate without what the
+/// task needs.
+Status CheckSpace(const SolverSpace& space, const TaskModel& model);
+
 /// DispatchTask with a model that may not be the task's own.
 template <class Body>
 auto DispatchModel(const TaskModel& model, Body&& body) {

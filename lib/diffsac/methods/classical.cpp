@@ -24,37 +24,30 @@ std::span<const double> Span(const Eigen::VectorXd& values) {
 }
 
 /// The source of one problem's sets. Every set, where the row asks for that and the budget holds them.
-std::unique_ptr<HypothesisSource> SourceOf(const Problem& problem, const PointMatrix& points, int set_size,
-                                           const ClassicalOptions& options, const Rng& rng) {
+std::unique_ptr<HypothesisSource> SourceOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
+                                           const Rng& rng) {
+  const PointMatrix& points = space.points();
+  const Eigen::VectorXd& quality = space.problem().quality;
   const int size = static_cast<int>(points.rows());
   if (options.exhaustive && Combinations(size, set_size) <= options.hypotheses)
     return std::make_unique<ExhaustiveSource>(size, set_size);
-  const bool has_quality = problem.quality.size() == size;
+  const bool has_quality = quality.size() == size;
   SourceOptions sampling = options.sampling;
   if (sampling.source == SourceKind::kProsac && !has_quality) sampling.source = SourceKind::kUniform;
   // Two names, because published tables were drawn with them.
   const Rng sets_rng =
       sampling.source == SourceKind::kUniform ? rng.Fork("minimal_sets") : rng.Fork("consensus").Fork("minimal_sets");
   return MakeHypothesisSource(sampling, points, set_size, sets_rng,
-                              has_quality ? Span(problem.quality) : std::span<const double>());
+                              has_quality ? Span(quality) : std::span<const double>());
 }
 
 template <MinimalModel Model>
-ConsensusResult Search(const Problem& problem, const SolverSpace& space, const ClassicalOptions& options,
-                       const Rng& rng) {
-  const auto source = SourceOf(problem, space.points(), Model::kMinimalSize, options, rng);
+Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
+  const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
-  return SampleConsensus<Model>(space.points(), space.threshold(), *source, consensus, rng.Fork("consensus"));
-}
-
-template <MinimalModel Model>
-Estimate EstimateModel(const Problem& problem, const ClassicalOptions& options, std::uint64_t seed) {
-  Estimate estimate;
-  estimate.status = CheckProblem(problem);
-  if (estimate.status != Status::kOk) return estimate;
-  const SolverSpace space(problem);
-  return EstimateOf(Search<Model>(problem, space, options, Rng(seed)));
+  return EstimateOf(
+      SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus, rng.Fork("consensus")));
 }
 
 /// MSAC, local optimisation and refits: what every searching row but `ransac` starts from.
@@ -114,8 +107,9 @@ ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
 }
 
 Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task,
-                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    return EstimateModel<Model>(space, options_, Rng(seed));
+  });
 }
 
 namespace {
@@ -129,13 +123,13 @@ struct RegisteredClassical : RegisteredMethod<ClassicalOptions> {
 };
 
 const RegisteredClassical kRansac("ransac", "Inlier count, one least squares on the inliers.");
-const RegisteredClassical kLoRansac("lo_ransac", "MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003).");
+const RegisteredClassical kLoRansac("lo_ransac",
+                                    "MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003).");
 const RegisteredClassical kProsac("prosac", "`lo_ransac` with sets in the order of quality (Chum, Matas 2005).");
 const RegisteredClassical kNapsac("napsac", "`lo_ransac` with sets from neighbourhoods (Torr et al. 2002).");
 const RegisteredClassical kProgressiveNapsac("p_napsac",
                                              "`lo_ransac` with sets from growing neighbourhoods (Barath et al. 2020).");
-const RegisteredClassical kGcRansac("gc_ransac",
-                                    "`lo_ransac` with graph-cut local optimisation (Barath, Matas 2018).");
+const RegisteredClassical kGcRansac("gc_ransac", "`lo_ransac` with graph-cut local optimisation (Barath, Matas 2018).");
 const RegisteredClassical kMagsac("magsac_pp",
                                   "MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020).");
 const RegisteredClassical kExhaustive(

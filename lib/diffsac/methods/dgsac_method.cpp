@@ -16,7 +16,7 @@ void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options
   ConsensusHints hints;
   hints.models.push_back(model);
   GivenSource no_sets({});
-  ConsensusResult result = SampleConsensus<Model>(space.points(), space.threshold(), no_sets, options, rng, hints);
+  ConsensusResult result = SearchCheckedPoints<Model>(space.points(), space.threshold(), no_sets, options, rng, hints);
   estimate->report.hypotheses += result.hypotheses;
   if (result.status != Status::kOk) return;
   estimate->model = std::move(result.model);
@@ -25,11 +25,8 @@ void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options
 }
 
 template <MinimalModel Model>
-Estimate EstimateModel(const Problem& problem, const DgsacMethodOptions& options, std::uint64_t seed) {
+Estimate EstimateModel(const SolverSpace& space, const DgsacMethodOptions& options, std::uint64_t seed) {
   diffsac::Estimate estimate;
-  estimate.status = CheckProblem(problem);
-  if (estimate.status != Status::kOk) return estimate;
-  const SolverSpace space(problem);
   const Rng rng = Rng(seed).Fork("dgsac");
   DgsacResult found = EstimateDgsac<Model>(space.points(), options.search, rng);
   estimate.status = found.status;
@@ -61,8 +58,9 @@ DgsacMethodOptions DefaultDgsacOptions(Task task) {
 }
 
 Estimate DgsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task,
-                       [&]<MinimalModel Model>() { return EstimateModel<Model>(problem, options_, seed); });
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    return EstimateModel<Model>(space, options_, seed);
+  });
 }
 
 namespace {

@@ -59,9 +59,9 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::Copies(const Guidance& guide) c
   const bool top = options_.selection == SetSelection::kMaximum;
   if (!top)
     ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == SetSelection::kGumbel);
-  return std::make_unique<CopiesSource>(std::move(confidences), static_cast<int>(guide.points.rows()), guide.set_size,
-                                        top ? Selection::kMaximum : Selection::kProbabilistic, options_.unique_sets,
-                                        guide.rng.Fork("selection"));
+  return std::make_unique<CopiesSource>(std::move(confidences), static_cast<int>(guide.space.points().rows()),
+                                        guide.set_size, top ? Selection::kMaximum : Selection::kProbabilistic,
+                                        options_.unique_sets, guide.rng.Fork("selection"));
 }
 
 std::unique_ptr<HypothesisSource> DiffsacMethod::Head(const Guidance& guide, const char* stream) const {
@@ -70,11 +70,11 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::Head(const Guidance& guide, con
 }
 
 std::unique_ptr<HypothesisSource> DiffsacMethod::Extra(const Guidance& guide) const {
-  const auto& quality = guide.problem.quality;
-  const bool by_quality = options_.extra_source == SourceKind::kProsac && quality.size() == guide.points.rows();
+  const auto& quality = guide.space.problem().quality;
+  const bool by_quality = options_.extra_source == SourceKind::kProsac && quality.size() == guide.space.points().rows();
   SourceOptions extra;
   extra.source = by_quality ? SourceKind::kProsac : SourceKind::kUniform;
-  return MakeHypothesisSource(extra, guide.points, guide.set_size, guide.rng.Fork("extra_sets"),
+  return MakeHypothesisSource(extra, guide.space.points(), guide.set_size, guide.rng.Fork("extra_sets"),
                               {quality.data(), static_cast<std::size_t>(quality.size())});
 }
 
@@ -97,12 +97,11 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guidance& guid
   return sequence;
 }
 
-ConfidenceSteps DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
-  if (const auto status = CheckProblem(problem); status != Status::kOk)
-    throw Error("these points cannot be estimated from: " + std::string(ToString(status)));
+std::optional<ConfidenceSteps> DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
+  const SolverSpace space(problem);
+  if (Check(space) != Status::kOk) return std::nullopt;
   const c10::InferenceMode inference;
-  const Problem* one = &problem;
-  const auto features = ComputeFeatures({&one, 1}, {&seed, 1});
+  const auto features = ComputeFeatures({&space, 1}, {&seed, 1});
   const FeatureSet* row = features.data();
   const auto batch = MakePointBatch({&row, 1}).To(network_->device);
   const DenoisingOptions denoising{options_.copies, options_.max_decoded_points, true};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "diffsac/diffusion/reverse_sampler.h"
@@ -27,8 +28,8 @@ class DiffsacMethod : public LearnedMethod {
   /// network cannot serve.
   DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, const DiffsacOptions& options, int threads);
 
-  /// Runs the reverse process on one problem and keeps every step. Throws Error for points that cannot be estimated.
-  ConfidenceSteps Trace(const Problem& problem, std::uint64_t seed) const;
+  /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from.
+  std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
   void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,

@@ -18,26 +18,6 @@ PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
   return PointFeatures(options, network.task);
 }
 
-/// Those of a batch that can be estimated from.
-struct Fit {
-  std::vector<const Problem*> problems;
-  std::vector<std::uint64_t> seeds;
-  std::vector<std::size_t> places;
-};
-
-Fit FitProblems(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds,
-                std::vector<Estimate>* estimates) {
-  Fit fit;
-  for (std::size_t i = 0; i < problems.size(); ++i) {
-    (*estimates)[i].status = CheckProblem(*problems[i]);
-    if ((*estimates)[i].status != Status::kOk) continue;
-    fit.problems.push_back(problems[i]);
-    fit.seeds.push_back(seeds[i]);
-    fit.places.push_back(i);
-  }
-  return fit;
-}
-
 }  // namespace
 
 void LearnedOptions::BindShared(OptionsBinder& b) {
@@ -65,15 +45,25 @@ std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Prob
                                                             std::span<const std::uint64_t> seeds) const {
   const auto start = MethodClock::now();
   std::vector<diffsac::Estimate> estimates(problems.size());
-  const Fit fit = FitProblems(problems, seeds, &estimates);
-  if (fit.problems.empty()) return estimates;
-  const Timed timed = PredictTimed(fit.problems, fit.seeds);
-  ParallelFor(static_cast<std::int64_t>(fit.problems.size()), threads_, [&](std::int64_t b) {
-    estimates[fit.places[b]] = EstimateFrom(*fit.problems[b], timed.predictions[b], fit.seeds[b]);
+  std::vector<SolverSpace> spaces;
+  std::vector<std::uint64_t> fit_seeds;
+  std::vector<std::size_t> places;  // of those that can be estimated from
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    SolverSpace space(*problems[i]);
+    estimates[i].status = Check(space);
+    if (estimates[i].status != Status::kOk) continue;
+    spaces.push_back(std::move(space));
+    fit_seeds.push_back(seeds[i]);
+    places.push_back(i);
+  }
+  if (places.empty()) return estimates;
+  const Timed timed = PredictTimed(spaces, fit_seeds);
+  ParallelFor(static_cast<std::int64_t>(places.size()), threads_, [&](std::int64_t b) {
+    estimates[places[b]] = EstimateFrom(spaces[b], timed.predictions[b], fit_seeds[b]);
   });
-  const double share = 1.0 / static_cast<double>(fit.problems.size());  // times of a batch are shared equally
+  const double share = 1.0 / static_cast<double>(places.size());  // times of a batch are shared equally
   const double ms_total = MillisecondsSince(start);
-  for (const std::size_t place : fit.places) {
+  for (const std::size_t place : places) {
     auto& report = estimates[place].report;
     report.ms_features = timed.ms_features * share;
     report.ms_denoise = timed.ms_network * share;
@@ -82,20 +72,20 @@ std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Prob
   return estimates;
 }
 
-std::vector<FeatureSet> LearnedMethod::ComputeFeatures(std::span<const Problem* const> problems,
+std::vector<FeatureSet> LearnedMethod::ComputeFeatures(std::span<const SolverSpace> spaces,
                                                        std::span<const std::uint64_t> seeds) const {
-  std::vector<FeatureSet> sets(problems.size());
-  ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
-              [&](std::int64_t b) { sets[b] = features_.Compute(*problems[b], Rng(seeds[b]).Fork("features")); });
+  std::vector<FeatureSet> sets(spaces.size());
+  ParallelFor(static_cast<std::int64_t>(spaces.size()), threads_,
+              [&](std::int64_t b) { sets[b] = features_.Compute(spaces[b], Rng(seeds[b]).Fork("features")); });
   return sets;
 }
 
-LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const Problem* const> problems,
+LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const SolverSpace> spaces,
                                                  std::span<const std::uint64_t> seeds) const {
   const c10::InferenceMode inference;
   Timed timed;
   const auto start = MethodClock::now();
-  auto sets = ComputeFeatures(problems, seeds);
+  auto sets = ComputeFeatures(spaces, seeds);
   timed.ms_features = MillisecondsSince(start);
 
   const auto network_start = MethodClock::now();
@@ -108,29 +98,28 @@ LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const Problem* const>
   return timed;
 }
 
-std::vector<Prediction> LearnedMethod::Predict(std::span<const Problem* const> problems,
+std::vector<Prediction> LearnedMethod::Predict(std::span<const SolverSpace> spaces,
                                                std::span<const std::uint64_t> seeds) const {
-  return PredictTimed(problems, seeds).predictions;
+  return PredictTimed(spaces, seeds).predictions;
 }
 
 template <MinimalModel Model>
-ConsensusResult LearnedMethod::Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const {
-  const SolverSpace space(problem);
-  const auto source = MakeSource({problem, space.points(), prediction, Model::kMinimalSize, rng});
+ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
+  const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
   ConsensusHints hints;
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.weighted_fit)
     hints.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
-  return SampleConsensus<Model>(space.points(), space.threshold(), *source, options_.consensus, rng.Fork("consensus"),
-                                hints);
+  return SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, options_.consensus,
+                                    rng.Fork("consensus"), hints);
 }
 
-diffsac::Estimate LearnedMethod::EstimateFrom(const Problem& problem, const Prediction& prediction,
+diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Prediction& prediction,
                                               std::uint64_t seed) const {
   const auto start = MethodClock::now();
   const Rng rng(seed);
-  auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(problem, prediction, rng); });
+  auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
   diffsac::Estimate estimate = EstimateOf(std::move(result));
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.report.ms_consensus = MillisecondsSince(start);

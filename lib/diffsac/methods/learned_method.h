@@ -66,15 +66,14 @@ class LearnedMethod : public Method {
   int PreferredBatch() const final { return options_.batch; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 
-  /// What the network says of problems that can be estimated from (see CheckProblem).
-  std::vector<Prediction> Predict(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds) const;
-  diffsac::Estimate EstimateFrom(const Problem& problem, const Prediction& prediction, std::uint64_t seed) const;
+  /// What the network says of problems that can be estimated from (see CheckSpace).
+  std::vector<Prediction> Predict(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds) const;
+  diffsac::Estimate EstimateFrom(const SolverSpace& space, const Prediction& prediction, std::uint64_t seed) const;
 
  protected:
   /// What the sets of one problem may come from.
   struct Guidance {
-    const Problem& problem;
-    const PointMatrix& points;  ///< those of the problem, as they are solved
+    const SolverSpace& space;  ///< the problem, its points as they are solved
     const Prediction& prediction;
     int set_size;  ///< γ
     Rng rng;       ///< of the estimate
@@ -91,7 +90,9 @@ class LearnedMethod : public Method {
   /// borrow what it is given.
   virtual std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const = 0;
 
-  std::vector<FeatureSet> ComputeFeatures(std::span<const Problem* const> problems,
+  /// Whether the row's model can be solved from the points.
+  Status Check(const SolverSpace& space) const { return CheckSpace(space, model_); }
+  std::vector<FeatureSet> ComputeFeatures(std::span<const SolverSpace> spaces,
                                           std::span<const std::uint64_t> seeds) const;
 
  private:
@@ -100,9 +101,9 @@ class LearnedMethod : public Method {
     double ms_features = 0.0;
     double ms_network = 0.0;
   };
-  Timed PredictTimed(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds) const;
+  Timed PredictTimed(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds) const;
   template <MinimalModel Model>
-  ConsensusResult Consensus(const Problem& problem, const Prediction& prediction, const Rng& rng) const;
+  ConsensusResult Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const;
 
   std::shared_ptr<const LearnedNetwork> network_;
   LearnedOptions options_;

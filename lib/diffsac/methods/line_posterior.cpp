@@ -153,11 +153,9 @@ std::vector<Line::Parameters> FindModes(const Posterior& posterior, const Proble
   return modes;
 }
 
-Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& options, std::uint64_t seed) {
+Estimate EstimatePosterior(const SolverSpace& space, const LinePosteriorOptions& options, std::uint64_t seed) {
+  const Problem& problem = space.problem();
   Estimate estimate;
-  estimate.status = CheckPoints<Line>(problem.points);
-  if (estimate.status != Status::kOk) return estimate;
-  estimate.status = Status::kNoModel;
   if (!(problem.inlier_threshold > 0.0)) return estimate;
   const int size = static_cast<int>(problem.points.rows());
   const std::vector<int> sets = DrawAllOrSome(size, 2, options.hypotheses, Rng(seed));
@@ -180,7 +178,7 @@ Estimate EstimatePosterior(const Problem& problem, const LinePosteriorOptions& o
           std::exp(slice.log_mass - top) * std::max(0.0, 1.0 - AngleBetween(candidate.angle, slice.angle) / tolerance);
     if (!(expected > best)) continue;
     best = expected;
-    AcceptModel<Line>(SolverSpace(problem), candidate.mean, &estimate);
+    AcceptModel<Line>(space, candidate.mean, &estimate);
   }
   estimate.score = size * best / total;
   return estimate;
@@ -199,8 +197,8 @@ void LinePosteriorOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate LinePosteriorMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
-    if constexpr (std::is_same_v<Model, Line>) return EstimatePosterior(problem, options_, seed);
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    if constexpr (std::is_same_v<Model, Line>) return EstimatePosterior(space, options_, seed);
     return diffsac::Estimate{};
   });
 }
@@ -209,7 +207,8 @@ namespace {
 
 const RegisteredMethod<LinePosteriorOptions> kLinePosterior(
     "line_posterior",
-    "Lines: a reference, as `oracle` is: the Bayes estimate under the generator (`through_point`, Gaussian noise, uniform "
+    "Lines: a reference, as `oracle` is: the Bayes estimate under the generator (`through_point`, Gaussian noise, "
+    "uniform "
     "outliers).",
     [](Task task) {
       if (task != Task::kLine) throw Error("line_posterior estimates lines only");

@@ -11,8 +11,8 @@ struct LinePosteriorOptions {
   double min_extent = 5.0;          ///< Shortest chord.
   double sigma_factor = 1.0 / 3.0;  ///< σ as a multiple of the problem's ε.
   double tolerance_deg = 0.5;       ///< Of the accuracy that is maximised, as the metric's.
-  int hypotheses = 5000;            ///< Pairs that the search for modes starts from; all of them when there are no more.
-  int candidates = 30;              ///< Hypotheses, best first by MSAC, that are refined to modes.
+  int hypotheses = 5000;  ///< Pairs that the search for modes starts from; all of them when there are no more.
+  int candidates = 30;    ///< Hypotheses, best first by MSAC, that are refined to modes.
   void Bind(OptionsBinder& b);
 };
 

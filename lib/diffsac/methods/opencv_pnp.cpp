@@ -83,15 +83,12 @@ class OpencvPnp : public Method {
  public:
   explicit OpencvPnp(const OpencvPnpOptions& options) : options_(options) {}
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t /*seed*/) const override {
-    return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
+    return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
       diffsac::Estimate estimate;
       if constexpr (std::same_as<Model, AbsolutePose>) {
-        estimate.status = CheckProblem(problem);
-        if (estimate.status != Status::kOk) return estimate;
-        estimate.status = Status::kNoModel;
         estimate.report.hypotheses = options_.hypotheses;
         AbsolutePose::Parameters pose;
-        if (SolveWithOpencv(problem, options_, &pose)) AcceptModel<Model>(SolverSpace(problem), pose, &estimate);
+        if (SolveWithOpencv(problem, options_, &pose)) AcceptModel<Model>(space, pose, &estimate);
       }
       return estimate;
     });

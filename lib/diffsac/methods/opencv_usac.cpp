@@ -37,14 +37,10 @@ cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold,
 }
 
 template <MinimalModel Model>
-Estimate EstimateWithOpencv(const Problem& problem, const OpencvUsacOptions& options) {
+Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& options) {
   diffsac::Estimate estimate;
-  estimate.status = CheckProblem(problem);
-  if (estimate.status != Status::kOk) return estimate;
-  estimate.status = Status::kNoModel;
   estimate.report.hypotheses = options.hypotheses;
-  const SolverSpace space(problem);
-  const std::vector<int> order = OpencvOrder(problem, options.preset == "prosac");
+  const std::vector<int> order = OpencvOrder(space.problem(), options.preset == OpencvPreset::kProsac);
   const int size = static_cast<int>(order.size());
   cv::Mat first(size, 2, CV_64F), second(size, 2, CV_64F);
   for (int i = 0; i < size; ++i)
@@ -86,8 +82,8 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
-    if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(problem, options_);
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(space, options_);
     return diffsac::Estimate{};
   });
 }

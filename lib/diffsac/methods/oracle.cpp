@@ -7,13 +7,9 @@ namespace diffsac {
 namespace {
 
 template <MinimalModel Model>
-Estimate FitTruth(const Problem& problem, const GroundTruth& truth) {
+Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
   Estimate estimate;
-  estimate.status = CheckProblem(problem);
-  if (estimate.status != Status::kOk) return estimate;
-  estimate.status = Status::kNoModel;
-  const SolverSpace space(problem);
-  const Eigen::Index size = problem.points.rows();
+  const Eigen::Index size = space.points().rows();
   if (static_cast<Eigen::Index>(truth.inliers.size()) != size) return estimate;
   Eigen::VectorXd weights(size);
   for (Eigen::Index i = 0; i < size; ++i) weights[i] = truth.inliers[i] != 0 ? 1.0 : 0.0;
@@ -27,7 +23,8 @@ Estimate FitTruth(const Problem& problem, const GroundTruth& truth) {
 }  // namespace
 
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() { return FitTruth<Model>(problem, truth); });
+  return TimedEstimate(problem,
+                       [&]<MinimalModel Model>(const SolverSpace& space) { return FitTruth<Model>(space, truth); });
 }
 
 namespace {

@@ -16,11 +16,16 @@ inline double MillisecondsSince(MethodClock::time_point start) {
   return std::chrono::duration<double, std::milli>(MethodClock::now() - start).count();
 }
 
-/// DispatchTask for a body that returns an Estimate and does all its work in the consensus stage; reports the time.
+/// The estimate of a row that does all its work in the consensus stage, with its time: DispatchTask of a body that is
+/// called with the problem's SolverSpace and returns an Estimate. Points that cannot be estimated from do not reach it.
 template <class Body>
-Estimate TimedEstimate(Task task, Body&& body) {
+Estimate TimedEstimate(const Problem& problem, const Body& body) {
   const auto start = MethodClock::now();
-  Estimate estimate = DispatchTask(task, body);
+  const SolverSpace space(problem);
+  Estimate estimate;
+  estimate.status = CheckSpace(space, {problem.task});
+  if (estimate.status == Status::kOk)
+    estimate = DispatchTask(problem.task, [&]<MinimalModel Model>() { return body.template operator()<Model>(space); });
   estimate.report.ms_consensus = estimate.report.ms_total = MillisecondsSince(start);
   return estimate;
 }

@@ -48,27 +48,24 @@ typename Hyperplane<D>::Parameters FromSlopes(const PointMatrix& points, const s
 }
 
 template <int D>
-Estimate EstimateHyperplane(const Problem& problem, int budget, std::uint64_t seed) {
+Estimate EstimateHyperplane(const SolverSpace& space, int budget, std::uint64_t seed) {
   using Model = Hyperplane<D>;
   Estimate estimate;
-  estimate.status = CheckPoints<Model>(problem.points);
-  if (estimate.status != Status::kOk) return estimate;
-  const std::vector<int> sets = DrawSets(static_cast<int>(problem.points.rows()), D, budget, seed);
+  const std::vector<int> sets = DrawSets(static_cast<int>(space.points().rows()), D, budget, seed);
   std::array<std::vector<double>, D - 1> samples;
   typename Model::Parameters solved;
   std::array<double, D - 1> slopes;
   for (std::size_t start = 0; start < sets.size(); start += D) {
-    if (Model::SolveMinimal(problem.points, sets.data() + start, &solved) == 0 || !Slopes<D>(solved, &slopes)) continue;
+    if (Model::SolveMinimal(space.points(), sets.data() + start, &solved) == 0 || !Slopes<D>(solved, &slopes)) continue;
     for (int i = 0; i < D - 1; ++i) samples[i].push_back(slopes[i]);
   }
   estimate.report.hypotheses = static_cast<int>(sets.size() / D);
   estimate.report.unique_minimal_sets = CountUniqueSets(sets, D);
-  estimate.status = Status::kNoModel;
   if (samples[0].empty()) return estimate;
   for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
-  const typename Model::Parameters model = FromSlopes<D>(problem.points, slopes);
+  const typename Model::Parameters model = FromSlopes<D>(space.points(), slopes);
   if (!model.allFinite()) return estimate;
-  AcceptModel<Model>(SolverSpace(problem), model, &estimate);
+  AcceptModel<Model>(space, model, &estimate);
   return estimate;
 }
 
@@ -80,9 +77,9 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem.task, [&]<MinimalModel Model>() {
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (HyperplaneModel<Model>)
-      return EstimateHyperplane<Model::kDimension>(problem, options_.hypotheses, seed);
+      return EstimateHyperplane<Model::kDimension>(space, options_.hypotheses, seed);
     return diffsac::Estimate{};
   });
 }
