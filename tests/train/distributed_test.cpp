@@ -93,7 +93,7 @@ TEST_CASE("processes train what one process does with the joint batch") {
     const auto together = folder / std::to_string(size);
     REQUIRE(RunRanks("worker: trains", size, {{"DIFFSAC_TEST_OUTPUT", together}}) == std::vector<int>(size, 0));
     const auto last = [](const std::string& run) {
-      return LoadNetwork(run + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+      return LoadNetwork(ReadTrainedConfig(run + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
     };
     const auto [difference, largest] = Compare(*last(alone)->denoiser, *last(together)->denoiser);
     // Sums of floats in another order, after 20 steps of 0.001.
@@ -116,7 +116,8 @@ TEST_CASE("processes train ng_ransac's expected loss as one process does") {
   const auto features = torch::randn({1, 50, 12});
   const auto weights = [&](const std::string& run) {
     const torch::NoGradGuard no_grad;
-    const auto last = LoadLearnedWeights<NgRansacNetwork>(run + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+    const auto last = LoadLearnedWeights<NgRansacNetwork>(
+        ReadTrainedConfig(run + "/checkpoints/last.pt", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
     return last->network->Weights({features, {}, {50}});
   };
   const auto expected = weights(alone);

@@ -87,7 +87,8 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
   CHECK(Mean(table, "loss_target", 51, 60) < 0.8 * Mean(table, "loss_target", 1, 3));
 
   // The paper's claim: learned weights find better models than uniform sampling at the same budget.
-  const auto weights = LoadLearnedWeights<NgRansacNetwork>(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto weights = LoadLearnedWeights<NgRansacNetwork>(
+      ReadTrainedConfig(output + "/checkpoints/last.pt", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
   WeightedMethodOptions options;
   options.hypotheses = 3;
   const WeightedMethod method(weights, options, 1);
@@ -128,7 +129,8 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   CHECK(Mean(table, "loss_candidates", 91, 100) < Mean(table, "loss_candidates", 1, 5));
   CHECK(Mean(table, "kept_inliers", 91, 100) > 0.5);  // a quarter of the points is left
 
-  const auto weights = LoadLearnedWeights<ClnetNetwork>(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto weights = LoadLearnedWeights<ClnetNetwork>(
+      ReadTrainedConfig(output + "/checkpoints/last.pt", ClnetNetwork::kMethod, Task::kLine), torch::kCPU);
   SyntheticOptions data;
   data.outlier_ratio = {0.7, 0.7};
   data.num_points = 50;

@@ -70,10 +70,12 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   CHECK(rows[0].starts_with("iteration,loss_diffusion,loss_inlier,learning_rate,data_wait_share,mAA@0.5deg"));
   const auto loss = [&](int row) { return std::stod(rows[row].substr(rows[row].find(',') + 1)); };
   CHECK(loss(60) < 0.8 * loss(1));
-  const auto network = LoadNetwork(output + "/checkpoints/best.pt", Task::kLine, torch::kCPU);
+  const auto network =
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/best.pt", "diffsac", Task::kLine), torch::kCPU);
   CHECK(network->options.denoiser.width == 16);
   CHECK(ReadCheckpointInfo(output + "/checkpoints/last.pt").iteration == 60);
-  const auto facts = LoadNetwork(output + "/checkpoints/last.pt", Task::kLine, torch::kCPU)->facts;
+  const auto facts =
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU)->facts;
   CHECK(facts.parameters == CountParameters(*network->denoiser));
   CHECK(facts.samples == 240);
   CHECK(facts.run_samples == 240);
@@ -103,8 +105,8 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
   REQUIRE(a.size() == b.size());
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
-  const auto x = LoadNetwork(whole + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
-  const auto y = LoadNetwork(parts + "/checkpoints/last.pt", Task::kLine, torch::kCPU);
+  const auto x = LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
+  const auto y = LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
   for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
     CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
 }

@@ -85,10 +85,10 @@ TEST_CASE("two-view networks train and their checkpoints load for their own task
     CHECK(header.find(task == "homography" ? "mAA@20px" : "mAA@10deg") != std::string::npos);
 
     const std::string checkpoint = output + "/checkpoints/last.pt";
-    const auto network = LoadNetwork(checkpoint, TaskFromString(task), torch::kCPU);
+    const auto network = LoadNetwork(ReadTrainedConfig(checkpoint, "diffsac", TaskFromString(task)), torch::kCPU);
     CHECK(network->options.features.kinds == std::vector<std::string>{"coordinates_ratio"});
     const Task other = task == "essential" ? Task::kFundamental : Task::kEssential;
-    CHECK_THROWS_WITH(LoadNetwork(checkpoint, other, torch::kCPU), Catch::Contains("trained for task '" + task + "'"));
+    CHECK_THROWS_WITH(ReadTrainedConfig(checkpoint, "diffsac", other), Catch::Contains("trained for task '" + task + "'"));
   }
 }
 

@@ -29,10 +29,9 @@ torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
   return options.loss == DiffusionLossKind::kBce ? LogitsToConfidence(output) : output;
 }
 
-std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device) {
-  const auto trained = ReadTrainedConfig(checkpoint, "diffsac", task);
+std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const torch::Device& device) {
   const auto options = ReadStoredOptions<NetworkOptions>(trained.config.Sub("network"));
-  auto network = std::make_shared<DiffsacNetwork>(task, options, Rng(trained.seed));
+  auto network = std::make_shared<DiffsacNetwork>(trained.task, options, Rng(trained.seed));
   LoadWeights(trained, device, network.get());
   return network;
 }

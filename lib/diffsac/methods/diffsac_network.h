@@ -15,8 +15,8 @@ struct NetworkOptions {
   PointFeaturesOptions features;
   DenoiserOptions denoiser;
   NoiseScheduleOptions schedule;
-  /// No diffusion: the network is trained without noise (c_t = 0, t = T − 1) to predict c_0 from the points at once, and is
-  /// called once; samplers are not used. The paper's ablation (a), "direct learning confidence".
+  /// No diffusion: the network is trained without noise (c_t = 0, t = T − 1) to predict c_0 from the points at once,
+  /// and is called once; samplers are not used. The paper's ablation (a), "direct learning confidence".
   bool direct = false;
   DiffusionLossKind loss = DiffusionLossKind::kBce;  ///< What the network puts out.
   void Bind(OptionsBinder& b);
@@ -33,8 +33,7 @@ struct DiffsacNetwork : LearnedNetwork {
   torch::Tensor Confidence(const torch::Tensor& output) const;
 };
 
-/// Reads task, options and averaged weights from a checkpoint. Throws Error naming the file; also when the checkpoint was
-/// trained for another task.
-std::shared_ptr<DiffsacNetwork> LoadNetwork(const std::string& checkpoint, Task task, const torch::Device& device);
+/// The network of a checkpoint that the method trained, with its averaged weights. Throws Error naming the file.
+std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const torch::Device& device);
 
 }  // namespace diffsac

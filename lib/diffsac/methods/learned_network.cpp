@@ -46,7 +46,9 @@ TrainingFacts FactsOf(const CheckpointInfo& info, const Config& config) {
   return facts;
 }
 
-std::string MethodOf(const Config& config) { return config.Has("method") ? config.Text("method") : "diffsac"; }
+std::string TextOr(const Config& config, const char* key, const char* absent) {
+  return config.Has(key) ? config.Text(key) : absent;
+}
 
 }  // namespace
 
@@ -55,22 +57,31 @@ void LearnedNetwork::MoveTo(const torch::Device& target) {
   device = target;
 }
 
-std::string TrainedMethod(const std::string& checkpoint) {
-  return MethodOf(ConfigOf(ReadCheckpointInfo(checkpoint), checkpoint));
+TrainedConfig ReadTrainedConfig(const std::string& checkpoint) {
+  const auto info = ReadCheckpointInfo(checkpoint);
+  const auto config = ConfigOf(info, checkpoint);
+  if (!config.Has("task")) throw Error(checkpoint + ": its configuration names no task");
+  return {checkpoint,
+          TextOr(config, "method", "diffsac"),
+          TaskFromString(config.Text("task")),
+          config,
+          TextOr(config, "model", ""),
+          info.seed,
+          FactsOf(info, config)};
+}
+
+void CheckTrainedFor(const TrainedConfig& trained, const std::string& method, Task task) {
+  if (trained.method != method)
+    throw Error(trained.checkpoint + ": trained by method '" + trained.method + "', this row needs '" + method + "'");
+  if (trained.task != task)
+    throw Error(trained.checkpoint + ": trained for task '" + ToString(trained.task) + "', this experiment needs '" +
+                ToString(task) + "'");
 }
 
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string& method, Task task) {
-  const auto info = ReadCheckpointInfo(checkpoint);
-  const auto config = ConfigOf(info, checkpoint);
-  const std::string trained_method = MethodOf(config);
-  const std::string trained_task = config.Has("task") ? config.Text("task") : "";
-  if (trained_method != method)
-    throw Error(checkpoint + ": trained by method '" + trained_method + "', this row needs '" + method + "'");
-  if (TaskFromString(trained_task) != task)
-    throw Error(checkpoint + ": trained for task '" + trained_task + "', this experiment needs '" + ToString(task) +
-                "'");
-  const std::string model = config.Has("model") ? config.Text("model") : "";
-  return {checkpoint, config, model, info.seed, FactsOf(info, config)};
+  TrainedConfig trained = ReadTrainedConfig(checkpoint);
+  CheckTrainedFor(trained, method, task);
+  return trained;
 }
 
 void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network) {

@@ -30,21 +30,23 @@ struct LearnedNetwork {
       : task(task_value), feature_options(options), features(options, task_value) {}
 };
 
-/// The training configuration that a checkpoint carries.
+/// The training configuration that a checkpoint carries, read once for all who ask for something of it.
 struct TrainedConfig {
   std::string checkpoint;  ///< Its file.
+  std::string method;      ///< That trained it: "diffsac" where it does not say.
+  Task task{};
   Config config;
   std::string model;  ///< By which of the task's models its minimal sets are solved; empty: the task's own.
   std::uint64_t seed = 0;
   TrainingFacts facts;  ///< Without the number of parameters, which the network knows.
 };
 
-/// Throws Error naming the file when it is no checkpoint, or was trained by another method ("diffsac" where it does not
-/// say) or for another task.
+/// Throws Error naming the file when it is no checkpoint.
+TrainedConfig ReadTrainedConfig(const std::string& checkpoint);
+/// Throws Error naming the file when it was trained by another method or for another task.
+void CheckTrainedFor(const TrainedConfig& trained, const std::string& method, Task task);
+/// Both.
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string& method, Task task);
-
-/// The method that trained a checkpoint. Throws Error naming the file when it is none.
-std::string TrainedMethod(const std::string& checkpoint);
 
 /// Gives a network that was made as `trained` says its averaged weights, ready for inference on `device`. Throws Error
 /// naming the file and the first weight that differs.

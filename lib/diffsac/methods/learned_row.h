@@ -11,25 +11,34 @@
 
 namespace diffsac {
 
-/// A row with a network: its own keys override the checkpoint's `inference` group, so that it says only what it
-/// changes.
+/// What a row with a network may write beside its type and checkpoint.
 template <class Options>
-struct LearnedRow {
-  std::string type;
-  std::string checkpoint;
+struct LearnedKeys {
   Options options;
   Task task;
   void Bind(OptionsBinder& b) {
-    b.Choice("type", type, std::vector<std::string>{type});
-    b.Field("checkpoint", checkpoint);
     BindModel(b, task, &options.model);
     options.Bind(b);
   }
 };
 
+/// A row with a network: its own keys override the checkpoint's `inference` group, so that it says only what it
+/// changes.
+template <class Options>
+struct CheckpointRow {
+  std::string type;
+  std::string checkpoint;
+  LearnedKeys<Options> keys;
+  void Bind(OptionsBinder& b) {
+    b.Choice("type", type, std::vector<std::string>{type});
+    b.Field("checkpoint", checkpoint);
+    keys.Bind(b);
+  }
+};
+
 /// The row's checkpoint: --checkpoint, for the rows of the method that trained it, or else the key. Throws Error when
 /// there is neither.
-std::string CheckpointOf(const Config& row, const MethodContext& context);
+TrainedConfig TrainedConfigOf(const Config& row, Task task, const MethodContext& context);
 
 /// The row without what it repeats of `inherited`: a resolved row repeats everything.
 Config KeysThatDiffer(const Config& row, const Config& inherited);
@@ -39,37 +48,26 @@ Config KeysThatDiffer(const Config& row, const Config& inherited);
 /// const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacNetwork> kDiffsac(
 ///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
 /// ```
-/// Row: made of a network, Options and a number of threads. load: called with checkpoint, task and device. The name is
-/// that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that cannot act.
+/// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration and the
+/// device. The name is that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that
+/// cannot act.
 template <class Row, class Options, class Network>
 struct RegisteredLearnedMethod : Registered<MethodEntry> {
-  using Load = std::function<std::shared_ptr<Network>(const std::string&, Task, const torch::Device&)>;
+  using Load = std::function<std::shared_ptr<Network>(const TrainedConfig&, const torch::Device&)>;
   RegisteredLearnedMethod(const std::string& type, const std::string& help, const Options& defaults, Load load)
       : Registered<MethodEntry>(type, EntryOf(help, defaults, std::move(load))) {}
 
  private:
-  /// What a row may write beside its type and checkpoint.
-  struct KeysWithModel {
-    Options options;
-    Task task;
-    void Bind(OptionsBinder& b) {
-      BindModel(b, task, &options.model);
-      options.Bind(b);
-    }
-  };
-
   /// The checkpoint's `inference` group over the defaults.
-  static Options Inherited(const Config& config, const std::string& checkpoint, Task task, const Options& defaults) {
-    const TrainedConfig trained = ReadTrainedConfig(checkpoint, config.Text("type"), task);
+  static Options Inherited(const TrainedConfig& trained, const Options& defaults) {
     Options options = ReadStoredOptions(trained.config.Sub("inference"), defaults);
     options.model = trained.model;
     return options;
   }
 
-  static LearnedRow<Options> Read(const Config& config, const std::string& checkpoint, Task task,
-                                  const Options& inherited) {
-    auto row = ReadOptions(config, LearnedRow<Options>{config.Text("type"), {}, inherited, task});
-    row.checkpoint = checkpoint;
+  static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited) {
+    auto row = ReadOptions(config, CheckpointRow<Options>{trained.method, {}, {inherited, trained.task}});
+    row.checkpoint = trained.checkpoint;
     return row;
   }
 
@@ -77,18 +75,18 @@ struct RegisteredLearnedMethod : Registered<MethodEntry> {
     MethodEntry entry;
     entry.help = help;
     entry.make = [defaults, load = std::move(load)](const Config& config, Task task, const MethodContext& context) {
-      const std::string checkpoint = CheckpointOf(config, context);
-      const Options inherited = Inherited(config, checkpoint, task, defaults);
-      const Options options = Read(config, checkpoint, task, inherited).options;
-      const auto network = load(checkpoint, task, DeviceFromString(context.device));
+      const TrainedConfig trained = TrainedConfigOf(config, task, context);
+      const Options inherited = Inherited(trained, defaults);
+      const Options options = Read(config, trained, inherited).keys.options;
+      const auto network = load(trained, DeviceFromString(context.device));
       CheckRow(KeysThatDiffer(config, Config::FromString(WriteOptions(inherited))), options, *network);
       return std::make_unique<Row>(network, options, context.threads);
     };
     entry.resolve = [defaults](const Config& config, Task task, const MethodContext& context) {
-      const std::string checkpoint = CheckpointOf(config, context);
-      return WriteOptions(Read(config, checkpoint, task, Inherited(config, checkpoint, task, defaults)));
+      const TrainedConfig trained = TrainedConfigOf(config, task, context);
+      return WriteOptions(Read(config, trained, Inherited(trained, defaults)));
     };
-    entry.describe = [defaults](Task task) { return DescribeOptions(KeysWithModel{defaults, task}); };
+    entry.describe = [defaults](Task task) { return DescribeOptions(LearnedKeys<Options>{defaults, task}); };
     entry.options = typeid(Options);
     return entry;
   }

@@ -34,11 +34,18 @@ Config KeysThatDiffer(const Config& row, const Config& inherited) {
   return own;
 }
 
-std::string CheckpointOf(const Config& row, const MethodContext& context) {
+TrainedConfig TrainedConfigOf(const Config& row, Task task, const MethodContext& context) {
   const std::string type = row.Text("type");
   const std::string& given = context.checkpoint_override;
-  if (!given.empty() && TrainedMethod(given) == type) return given;
-  if (row.Has("checkpoint") && !row.Text("checkpoint").empty()) return row.Text("checkpoint");
+  if (!given.empty()) {
+    TrainedConfig trained = ReadTrainedConfig(given);
+    if (trained.method == type) {
+      CheckTrainedFor(trained, type, task);
+      return trained;
+    }
+  }
+  if (row.Has("checkpoint") && !row.Text("checkpoint").empty())
+    return ReadTrainedConfig(row.Text("checkpoint"), type, task);
   throw Error(row.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
 }
 

@@ -37,13 +37,11 @@ std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Net
                                           [&](int width) { return std::make_shared<Network>(options, width, rng); });
 }
 
-/// Those of a checkpoint. Throws Error naming the file; also when it was trained by another method or for another task.
+/// Those of a checkpoint that Network's method trained. Throws Error naming the file.
 template <class Network>
-std::shared_ptr<LearnedWeights> LoadLearnedWeights(const std::string& checkpoint, Task task,
-                                                   const torch::Device& device) {
-  const auto trained = ReadTrainedConfig(checkpoint, Network::kMethod, task);
+std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const torch::Device& device) {
   const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
-  auto weights = MakeLearnedWeights<Network>(task, options, Rng(trained.seed));
+  auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
   LoadWeights(trained, device, weights.get());
   return weights;
 }

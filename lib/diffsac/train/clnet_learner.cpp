@@ -5,11 +5,10 @@
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/methods/clnet.h"
-#include "diffsac/methods/weighted_method.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/consensus_loss.h"
 #include "diffsac/train/expected_loss.h"
-#include "diffsac/train/network_learner.h"
+#include "diffsac/train/weight_learner.h"
 
 namespace diffsac {
 namespace {
@@ -21,6 +20,7 @@ struct ClnetLosses {
   double temperature = 0.5;
   double regression_weight = 0.5;
   double regression_start = 0.2;
+  static constexpr const char* kHelp = "CLNet's losses (docs/clnet.md)";
   void Bind(OptionsBinder& b);
 };
 
@@ -31,28 +31,9 @@ void ClnetLosses::Bind(OptionsBinder& b) {
   b.Field("regression_start", regression_start, Within(0.0, 1.0)).Help("share of the iterations after which it counts");
 }
 
-/// What `method: clnet` has for itself in a training configuration.
-struct ClnetTraining : LearnerOptions {
-  ClnetNetworkOptions network;
-  ClnetLosses losses;
-  WeightedMethodOptions inference = DefaultWeightedOptions("clnet");
-
-  explicit ClnetTraining(Task) {}
-  const PointFeaturesOptions& features() const override { return network.features; }
-  void Bind(OptionsBinder& b) override {
-    b.Field("network", network).Help("what must be the same in training and in inference");
-    b.Field("clnet", losses).Help("CLNet's losses (docs/clnet.md)");
-    b.Field("inference", inference).Help("how the weights are used");
-    inference.model = model;
-  }
-};
-
-class ClnetLearner : public NetworkLearner<LearnedWeights, WeightedMethod, ClnetTraining> {
+class ClnetLearner : public WeightLearner<ClnetNetwork, ClnetLosses> {
  public:
-  ClnetLearner(const TrainConfig& options, const ClnetTraining& own, const torch::Device& device, int threads)
-      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
-          return MakeLearnedWeights<ClnetNetwork>(task, own.network, rng);
-        }) {}
+  using WeightLearner::WeightLearner;
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
   }
@@ -80,7 +61,7 @@ ClnetLearner::Truth ClnetLearner::MakeTruth(const std::vector<TrainingItem>& ite
   Truth truth;
   truth.inliers = PadRows(inliers, points, 0.0f);
   truth.temperature =
-      AdaptiveTemperature(PadRows(distances, points, 1.0f), truth.inliers, own_.losses.temperature).to(device_);
+      AdaptiveTemperature(PadRows(distances, points, 1.0f), truth.inliers, own_.learning.temperature).to(device_);
   truth.inliers = truth.inliers.to(device_);
   return truth;
 }
@@ -110,7 +91,7 @@ Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std:
   const auto candidates = entropy(output.logits, output.index, output.mask);
   auto total = pruning + candidates;
   const auto regression = Regression(items, network, output, points.max_points()).to(device_, total.scalar_type());
-  const auto& train = own_.losses;
+  const auto& train = own_.learning;
   if (iteration >= train.regression_start * static_cast<double>(options_.train.iterations))
     total = total + train.regression_weight * regression;
   const auto kept = truth.inliers.gather(1, output.index) * output.mask.to(torch::kFloat);
@@ -118,7 +99,7 @@ Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std:
   return {shares[0] * total, {pruning.item<double>(), candidates.item<double>(), regression.item<double>(), share}};
 }
 
-const RegisteredLearner<ClnetTraining, ClnetLearner> kClnet(
+const RegisteredLearner<ClnetLearner::Training, ClnetLearner> kClnet(
     "clnet", "Progressive pruning of correspondences, and a weighted fit (Zhao et al., ICCV 2021).");
 
 }  // namespace

@@ -57,7 +57,7 @@ std::unique_ptr<Learner> MakeLearner(const TrainConfig& options, const torch::De
 
 /// A method that learns, registered at the end of its learner's file:
 /// ```
-/// const RegisteredLearner<ClnetTraining, ClnetLearner> kClnet("clnet", "Zhao et al., ...");
+/// const RegisteredLearner<ClnetLearner::Training, ClnetLearner> kClnet("clnet", "Zhao et al., ...");
 /// ```
 struct LearnerEntry {
   static constexpr const char* kKind = "method that learns";

@@ -8,11 +8,10 @@
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/task_dispatch.h"
-#include "diffsac/methods/weighted_method.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/metrics_log.h"
-#include "diffsac/train/network_learner.h"
+#include "diffsac/train/weight_learner.h"
 
 namespace diffsac {
 
@@ -36,6 +35,7 @@ struct NgRansacPhases {
   int hypotheses = 16;
   NgRansacLoss loss = NgRansacLoss::kError;
   double loss_cap = 4.0;
+  static constexpr const char* kHelp = "NG-RANSAC's two phases (docs/ng_ransac.md)";
   void Bind(OptionsBinder& b);
 };
 
@@ -58,22 +58,6 @@ void NgRansacPhases::Bind(OptionsBinder& b) {
       .Help("an error counts at most this many validation thresholds, as 1");
 }
 
-/// What `method: ng_ransac` has for itself in a training configuration.
-struct NgRansacTraining : LearnerOptions {
-  NgRansacNetworkOptions network;
-  NgRansacPhases phases;
-  WeightedMethodOptions inference = DefaultWeightedOptions("ng_ransac");
-
-  explicit NgRansacTraining(Task) {}
-  const PointFeaturesOptions& features() const override { return network.features; }
-  void Bind(OptionsBinder& b) override {
-    b.Field("network", network).Help("what must be the same in training and in inference");
-    b.Field("ng_ransac", phases).Help("NG-RANSAC's two phases (docs/ng_ransac.md)");
-    b.Field("inference", inference).Help("how the weights are used");
-    inference.model = model;
-  }
-};
-
 template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
   for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
@@ -83,22 +67,19 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 
-class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, NgRansacTraining> {
+class NgRansacLearner : public WeightLearner<NgRansacNetwork, NgRansacPhases> {
  public:
-  NgRansacLearner(const TrainConfig& options, const NgRansacTraining& own, const torch::Device& device, int threads)
-      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
-          return MakeLearnedWeights<NgRansacNetwork>(task, own.network, rng);
-        }) {}
+  using WeightLearner::WeightLearner;
   std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
   double RateFactor(std::int64_t iteration) const override {
-    return IsInitialization(iteration) ? 1.0 : own_.phases.rate_factor;
+    return IsInitialization(iteration) ? 1.0 : own_.learning.rate_factor;
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
 
  private:
   Loss ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights, double target) const;
-  bool IsInitialization(std::int64_t iteration) const { return iteration < own_.phases.initialization_iterations; }
+  bool IsInitialization(std::int64_t iteration) const { return iteration < own_.learning.initialization_iterations; }
   TaskModel UsedModel() const { return ModelFromString(task_, own_.inference.model); }
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
@@ -107,21 +88,21 @@ class NgRansacLearner : public NetworkLearner<LearnedWeights, WeightedMethod, Ng
 double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
   auto consensus = own_.inference.consensus;
   consensus.stopping = Stopping::kBudget;
-  consensus.max_iterations = own_.phases.hypotheses;
+  consensus.max_iterations = own_.learning.hypotheses;
   const auto& problem = example.problem;
   const auto estimate = DispatchModel(
       UsedModel(), [&]<class Model>() { return Select<Model>(problem, std::move(sets), consensus, rng); });
-  if (own_.phases.loss == NgRansacLoss::kInliers)
+  if (own_.learning.loss == NgRansacLoss::kInliers)
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());
   const Tolerance tolerance = options_.validation.ToleranceOf(task_);
   const double error = MainError(MeasureError(estimate, example), tolerance);
-  return std::isnan(error) ? 1.0 : std::min(1.0, error / (own_.phases.loss_cap * tolerance.value));
+  return std::isnan(error) ? 1.0 : std::min(1.0, error / (own_.learning.loss_cap * tolerance.value));
 }
 
 Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights,
                                             double target) const {
-  const auto& train = own_.phases;
+  const auto& train = own_.learning;
   const std::int64_t batch = static_cast<std::int64_t>(items.size()), pools = train.pools, sets = train.hypotheses;
   const std::int64_t set_size = MinimalSetSize(UsedModel()), pool_size = sets * set_size;
   const auto weights = log_weights.detach().to(torch::kCPU).contiguous();
@@ -152,7 +133,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   const auto points = CollatePoints(items);
   const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->network).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
-  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, own_.phases.target_sigma));
+  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, own_.learning.target_sigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
   auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotMeasured}}
                                           : ExpectedLoss(items, log_weights, divergence.item<double>());
@@ -160,7 +141,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   return loss;
 }
 
-const RegisteredLearner<NgRansacTraining, NgRansacLearner> kNgRansac(
+const RegisteredLearner<NgRansacLearner::Training, NgRansacLearner> kNgRansac(
     "ng_ransac", "Weights of points from which minimal sets are drawn (Brachmann and Rother, ICCV 2019).");
 
 }  // namespace
