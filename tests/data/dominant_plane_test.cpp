@@ -52,7 +52,7 @@ Example Read(const Example& pair, bool dominant_plane) {
   WriteCorrespondences(folder / "scene", set);
   CorrespondencesOptions options;
   options.paths = {folder / "scene"};
-  options.pairs.task = "homography";
+  options.pairs.task = Task::kHomography;
   options.pairs.dominant_plane = dominant_plane;
   return MakeCorrespondences(options, 1)->Get(0);
 }

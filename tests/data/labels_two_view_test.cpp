@@ -20,7 +20,7 @@ namespace {
 
 Example MakeExample(Task task, int points, double ratio, std::uint64_t index) {
   SyntheticTwoViewOptions options;
-  options.task = ToString(task);
+  options.task = task;
   options.matches.num_points = points;
   options.matches.outlier_ratio = ratio;
   options.planar = 0.0;
@@ -210,7 +210,7 @@ TEST_CASE("cost of two-view labels", "[.][cost]") {
   constexpr int kProblems = 200;
   for (const Setting& setting : kSettings) {
     SyntheticTwoViewOptions data;
-    data.task = ToString(setting.task);
+    data.task = setting.task;
     data.matches.num_points = 500;
     data.matches.outlier_ratio = 0.5;
     if (setting.task == Task::kHomography) data.planar = 1.0, data.general = data.mixed = data.forward = 0.0;
@@ -228,7 +228,7 @@ TEST_CASE("cost of two-view labels", "[.][cost]") {
         last += sets.back().distance / kProblems;
       }
       const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-      std::printf("%s, %d points, %d draws: %.2f ms a problem, %.3f/%.3f px\n", data.task.c_str(), setting.set_size,
+      std::printf("%s, %d points, %d draws: %.2f ms a problem, %.3f/%.3f px\n", ToString(data.task).c_str(), setting.set_size,
                   draws, elapsed.count() / kProblems, best, last);
     }
   }

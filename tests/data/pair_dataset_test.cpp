@@ -58,7 +58,7 @@ std::vector<Example> WriteScene(const std::string& folder, std::uint64_t seed, c
   std::vector<Example> examples;
   for (int i = 0; i < 3; ++i) {
     SyntheticTwoViewOptions options;
-    options.task = "essential";
+    options.task = Task::kEssential;
     options.matches.num_points = 40 + 10 * i;
     options.planar = 0.0;
     examples.push_back(MakeSyntheticTwoView(options, seed)->Get(i));
@@ -160,7 +160,7 @@ TEST_CASE("the tutorial's homographies are read from either level") {
     const std::lock_guard lock(Hdf5Mutex());
     std::filesystem::create_directories(path);
     SyntheticTwoViewOptions options;
-    options.task = "homography";
+    options.task = Task::kHomography;
     const Example example = MakeSyntheticTwoView(options, 4)->Get(0);
     const auto n = static_cast<hsize_t>(example.problem.points.rows());
     TutorialFile(path + "/matches.h5", true).Put(key, example.problem.points, {n, 4});

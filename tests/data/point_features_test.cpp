@@ -29,7 +29,7 @@ std::vector<int> DrawSets(const Problem& problem, int count) {
   return diffsac::DrawSets(source, set_size, count);
 }
 
-PointFeatures Features(Task task, std::vector<std::string> kinds = {"preference"}) {
+PointFeatures Features(Task task, std::vector<PointFeature> kinds = {PointFeature::kPreference}) {
   PointFeaturesOptions options;
   options.kinds = std::move(kinds);
   return PointFeatures(options, task);
@@ -44,16 +44,17 @@ TEST_CASE("feature counts: columns, hypotheses, kept models") {
     const Problem problem = MakeProblem(task);
     const int d = PointDimension(task);
     CHECK(Features(task).width() == 48);
-    CHECK(Features(task, {"coordinates"}).width() == d);
-    CHECK(Features(task, {"preference", "coordinates"}).width() == 48 + d);
-    const FeatureSet both = Features(task, {"coordinates", "preference"}).Compute(problem, Rng(1));
+    CHECK(Features(task, {PointFeature::kCoordinates}).width() == d);
+    CHECK(Features(task, {PointFeature::kPreference, PointFeature::kCoordinates}).width() == 48 + d);
+    const FeatureSet both =
+        Features(task, {PointFeature::kCoordinates, PointFeature::kPreference}).Compute(problem, Rng(1));
     CHECK(both.values.rows() == 100);
     CHECK(both.values.cols() == 48 + d);
     CHECK(both.values.allFinite());
     CHECK(both.hypotheses == 100);
     CHECK(both.models.size() == 16);
     CHECK(std::is_sorted(both.scores.rbegin(), both.scores.rend()));
-    const FeatureSet plain = Features(task, {"coordinates"}).Compute(problem, Rng(1));
+    const FeatureSet plain = Features(task, {PointFeature::kCoordinates}).Compute(problem, Rng(1));
     CHECK(plain.hypotheses == 0);
     CHECK(plain.models.empty());
     CHECK(plain.values == both.values.leftCols(d));
@@ -88,7 +89,7 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     const Problem problem = MakeProblem(task, 77);
     const std::vector<int> sets = DrawSets(problem, 100);
-    const PointFeatures features = Features(task, {"coordinates", "preference"});
+    const PointFeatures features = Features(task, {PointFeature::kCoordinates, PointFeature::kPreference});
     const FeatureSet before = features.ComputeFromSets(SolverSpace(problem), sets);
     const std::vector<int> place = Rng(9).Permutation(77);  // point i moves to place[i]
     Problem moved = problem;
@@ -115,7 +116,7 @@ TEST_CASE("preference does not see rigid motions and scale; coordinates not tran
     moved.points *= 3.0;
     moved.inlier_threshold *= 3.0;
     moved.points.col(0).array() += 40.0;
-    const PointFeatures both = Features(task, {"coordinates", "preference"});
+    const PointFeatures both = Features(task, {PointFeature::kCoordinates, PointFeature::kPreference});
     CHECK(Difference(both.ComputeFromSets(space, sets), both.ComputeFromSets(SolverSpace(moved), sets)) < 1e-4f);
     const double angle = 0.7;
     for (Eigen::Index i = 0; i < moved.points.rows(); ++i) {
@@ -132,7 +133,7 @@ TEST_CASE("preference does not see rigid motions and scale; coordinates not tran
 TEST_CASE("coordinates are centred and of unit scale, against outliers too") {
   Problem problem = MakeProblem(Task::kLine, 101, 0.0);
   problem.points(0, 0) = 1e6;
-  const FeatureSet features = Features(Task::kLine, {"coordinates"}).Compute(problem, Rng(1));
+  const FeatureSet features = Features(Task::kLine, {PointFeature::kCoordinates}).Compute(problem, Rng(1));
   std::vector<float> norms, xs;
   for (int i = 0; i < 101; ++i) {
     norms.push_back(features.values.row(i).norm());
@@ -159,7 +160,8 @@ TEST_CASE("degenerate points give finite features and no hypotheses") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     Problem problem = MakeProblem(task, 20);
     problem.points.setConstant(2.5);
-    const FeatureSet features = Features(task, {"coordinates", "preference"}).Compute(problem, Rng(1));
+    const FeatureSet features =
+        Features(task, {PointFeature::kCoordinates, PointFeature::kPreference}).Compute(problem, Rng(1));
     CHECK(features.hypotheses == 0);
     CHECK(features.models.empty());
     CHECK(features.values.isZero());

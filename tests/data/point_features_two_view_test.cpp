@@ -17,7 +17,7 @@ namespace {
 
 Example MakeExample(Task task, std::uint64_t index = 0, int descriptor_size = 0) {
   SyntheticTwoViewOptions options;
-  options.task = ToString(task);
+  options.task = task;
   options.matches.num_points = 120;
   options.planar = 0.0;
   Example example = MakeSyntheticTwoView(options, 41)->Get(index);
@@ -29,7 +29,7 @@ Example MakeExample(Task task, std::uint64_t index = 0, int descriptor_size = 0)
   return example;
 }
 
-PointFeatures Features(Task task, std::vector<std::string> kinds, int descriptor_size = 128) {
+PointFeatures Features(Task task, std::vector<PointFeature> kinds, int descriptor_size = 128) {
   PointFeaturesOptions options;
   options.kinds = std::move(kinds);
   options.descriptor_size = descriptor_size;
@@ -37,7 +37,7 @@ PointFeatures Features(Task task, std::vector<std::string> kinds, int descriptor
 }
 
 FeatureSet Coordinates(const Problem& problem) {
-  return Features(problem.task, {"coordinates"}).Compute(problem, Rng(1));
+  return Features(problem.task, {PointFeature::kCoordinates}).Compute(problem, Rng(1));
 }
 
 float Difference(const FeatureSet& a, const FeatureSet& b) { return (a.values - b.values).cwiseAbs().maxCoeff(); }
@@ -62,19 +62,19 @@ Problem Enlarged(const Problem& problem, double factor) {
 TEST_CASE("two-view features: columns of each kind, side by side in their order") {
   for (Task task : kTasks) {
     const Problem problem = MakeExample(task, 0, 128).problem;
-    CHECK(Features(task, {"coordinates"}).width() == 4);
-    CHECK(Features(task, {"coordinates_ratio"}).width() == 5);
-    CHECK(Features(task, {"coordinates_descriptors"}).width() == 260);
-    CHECK(Features(task, {"coordinates_descriptors", "coordinates_ratio"}).width() == 261);
-    const FeatureSet all =
-        Features(task, {"preference", "coordinates_descriptors", "coordinates_ratio"}).Compute(problem, Rng(1));
+    CHECK(Features(task, {PointFeature::kCoordinates}).width() == 4);
+    CHECK(Features(task, {PointFeature::kRatio}).width() == 5);
+    CHECK(Features(task, {PointFeature::kDescriptors}).width() == 260);
+    CHECK(Features(task, {PointFeature::kDescriptors, PointFeature::kRatio}).width() == 261);
+    const FeatureSet all = Features(task, {PointFeature::kPreference, PointFeature::kDescriptors, PointFeature::kRatio})
+                               .Compute(problem, Rng(1));
     REQUIRE(all.values.cols() == 261 + 48);
     CHECK(all.values.allFinite());
     CHECK(all.values.leftCols(4) == Coordinates(problem).values);
-    CHECK(all.values.leftCols(5) == Features(task, {"coordinates_ratio"}).Compute(problem, Rng(1)).values);
+    CHECK(all.values.leftCols(5) == Features(task, {PointFeature::kRatio}).Compute(problem, Rng(1)).values);
     CHECK(all.values.middleCols(5, 256) ==
-          Features(task, {"coordinates_descriptors"}).Compute(problem, Rng(1)).values.rightCols(256));
-    CHECK(all.values.rightCols(48) == Features(task, {"preference"}).Compute(problem, Rng(1)).values);
+          Features(task, {PointFeature::kDescriptors}).Compute(problem, Rng(1)).values.rightCols(256));
+    CHECK(all.values.rightCols(48) == Features(task, {PointFeature::kPreference}).Compute(problem, Rng(1)).values);
   }
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("two-view coordinates do not see image size and focal length") {
 
 TEST_CASE("two-view ratios are standardised, and 0 where there are none") {
   Problem problem = MakeExample(Task::kFundamental).problem;
-  const PointFeatures features = Features(Task::kFundamental, {"coordinates_ratio"});
+  const PointFeatures features = Features(Task::kFundamental, {PointFeature::kRatio});
   problem.quality[5] = 0.95;
   CHECK(features.Compute(problem, Rng(1)).values(5, 4) == Approx(1.0));
   problem.quality.resize(0);
@@ -122,7 +122,7 @@ TEST_CASE("two-view ratios are standardised, and 0 where there are none") {
 
 TEST_CASE("two-view descriptors are scaled for each image, whatever their unit") {
   Problem problem = MakeExample(Task::kFundamental, 1, 32).problem;
-  const PointFeatures features = Features(Task::kFundamental, {"coordinates_descriptors"}, 32);
+  const PointFeatures features = Features(Task::kFundamental, {PointFeature::kDescriptors}, 32);
   problem.descriptors.row(9).head(32).setZero();
   const FeatureSet set = features.Compute(problem, Rng(1));
   REQUIRE(set.values.cols() == 68);
@@ -139,7 +139,7 @@ TEST_CASE("two-view descriptors are scaled for each image, whatever their unit")
   problem.descriptors.resize(0, 0);
   CHECK(Has(ErrorOf([&] { features.Compute(problem, Rng(1)); }), "descriptors.h5"));
   PointFeaturesOptions lenient;
-  lenient.kinds = {"coordinates_descriptors"};
+  lenient.kinds = {PointFeature::kDescriptors};
   lenient.descriptor_size = 32;
   lenient.descriptors_required = false;
   const FeatureSet without = PointFeatures(lenient, Task::kFundamental).Compute(problem, Rng(1));
@@ -152,7 +152,7 @@ TEST_CASE("two-view descriptors are scaled for each image, whatever their unit")
 TEST_CASE("two-view preference columns are what the header says") {
   for (Task task : kTasks) {
     const Problem problem = MakeExample(task, 2).problem;
-    const FeatureSet features = Features(task, {"preference"}).Compute(problem, Rng(1));
+    const FeatureSet features = Features(task, {PointFeature::kPreference}).Compute(problem, Rng(1));
     PointMatrix points = problem.points;
     double threshold = problem.inlier_threshold;
     if (task == Task::kEssential) {
@@ -183,7 +183,8 @@ TEST_CASE("two-view preference columns are what the header says") {
 TEST_CASE("two-view features do not see the truth") {
   for (Task task : kTasks) {
     Example example = MakeExample(task, 3, 128);
-    const PointFeatures features = Features(task, {"coordinates_ratio", "coordinates_descriptors", "preference"});
+    const PointFeatures features =
+        Features(task, {PointFeature::kRatio, PointFeature::kDescriptors, PointFeature::kPreference});
     const FeatureSet before = features.Compute(example.problem, Rng(1));
     example.truth.model.setConstant(7.0);
     example.truth.pose.reset();
@@ -204,18 +205,19 @@ TEST_CASE("degenerate two-view points give finite features") {
     for (bool calibrated : {true, false}) {
       if (!calibrated && task == Task::kEssential) continue;
       if (!calibrated) problem.cameras.reset();
-      const FeatureSet features = Features(task, {"coordinates_ratio", "preference"}).Compute(problem, Rng(1));
+      const FeatureSet features =
+          Features(task, {PointFeature::kRatio, PointFeature::kPreference}).Compute(problem, Rng(1));
       CHECK(features.values.allFinite());
       CHECK(features.hypotheses == 0);
     }
     problem.points.resize(0, 4);
-    CHECK(Features(task, {"coordinates"}).Compute(problem, Rng(1)).values.rows() == 0);
+    CHECK(Features(task, {PointFeature::kCoordinates}).Compute(problem, Rng(1)).values.rows() == 0);
   }
 }
 
 TEST_CASE("lines and planes have no ratios and descriptors") {
-  CHECK(Has(ErrorOf([] { Features(Task::kLine, {"coordinates_ratio"}); }), "line"));
-  CHECK(Has(ErrorOf([] { Features(Task::kPlane, {"coordinates_descriptors"}); }), "plane"));
+  CHECK(Has(ErrorOf([] { Features(Task::kLine, {PointFeature::kRatio}); }), "line"));
+  CHECK(Has(ErrorOf([] { Features(Task::kPlane, {PointFeature::kDescriptors}); }), "plane"));
 }
 
 }  // namespace diffsac

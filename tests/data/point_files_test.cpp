@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 
+#include "data/write_point_sets.h"
 #include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/data/synthetic.h"
@@ -17,6 +18,8 @@
 
 namespace diffsac {
 namespace {
+
+using testing::WritePointSets;
 
 template <class T>
 void Append(std::string* bytes, T value, bool big_endian = false) {
@@ -53,7 +56,7 @@ std::string ReadErrorOf(const std::string& path) {
   return ErrorOf([&] { ReadPointFile(path); });
 }
 
-PointSetsOptions Options(const std::string& path, const std::string& task = "line") {
+PointSetsOptions Options(const std::string& path, Task task = Task::kLine) {
   PointSetsOptions options;
   options.paths = {path};
   options.task = task;
@@ -75,7 +78,7 @@ TEST_CASE("examples survive the way through HDF5 without loss") {
     examples[4].problem.points(1, 0) = std::nan("");
     const std::string path = folder / (ToString(task) + ".h5");
     WritePointSets(path, examples);
-    PointSetsOptions options = Options(path, ToString(task));
+    PointSetsOptions options = Options(path, task);
     options.inlier_threshold = 0.0;  // as the file says
     const auto read = MakePointSets(options);
     REQUIRE(read->size() == 12);
@@ -125,7 +128,7 @@ TEST_CASE("HDF5 from elsewhere: bare data sets, float, attributes") {
   PointSetsOptions options = Options(path);
   options.inlier_threshold = 0.0;
   CHECK(Has(ErrorOf([&] { MakePointSets(options); }), "inlier_threshold"));
-  CHECK(Has(ErrorOf([&] { MakePointSets(Options(path, "plane")); }), "columns"));
+  CHECK(Has(ErrorOf([&] { MakePointSets(Options(path, Task::kPlane)); }), "columns"));
 }
 
 TEST_CASE("HDF5 mistakes are named") {
@@ -165,7 +168,6 @@ TEST_CASE("HDF5 mistakes are named") {
   WriteRaw(folder / "garbage.h5", "this is no HDF5 file");
   CHECK(Has(ReadErrorOf(folder / "garbage.h5"), "garbage.h5"));
   CHECK(Has(ReadErrorOf(folder / "missing.h5"), "no such file"));
-  CHECK(ErrorOf([&] { WritePointSets(folder / "no/such/folder.h5", {}); }) != "");
 }
 
 TEST_CASE("text points: separators, header, comments, NaN") {
@@ -293,7 +295,7 @@ TEST_CASE("the eight real scans can be read") {
     WARN("skipped: no folder " << folder);
     return;
   }
-  PointSetsOptions options = Options(folder, "plane");
+  PointSetsOptions options = Options(folder, Task::kPlane);
   options.inlier_threshold = 0.0;
   options.inlier_threshold_relative = 0.01;
   options.max_points = 2000;

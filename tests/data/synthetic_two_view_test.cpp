@@ -18,10 +18,10 @@
 namespace diffsac {
 namespace {
 
-constexpr const char* kTasks[] = {"homography", "fundamental", "essential"};
+constexpr Task kTasks[] = {Task::kHomography, Task::kFundamental, Task::kEssential};
 constexpr const char* kKinds[] = {"general", "planar", "mixed", "forward"};
 
-SyntheticTwoViewOptions Only(const std::string& task, const std::string& kind) {
+SyntheticTwoViewOptions Only(Task task, const std::string& kind) {
   SyntheticTwoViewOptions options;
   options.task = task;
   options.general = kind == "general";
@@ -31,7 +31,7 @@ SyntheticTwoViewOptions Only(const std::string& task, const std::string& kind) {
   return options;
 }
 
-SyntheticTwoViewOptions Exact(const std::string& task, const std::string& kind) {
+SyntheticTwoViewOptions Exact(Task task, const std::string& kind) {
   SyntheticTwoViewOptions options = Only(task, kind);
   options.matches.noise_px = 0.0;
   return options;
@@ -86,16 +86,16 @@ int LargestPlane(const Example& example) {
 }  // namespace
 
 TEST_CASE("synthetic two views: the truth explains the inliers of every task and kind") {
-  for (const char* task : kTasks)
+  for (const Task task : kTasks)
     for (const char* kind : kKinds) {
-      CAPTURE(task, kind);
+      CAPTURE(ToString(task), kind);
       const auto dataset = MakeSyntheticTwoView(Exact(task, kind), 5);
       int close_outliers = 0, outliers = 0;
       for (int index = 0; index < 12; ++index) {
         const Example example = dataset->Get(index);
         const Problem& problem = example.problem;
         CHECK(CheckProblem(problem) == Status::kOk);
-        CHECK(problem.task == TaskFromString(task));
+        CHECK(problem.task == task);
         CHECK(problem.points.rows() >= 100);
         CHECK(problem.points.rows() <= 500);
         CHECK(CountInliers(example) > MinimalSetSize(problem.task));
@@ -121,8 +121,8 @@ TEST_CASE("synthetic two views: the model's pose is the true one") {
   for (const char* kind : {"general", "mixed", "forward"})
     for (int index = 0; index < 10; ++index) {
       CAPTURE(kind, index);
-      const Example e = MakeSyntheticTwoView(Exact("essential", kind), 6)->Get(index);
-      const Example f = MakeSyntheticTwoView(Exact("fundamental", kind), 6)->Get(index);
+      const Example e = MakeSyntheticTwoView(Exact(Task::kEssential, kind), 6)->Get(index);
+      const Example f = MakeSyntheticTwoView(Exact(Task::kFundamental, kind), 6)->Get(index);
       const PoseChoice of_e = ChoosePose(AsMatrix(e.truth.model), SolverPoints(e), e.truth.inliers);
       CHECK(of_e.in_front == CountInliers(e));
       CHECK(RotationAngleDegrees(of_e.pose.rotation, e.truth.pose->rotation) < 1e-6);
@@ -139,7 +139,7 @@ TEST_CASE("synthetic two views: the model's pose is the true one") {
       CHECK(1.0 - std::abs(fit.dot(Matrix3Parameters(f.truth.model))) < 1e-6);
     }
   for (const char* kind : kKinds) {
-    const Example h = MakeSyntheticTwoView(Exact("homography", kind), 6)->Get(3);
+    const Example h = MakeSyntheticTwoView(Exact(Task::kHomography, kind), 6)->Get(3);
     Matrix3Parameters fit;
     REQUIRE(Homography::Fit(h.problem.points, Weights(h), &fit));
     CHECK(1.0 - std::abs(fit.dot(Matrix3Parameters(h.truth.model))) < 1e-9);
@@ -148,7 +148,7 @@ TEST_CASE("synthetic two views: the model's pose is the true one") {
 
 TEST_CASE("synthetic two views: scenes are of the kind they are called") {
   const auto share = [](const std::string& kind, int index) {
-    SyntheticTwoViewOptions options = Exact("fundamental", kind);
+    SyntheticTwoViewOptions options = Exact(Task::kFundamental, kind);
     options.plane_share = 0.6;
     options.baseline = Range(0.2, 0.4);
     const Example example = MakeSyntheticTwoView(options, 7)->Get(index);
@@ -159,7 +159,7 @@ TEST_CASE("synthetic two views: scenes are of the kind they are called") {
     CHECK(share("mixed", index) == Approx(0.6).margin(0.05));
     CHECK(share("general", index) < 0.5);
   }
-  SyntheticTwoViewOptions forward = Exact("essential", "forward");
+  SyntheticTwoViewOptions forward = Exact(Task::kEssential, "forward");
   int back = 0;
   for (int index = 0; index < 40; ++index) {
     const RelativePose pose = *MakeSyntheticTwoView(forward, 7)->Get(index).truth.pose;
@@ -171,8 +171,8 @@ TEST_CASE("synthetic two views: scenes are of the kind they are called") {
   }
   CHECK((back > 5 && back < 35));
   // Homographies: a camera that only turns, and matches off the plane.
-  CHECK(MakeSyntheticTwoView(Exact("homography", "general"), 7)->Get(0).truth.pose->translation.norm() == 0.0);
-  SyntheticTwoViewOptions mixed = Exact("homography", "mixed");
+  CHECK(MakeSyntheticTwoView(Exact(Task::kHomography, "general"), 7)->Get(0).truth.pose->translation.norm() == 0.0);
+  SyntheticTwoViewOptions mixed = Exact(Task::kHomography, "mixed");
   mixed.matches.displaced_share = 0.0;
   mixed.plane_share = 0.0;
   const Example off_plane = MakeSyntheticTwoView(mixed, 7)->Get(1);
@@ -181,7 +181,7 @@ TEST_CASE("synthetic two views: scenes are of the kind they are called") {
 }
 
 TEST_CASE("synthetic two views: weights decide how often a kind is drawn") {
-  SyntheticTwoViewOptions options = Exact("fundamental", "general");
+  SyntheticTwoViewOptions options = Exact(Task::kFundamental, "general");
   options.planar = 3.0;
   options.matches.num_points = 40;
   const auto dataset = MakeSyntheticTwoView(options, 8);
@@ -194,7 +194,7 @@ TEST_CASE("synthetic two views: weights decide how often a kind is drawn") {
 }
 
 TEST_CASE("synthetic two views: noise has the asked size") {
-  for (const char* task : {"fundamental", "essential"}) {
+  for (const Task task : {Task::kFundamental, Task::kEssential}) {
     SyntheticTwoViewOptions options = Only(task, "general");
     options.matches.noise_px = 0.5;
     options.cameras.same_camera = 1.0;
@@ -216,7 +216,7 @@ TEST_CASE("synthetic two views: noise has the asked size") {
 }
 
 TEST_CASE("synthetic two views: ratios are lower for inliers, by the stated law") {
-  SyntheticTwoViewOptions options = Only("fundamental", "general");
+  SyntheticTwoViewOptions options = Only(Task::kFundamental, "general");
   options.matches.correct_ratio_power = 2.0;
   options.matches.wrong_ratio_power = 10.0;
   double inlier_sum = 0.0, outlier_sum = 0.0;
@@ -272,7 +272,7 @@ TEST_CASE("synthetic two views: displaced matches keep the first point and lie a
 TEST_CASE("synthetic two views depend on seed, split and index alone") {
   SyntheticTwoViewOptions options;
   options.size = 20;
-  for (const char* task : kTasks) {
+  for (const Task task : kTasks) {
     options.task = task;
     const auto dataset = MakeSyntheticTwoView(options, 11);
     std::vector<Example> examples(20);
@@ -297,7 +297,7 @@ TEST_CASE("synthetic two views depend on seed, split and index alone") {
 
 TEST_CASE("synthetic two views: hard ranges still end, with the overlap that was asked for") {
   for (const char* kind : kKinds) {
-    SyntheticTwoViewOptions options = Exact("essential", kind);
+    SyntheticTwoViewOptions options = Exact(Task::kEssential, kind);
     options.rotation_deg = 180.0;
     options.forward_rotation_deg = 180.0;
     options.baseline = 10.0;
@@ -323,6 +323,9 @@ TEST_CASE("synthetic two views are made by the factory, and mistakes are named")
   CHECK(Has(error("num_points: 7\n"), "at least 8"));
   CHECK(Has(error("num_points: [20.5, 30]\n"), "whole"));
   CHECK(Has(error("displacement_px: 0\n"), "displacement_px"));
+  SyntheticTwoViewOptions options;
+  options.min_overlap = 0.0;
+  CHECK(Has(ErrorOf([&] { MakeSyntheticTwoView(options, 1); }), "min_overlap"));
   const std::string text =
       WriteDatasetOptions(Config::FromString("type: synthetic_two_view\ntask: essential\nnoise_px: 0.3\n"));
   CHECK(WriteDatasetOptions(Config::FromString(text)) == text);

@@ -98,7 +98,7 @@ TEST_CASE("a stop leaves what was done, marked partial") {
 
 TEST_CASE("data of another task is an error") {
   ExperimentOptions experiment = SmallExperiment();
-  experiment.task = "plane";
+  experiment.task = Task::kPlane;
   CHECK_THROWS_AS(RunExperiment(experiment, TwoPointInputs()), Error);
 }
 

@@ -129,10 +129,13 @@ TEST_CASE("Options are read and checked; keys of the experiment are none of the 
   CHECK_THROWS_AS(Make("ransac", "{hypothesis: 20}"), Error);
   CHECK_THROWS_AS(Make("ransac", "{hypotheses: 0}"), Error);
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);
-  CHECK_THROWS_AS(DefaultClassicalOptions("usac", Task::kLine), Error);
-  const ClassicalOptions options = DefaultClassicalOptions("exhaustive", Task::kLine);
-  CHECK(options.consensus.score == ScoreKind::kMsac);
-  CHECK(options.consensus.refit == Refit::kMixture);
+  const Config row = ResolvedRow(Config::FromString("type: exhaustive"), Task::kLine, {});
+  CHECK(row.Text("consensus.score") == "msac");
+  CHECK(row.Text("consensus.refit") == "em");
+  CHECK_THROWS_WITH(Make("exhaustive", "{}", Task::kHomography), Catch::Contains("lines and planes only"));
+  ClassicalOptions none;
+  none.hypotheses = 0;
+  CHECK_THROWS_WITH(ClassicalMethod(none), Catch::Contains("hypotheses"));
 }
 
 TEST_CASE("Theil-Sen: median slope and intercept of a known example") {

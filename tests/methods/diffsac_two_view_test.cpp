@@ -13,13 +13,13 @@ namespace {
 
 NetworkOptions TwoViewNetwork() {
   auto options = TinyOptions();
-  options.features.kinds = {"coordinates_ratio"};
+  options.features.kinds = {PointFeature::kRatio};
   return options;
 }
 
 std::vector<Example> TwoViewExamples(Task task, int count) {
   SyntheticTwoViewOptions options;
-  options.task = ToString(task);
+  options.task = task;
   options.matches.num_points = {60, 90};
   options.matches.outlier_ratio = {0.3, 0.3};
   options.split = "test";
@@ -159,7 +159,8 @@ TEST_CASE("the inlier head guides without the reverse process, extra sets are co
   Problem seven = example.problem;
   seven.points.conservativeResize(7, 4);
   seven.quality.conservativeResize(7);
-  CHECK(eight.Estimate(seven, 1).status != Status::kOk);
+  CHECK(eight.Estimate(seven, 1).status == Status::kTooFewPoints);
+  CHECK(DiffsacMethod(network, Options(10), 1).Estimate(seven, 1).status != Status::kTooFewPoints);
 
   auto no_head = TwoViewNetwork();
   no_head.denoiser.inlier_head = false;

@@ -132,7 +132,7 @@ TEST_CASE("copies that go on take the predictions of earlier steps next") {
 TEST_CASE("rows of learned weights take their hypotheses, fewer when they are confident") {
   const auto example = TinyExamples(Task::kLine, 1, 0.2)[0];
   NgRansacNetworkOptions network;
-  network.features.kinds = {"coordinates"};
+  network.features.kinds = {PointFeature::kCoordinates};
   network.width = 8;
   network.blocks = 1;
   const auto weights = MakeLearnedWeights<NgRansacNetwork>(Task::kLine, network, Rng(1));

@@ -10,7 +10,7 @@ namespace diffsac {
 
 inline NetworkOptions TinyOptions() {
   NetworkOptions options;
-  options.features.kinds = {"coordinates", "preference"};
+  options.features.kinds = {PointFeature::kCoordinates, PointFeature::kPreference};
   options.features.preference_draws = 30;
   options.features.preference_kept = 4;
   options.denoiser.width = 16;

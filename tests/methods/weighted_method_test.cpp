@@ -19,7 +19,7 @@ constexpr Task kTasks[] = {Task::kLine, Task::kPlane, Task::kHomography, Task::k
 
 PointFeaturesOptions Features() {
   PointFeaturesOptions features;
-  features.kinds = {"coordinates"};
+  features.kinds = {PointFeature::kCoordinates};
   return features;
 }
 
@@ -40,7 +40,7 @@ std::shared_ptr<LearnedWeights> Network(const std::string& method, Task task) {
 std::vector<Example> ExamplesOf(Task task, int count) {
   if (!IsTwoView(task)) return TinyExamples(task, count, 0.5);
   SyntheticTwoViewOptions options;
-  options.task = ToString(task);
+  options.task = task;
   options.matches.num_points = {60, 90};
   options.matches.outlier_ratio = {0.5, 0.5};
   options.matches.noise_px = 0.2;

@@ -18,7 +18,7 @@ std::vector<Example> Examples(Task task) {
   for (int i = 0; i < 3; ++i) {
     if (IsTwoView(task)) {
       SyntheticTwoViewOptions options;
-      options.task = ToString(task);
+      options.task = task;
       options.matches.outlier_ratio = {0.3, 0.3};
       options.matches.num_points = 80;
       options.matches.noise_px = 0.05;

@@ -61,7 +61,7 @@ TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& t
   const auto data =
       Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task + more + "}");
   PointFeaturesOptions features;
-  features.kinds = {"coordinates_ratio"};
+  features.kinds = {PointFeature::kRatio};
   return TrainingSource(MakeTrainingParts(data, 1), PointFeatures(features, TaskFromString(task)), labels, two_view, 3,
                         100, 1);
 }
@@ -86,9 +86,11 @@ TEST_CASE("two-view networks train and their checkpoints load for their own task
 
     const std::string checkpoint = output + "/checkpoints/last.pt";
     const auto network = LoadNetwork(ReadTrainedConfig(checkpoint, "diffsac", TaskFromString(task)), torch::kCPU);
-    CHECK(network->options.features.kinds == std::vector<std::string>{"coordinates_ratio"});
+    REQUIRE(network->options.features.kinds.size() == 1);
+    CHECK(network->options.features.Has(PointFeature::kRatio));
     const Task other = task == "essential" ? Task::kFundamental : Task::kEssential;
-    CHECK_THROWS_WITH(ReadTrainedConfig(checkpoint, "diffsac", other), Catch::Contains("trained for task '" + task + "'"));
+    CHECK_THROWS_WITH(LoadNetwork(ReadTrainedConfig(checkpoint, "diffsac", other), torch::kCPU),
+                      Catch::Contains("trained for task '" + task + "'"));
   }
 }
 
@@ -184,7 +186,7 @@ TEST_CASE("augmentation exchanges descriptors with the images") {
   const MarkedImages data(
       MakeDataset(Config::FromString("{type: synthetic_two_view, num_points: 60, task: essential}"), 1));
   PointFeaturesOptions features;
-  features.kinds = {"coordinates_ratio", "coordinates_descriptors"};
+  features.kinds = {PointFeature::kRatio, PointFeature::kDescriptors};
   features.descriptor_size = 2;
   LabelOptions labels;
   labels.draws = 30;
@@ -216,7 +218,7 @@ parts:
   LabelOptions labels;
   labels.draws = 5;
   PointFeaturesOptions features;
-  features.kinds = {"coordinates_ratio"};
+  features.kinds = {PointFeature::kRatio};
   const TrainingSource source(MakeTrainingParts(data, 1), PointFeatures(features, Task::kHomography), labels, {}, 1, 10,
                               1);
   int small = 0;
@@ -255,7 +257,7 @@ TEST_CASE("features are those of all matches, whatever subset is trained on") {
       Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: fundamental}");
   const auto parts = MakeTrainingParts(data, 1);
   PointFeaturesOptions kinds;
-  kinds.kinds = {"coordinates_ratio", "neighborhood"};
+  kinds.kinds = {PointFeature::kRatio, PointFeature::kNeighborhood};
   const PointFeatures features(kinds, Task::kFundamental);
   TwoViewTrainingOptions subset;
   subset.max_points = 20;

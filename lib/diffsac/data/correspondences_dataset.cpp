@@ -12,6 +12,7 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
   std::vector<SceneFolder> scenes;
   for (const std::string& path : options.paths)
     for (SceneFolder& scene : FindScenes(path)) scenes.push_back(std::move(scene));

@@ -53,6 +53,7 @@ void KittiOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
   return MakePairDataset(FindKittiScenes(options), options.pairs, PairMemory::kRecent, seed);
 }
 

@@ -139,9 +139,9 @@ class Modelnet : public Dataset {
  public:
   Modelnet(const ModelnetOptions& options, std::uint64_t seed)
       : options_(options),
-        task_(TaskFromString(options.task)),
+        task_(options.task),
         meshes_(FindMeshes(options.paths, options.subset)),
-        prefix_("modelnet40_" + options.task + "/" + options.split),
+        prefix_("modelnet40_" + ToString(options.task) + "/" + options.split),
         root_(Rng(seed).Fork(prefix_)),
         cache_(options.cached_meshes) {}
 
@@ -248,7 +248,7 @@ ModelnetOptions::ModelnetOptions() {
 void ModelnetOptions::Bind(OptionsBinder& b) {
   b.Field("paths", paths).Help("OFF files, or folders that hold them at any depth");
   b.Field("subset", subset).Help("only files in a folder of this name (train, test); empty: all");
-  b.Choice("task", task, {"fundamental", "essential"}).Help("what is estimated");
+  b.Field("task", task, {Task::kFundamental, Task::kEssential}).Help("what is estimated");
   matches.Bind(b);
   cameras.Bind(b);
   b.Field("fill", fill, Within(0.05, 10.0)).Help("radius of the mesh in the image over half of the shorter side");
@@ -264,7 +264,8 @@ void ModelnetOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeModelnet(const ModelnetOptions& options, std::uint64_t seed) {
-  options.matches.Check(TaskFromString(options.task));
+  CheckOptions(options);
+  options.matches.Check(options.task);
   return std::make_unique<Modelnet>(options, seed);
 }
 

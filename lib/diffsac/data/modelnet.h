@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/problem.h"
 #include "diffsac/data/synthetic_matches.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/data/virtual_views.h"
 
 namespace diffsac {
@@ -20,7 +20,7 @@ struct ModelnetOptions {
   std::vector<std::string> paths;
   /// Only files in a folder of this name ("train", "test": the layout of ModelNet40); empty: all.
   std::string subset;
-  std::string task = "fundamental";  ///< "fundamental" | "essential"
+  Task task = Task::kFundamental;  ///< kFundamental | kEssential
 
   /// Its keys stand beside the others. Defaults as in the paper where it names them: N = 200, outlier ratio 0.1 … 0.6,
   /// ε = 4 px; σ = 0.25 px, uniform outliers, no ratios.

@@ -14,7 +14,7 @@ namespace diffsac {
 namespace {
 
 PairReadingOptions ReadingOf(const PairsOptions& options) {
-  const bool plane = options.dominant_plane && options.task == "homography";
+  const bool plane = options.dominant_plane && options.task == Task::kHomography;
   return {options.descriptors, options.refine_truth_px, plane ? options.inlier_threshold_px : 0.0};
 }
 
@@ -33,7 +33,7 @@ std::vector<std::int64_t> PairsOf(std::int64_t size, const PairsOptions& options
 class PairDataset : public Dataset {
  public:
   PairDataset(const std::vector<SceneFolder>& folders, const PairsOptions& options, bool in_memory, std::uint64_t seed)
-      : options_(options), task_(TaskFromString(options.task)) {
+      : options_(options), task_(options.task) {
     for (const SceneFolder& folder : folders) AddScene(folder, in_memory);
     if (places_.empty())
       throw Error((folders.empty() ? std::string("correspondences") : folders.front().folder) +
@@ -96,12 +96,14 @@ class PairDataset : public Dataset {
 }  // namespace
 
 void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
-  b.Choice("task", task, {"homography", "fundamental", "essential"}).Help("what is estimated");
+  b.Field("task", task, {Task::kHomography, Task::kFundamental, Task::kEssential}).Help("what is estimated");
   b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
   b.Field(ratio_key, filter.max_ratio, Positive())
       .Help("only matches whose ratio (match_conf.h5) is at most this; 1 keeps all, and so does data without ratios");
   b.Field("max_points", filter.max_points, AtLeast(0)).Help("at most so many matches a pair; 0 keeps all");
-  b.Field("cap", filter.cap).Help("which: the best by ratio (the first without ratios), or random ones");
+  b.Field("cap", filter.cap)
+      .OnlyIf(filter.max_points > 0, "max_points above 0")
+      .Help("which: the best by ratio (the first without ratios), or random ones");
   b.Field("shuffle_points", filter.shuffle_points)
       .Help("matches in random order; this and `cap: random` depend on the pair's scene and id alone");
   b.Field("min_points", min_points, AtLeast(0))
@@ -112,12 +114,14 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0))
       .Help("the truth is first refined on the matches near it, truncated at so many pixels (poses stay); 0: as given");
   b.Field("dominant_plane", dominant_plane)
+      .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)
       .Help("a pair without matches: an error that names file and key, or a problem without points");
   b.Field("descriptors", descriptors).Help("whether descriptors.h5 is read where it is there");
   b.Field("descriptor_noise", filter.descriptor_noise, AtLeast(0.0))
+      .OnlyIf(descriptors, "descriptors: true")
       .Help("normal noise on each descriptor's values, in multiples of their root mean square");
 }
 

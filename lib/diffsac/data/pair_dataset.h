@@ -8,7 +8,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_scenes.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 
@@ -23,7 +23,7 @@ inline constexpr auto kEnumNames<EmptyPairs> = NamesOf<EmptyPairs>({{EmptyPairs:
 /// are read, and which pairs and matches are taken. Datasets that differ by a filter read each pair once between them
 /// (data/pair_reading.h).
 struct PairsOptions {
-  std::string task = "fundamental";  ///< "homography" | "fundamental" | "essential"
+  Task task = Task::kFundamental;    ///< Of two views.
   double inlier_threshold_px = 1.0;  ///< ε, linear.
 
   PairFilter filter;  ///< Its keys stand beside the others.

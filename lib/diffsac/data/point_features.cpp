@@ -33,39 +33,43 @@ void WriteDescriptors(const Problem& problem, int size, int first, FeatureMatrix
     }
 }
 
-bool Contains(const std::vector<std::string>& kinds, const char* kind) {
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-}
-
 // Which columns the kinds ask for, in their fixed order.
 struct Columns {
   bool coordinates, ratio, neighborhood, descriptors, preference;
 };
 
 Columns ColumnsOf(const PointFeaturesOptions& options) {
-  const auto& kinds = options.kinds;
-  const bool ratio = Contains(kinds, "coordinates_ratio"), descriptors = Contains(kinds, "coordinates_descriptors");
-  return {Contains(kinds, "coordinates") || ratio || descriptors, ratio, Contains(kinds, "neighborhood"), descriptors,
-          Contains(kinds, "preference")};
+  const bool ratio = options.Has(PointFeature::kRatio), descriptors = options.Has(PointFeature::kDescriptors);
+  return {options.Has(PointFeature::kCoordinates) || ratio || descriptors, ratio,
+          options.Has(PointFeature::kNeighborhood), descriptors, options.Has(PointFeature::kPreference)};
 }
 
 }  // namespace
 
 void PointFeaturesOptions::Bind(OptionsBinder& b) {
-  b.Choices("kinds", kinds,
-            {"coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"})
+  b.Field("kinds", kinds)
       .Help(
           "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
           "descriptors are for two views");
+  const bool descriptors = Has(PointFeature::kDescriptors), preference = Has(PointFeature::kPreference);
   b.Field("descriptor_size", descriptor_size, Within(1, 4096))
-      .Help("`coordinates_descriptors`: values of one descriptor (128 for SIFT: the paper's 260 columns)");
+      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
+      .Help("values of one descriptor (128 for SIFT: the paper's 260 columns)");
   b.Field("descriptors_required", descriptors_required)
-      .Help("`coordinates_descriptors`: a problem without descriptors is an error; else its columns are 0");
-  b.Field("preference_draws", preference_draws, AtLeast(1)).Help("`preference`: minimal sets that are drawn");
+      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
+      .Help("a problem without descriptors is an error; else its columns are 0");
+  b.Field("preference_draws", preference_draws, AtLeast(1))
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("minimal sets that are drawn");
   b.Field("preference_kept", preference_kept, AtLeast(1))
-      .Help("`preference`: how many of the best-scored are kept as columns");
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("how many of the best-scored are kept as columns");
   b.Require(!kinds.empty(), "kinds",
             "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
+}
+
+bool PointFeaturesOptions::Has(PointFeature kind) const {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
 PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {

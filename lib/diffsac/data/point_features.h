@@ -22,10 +22,19 @@ struct FeatureSet {
   std::vector<double> scores;
 };
 
+/// Columns that may describe a point (PointFeatures).
+enum class PointFeature { kCoordinates, kRatio, kNeighborhood, kDescriptors, kPreference };
+template <>
+inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFeature::kCoordinates, "coordinates"},
+                                                                        {PointFeature::kRatio, "coordinates_ratio"},
+                                                                        {PointFeature::kNeighborhood, "neighborhood"},
+                                                                        {PointFeature::kDescriptors,
+                                                                         "coordinates_descriptors"},
+                                                                        {PointFeature::kPreference, "preference"}});
+
 struct PointFeaturesOptions {
-  /// Any of "coordinates", "coordinates_ratio", "neighborhood", "coordinates_descriptors", "preference"; their columns
-  /// stand side by side in this order, those of the coordinates once.
-  std::vector<std::string> kinds = {"preference"};
+  /// Their columns stand side by side in the order of the enumeration, those of the coordinates once.
+  std::vector<PointFeature> kinds = {PointFeature::kPreference};
   /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
   int descriptor_size = 128;
   /// coordinates_descriptors: whether a problem without any is an error; else its columns are 0, for generated problems
@@ -35,6 +44,7 @@ struct PointFeaturesOptions {
   int preference_draws = 100;
   int preference_kept = 16;
   void Bind(OptionsBinder& b);
+  bool Has(PointFeature kind) const;
 };
 
 /// Computes point features. Stateless and thread-safe.

@@ -91,8 +91,7 @@ void KeepRandomSubset(int count, Rng rng, PointSet* set) {
 
 class PointSetsDataset : public Dataset {
  public:
-  explicit PointSetsDataset(const PointSetsOptions& options) : task_(TaskFromString(options.task)) {
-    if (options.paths.empty()) throw Error("paths: expected at least one file or folder of points");
+  explicit PointSetsDataset(const PointSetsOptions& options) : task_(options.task) {
     for (const std::string& file : ExpandPaths(options.paths))
       for (PointSet& set : ReadPointFile(file)) Add(options, file, std::move(set));
     if (examples_.empty()) throw Error(options.paths.front() + ": no point sets in this file");
@@ -152,28 +151,33 @@ std::vector<PointSet> ReadPointFile(const std::string& path) {
 void PointSetsOptions::Bind(OptionsBinder& b) {
   b.Field("paths", paths)
       .Help("files, or folders whose readable files are taken in the order of their names (not recursively)");
-  b.Choice("task", task, {"line", "plane"}).Help("2 or 3 columns");
+  b.Field("task", task, {Task::kLine, Task::kPlane}).Help("2 or 3 columns");
   b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0))
       .Help("ε in the data's unit; 0: as the next option or the file says");
   b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0))
       .Help("ε as a share of the diagonal of the set's bounding box (finite points); 0: not used");
   b.Field("max_points", max_points, AtLeast(0))
       .Help("larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points");
-  b.Field("seed", seed).Help("of the random subsets; the seed of a run leaves them alone");
+  b.Field("seed", seed)
+      .OnlyIf(max_points > 0, "max_points above 0")
+      .Help("of the random subsets; the seed of a run leaves them alone");
   b.Require(!paths.empty(), "paths", "at least one file or folder of points");
   b.Require(inlier_threshold == 0.0 || inlier_threshold_relative == 0.0, "inlier_threshold_relative",
             "only one of inlier_threshold and inlier_threshold_relative");
 }
 
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
+  CheckOptions(options);
   return std::make_unique<PointSetsDataset>(options);
 }
 
 namespace {
 
-const RegisteredDataset<PointSetsOptions> kPointSets(
-    "point_sets", DataSource::kFiles, "Points of your own: HDF5, PLY or text files (lines and planes).",
-    [](const PointSetsOptions& options, std::uint64_t) { return MakePointSets(options); });
+const RegisteredDataset<PointSetsOptions> kPointSets("point_sets", DataSource::kFiles,
+                                                     "Points of your own: HDF5, PLY or text files (lines and planes).",
+                                                     [](const PointSetsOptions& options, std::uint64_t) {
+                                                       return MakePointSets(options);
+                                                     });
 
 }  // namespace
 

@@ -6,17 +6,17 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/data/tasks.h"
 
 namespace diffsac {
 
 /// One point set as it stands in a file.
 struct PointSet {
-  std::string name;                ///< The file's name, or "file:key" for a set inside an HDF5 file.
-  std::string scene;               ///< The HDF5 file's stem, or the name of the folder that holds a text or PLY file.
-  PointMatrix points;              ///< N × 2 or N × 3; NaN and infinities are kept, so that estimators report them.
-  GroundTruth truth;               ///< What the file gives; text and PLY files give none.
-  double inlier_threshold = 0.0;   ///< ε, 0 when the file gives none.
+  std::string name;               ///< The file's name, or "file:key" for a set inside an HDF5 file.
+  std::string scene;              ///< The HDF5 file's stem, or the name of the folder that holds a text or PLY file.
+  PointMatrix points;             ///< N × 2 or N × 3; NaN and infinities are kept, so that estimators report them.
+  GroundTruth truth;              ///< What the file gives; text and PLY files give none.
+  double inlier_threshold = 0.0;  ///< ε, 0 when the file gives none.
 };
 
 /// Reads a file by its extension; the readers stand below. All throw Error naming the file (and the line or data set).
@@ -43,15 +43,11 @@ PointSet ReadTextPoints(const std::string& path);
 /// element `vertex`. Other properties, lists and elements are skipped.
 PointSet ReadPlyPoints(const std::string& path);
 
-/// Writes examples as groups that ReadHdf5Points reads back without loss: double precision, order, id, scene, threshold.
-/// The file appears whole or not at all. Throws Error when it cannot be written.
-void WritePointSets(const std::string& path, const std::vector<Example>& examples);
-
 /// A user's own points as a dataset.
 struct PointSetsOptions {
   /// Files, or folders whose readable files are taken in the order of their names (not recursively).
   std::vector<std::string> paths;
-  std::string task = "line";               ///< "line" | "plane": 2 or 3 columns
+  Task task = Task::kLine;  ///< kLine | kPlane: 2 or 3 columns
   /// ε in the data's unit; 0: as the next option or the file says.
   double inlier_threshold = 0.0;
   /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <mutex>
 #include <new>
@@ -108,41 +107,6 @@ PointSet ReadSet(const H5::H5File& file, const std::string& key, const std::stri
   return set;
 }
 
-void WriteNumbers(const H5::Group& group, const char* name, const double* values, std::vector<hsize_t> shape) {
-  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
-  std::size_t count = 1;
-  for (hsize_t size : shape) count *= size;
-  if (count > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
-}
-
-void WriteText(const H5::Group& group, const char* name, const std::string& text) {
-  const H5::StrType type(H5::PredType::C_S1, H5T_VARIABLE);
-  group.createAttribute(name, type, H5::DataSpace(H5S_SCALAR)).write(type, text);
-}
-
-void WriteExample(const H5::H5File& file, std::size_t position, const Example& example) {
-  // Padded numbers keep the order of the examples when the file is read in the order of the names.
-  char name[32];
-  std::snprintf(name, sizeof(name), "%08zu", position);
-  const H5::Group group = file.createGroup(name);
-  const PointMatrix& points = example.problem.points;
-  WriteNumbers(group, "points", points.data(),
-               {static_cast<hsize_t>(points.rows()), static_cast<hsize_t>(points.cols())});
-  const ModelParameters& model = example.truth.model;
-  if (model.size() > 0) WriteNumbers(group, "model", model.data(), {static_cast<hsize_t>(model.size())});
-  const auto& inliers = example.truth.inliers;
-  if (!inliers.empty()) {
-    const hsize_t count = inliers.size();
-    group.createDataSet("inliers", H5::PredType::STD_U8LE, H5::DataSpace(1, &count))
-        .write(inliers.data(), H5::PredType::NATIVE_UINT8);
-  }
-  group.createAttribute("inlier_threshold", H5::PredType::IEEE_F64LE, H5::DataSpace(H5S_SCALAR))
-      .write(H5::PredType::NATIVE_DOUBLE, &example.problem.inlier_threshold);
-  WriteText(group, "id", example.id);
-  WriteText(group, "scene", example.scene);
-}
-
 }  // namespace
 
 std::vector<PointSet> ReadHdf5Points(const std::string& path) {
@@ -166,22 +130,6 @@ std::vector<PointSet> ReadHdf5Points(const std::string& path) {
   } catch (const std::bad_alloc&) {
     throw Error(place + ": too large for the memory");
   }
-}
-
-void WritePointSets(const std::string& path, const std::vector<Example>& examples) {
-  const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
-  WriteFileAtomically(path, [&](const std::string& temporary) {
-    try {
-      H5::H5File file(temporary, H5F_ACC_TRUNC);
-      for (std::size_t i = 0; i < examples.size(); ++i) WriteExample(file, i, examples[i]);
-      // Closing by the destructor would hide a full disk.
-      file.flush(H5F_SCOPE_GLOBAL);
-      file.close();
-    } catch (const H5::Exception& e) {
-      throw Error("cannot write '" + path + "': " + Describe(e));
-    }
-  });
 }
 
 }  // namespace diffsac

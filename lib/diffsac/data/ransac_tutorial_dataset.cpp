@@ -51,6 +51,7 @@ void RansacTutorialOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeRansacTutorial(const RansacTutorialOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
   return MakePairDataset(ChosenScenes(options), options.pairs, PairMemory::kRecent, seed);
 }
 

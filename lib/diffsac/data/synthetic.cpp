@@ -191,10 +191,14 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("noise_scale", noise_scale, AtLeast(0.0))
       .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
   b.Field("outliers", outliers).Help("how they lie");
-  b.Field("clusters", clusters, AtLeast(1)).Help("aggregated: number of clusters");
-  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true}).Help("aggregated: standard deviation of a cluster");
+  const bool aggregated = outliers == OutlierKind::kAggregated;
+  b.Field("clusters", clusters, AtLeast(1)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
+  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true})
+      .OnlyIf(aggregated, "outliers: aggregated")
+      .Help("standard deviation of a cluster");
   b.Field("structured_share", structured_share, Within(0.0, 1.0))
-      .Help("structured: share of outliers on the second, weaker model");
+      .OnlyIf(outliers == OutlierKind::kStructured, "outliers: structured")
+      .Help("share of outliers on the second, weaker model");
   // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
   b.Field("min_extent", min_extent, Within(0.0, kSide))
       .Help("shortest chord (lines); planes: smallest square root of the area inside");
@@ -205,6 +209,7 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
   const int least = MinimalSetSize(task) + 1;
   if (options.num_points.low < least)
     throw Error("num_points: expected at least " + std::to_string(least) + " for the task " + ToString(task));
@@ -214,12 +219,16 @@ std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& option
 
 namespace {
 
-const RegisteredDataset<SyntheticOptions> kSyntheticLine(
-    "synthetic_line", DataSource::kGenerated, "Random lines in a 10 × 10 picture.",
-    [](const SyntheticOptions& options, std::uint64_t seed) { return MakeSynthetic(Task::kLine, options, seed); });
-const RegisteredDataset<SyntheticOptions> kSyntheticPlane(
-    "synthetic_plane", DataSource::kGenerated, "Random planes in a 10 × 10 × 10 cube.",
-    [](const SyntheticOptions& options, std::uint64_t seed) { return MakeSynthetic(Task::kPlane, options, seed); });
+const RegisteredDataset<SyntheticOptions> kSyntheticLine("synthetic_line", DataSource::kGenerated,
+                                                         "Random lines in a 10 × 10 picture.",
+                                                         [](const SyntheticOptions& options, std::uint64_t seed) {
+                                                           return MakeSynthetic(Task::kLine, options, seed);
+                                                         });
+const RegisteredDataset<SyntheticOptions> kSyntheticPlane("synthetic_plane", DataSource::kGenerated,
+                                                          "Random planes in a 10 × 10 × 10 cube.",
+                                                          [](const SyntheticOptions& options, std::uint64_t seed) {
+                                                            return MakeSynthetic(Task::kPlane, options, seed);
+                                                          });
 
 }  // namespace
 

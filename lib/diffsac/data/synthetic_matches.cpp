@@ -71,11 +71,16 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
   b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate in both images; one value a problem");
   b.Field("displaced_share", displaced_share, Within(0.0, 1.0))
       .Help("share of the outliers that are true matches whose second point was moved; the others are uniform");
-  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true}).Help("by how much, log-uniform");
+  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true})
+      .OnlyIf(displaced_share.high > 0.0, "a displaced_share above 0")
+      .Help("by how much, log-uniform");
   b.Field("match_ratio", match_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
   b.Field("correct_ratio_power", correct_ratio_power, Within(0.1, 1000.0))
+      .OnlyIf(match_ratio, "match_ratio: true")
       .Help("a of correct matches, log-uniform a problem");
-  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0)).Help("a of wrong ones");
+  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0))
+      .OnlyIf(match_ratio, "match_ratio: true")
+      .Help("a of wrong ones");
   b.Require(Whole(num_points), "num_points", "whole numbers");
 }
 

@@ -89,8 +89,8 @@ class SyntheticTwoView : public Dataset {
  public:
   SyntheticTwoView(SyntheticTwoViewOptions options, std::uint64_t seed)
       : options_(std::move(options)),
-        task_(TaskFromString(options_.task)),
-        prefix_("two_view_" + options_.task + "/" + options_.split),
+        task_(options_.task),
+        prefix_("two_view_" + ToString(options_.task) + "/" + options_.split),
         root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
 
   Task task() const override { return task_; }
@@ -224,7 +224,7 @@ class SyntheticTwoView : public Dataset {
 }  // namespace
 
 void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
-  b.Choice("task", task, {"homography", "fundamental", "essential"}).Help("what is estimated");
+  b.Field("task", task, {Task::kHomography, Task::kFundamental, Task::kEssential}).Help("what is estimated");
   matches.Bind(b);
   cameras.Bind(b);
   b.Field("general", general, AtLeast(0.0)).Help("weight: points anywhere in a range of depths");
@@ -233,6 +233,7 @@ void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
   b.Field("forward", forward, AtLeast(0.0)).Help("weight: general, the camera moves along its axis");
   b.Field("depth_ratio", depth_ratio, Within(1.0, 1000.0)).Help("farthest over nearest depth, log-uniform");
   b.Field("plane_share", plane_share, Within(0.0, 1.0))
+      .OnlyIf(mixed > 0.0, "a weight of mixed above 0")
       .Help(
           "mixed: share of the inliers on the plane; homography: 1 minus the share of correct matches off the plane "
           "among the outliers");
@@ -244,8 +245,11 @@ void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
   b.Field("converging", converging, Within(0.0, 1.0))
       .Help("probability that it is first turned towards the middle of the scene");
   b.Field("forward_cone_deg", forward_cone_deg, Within(0.0, 90.0))
-      .Help("forward: angle of the motion to the first camera's axis");
-  b.Field("forward_rotation_deg", forward_rotation_deg, Within(0.0, 180.0)).Help("forward: turn");
+      .OnlyIf(forward > 0.0, "a weight of forward above 0")
+      .Help("angle of the motion to the first camera's axis");
+  b.Field("forward_rotation_deg", forward_rotation_deg, Within(0.0, 180.0))
+      .OnlyIf(forward > 0.0, "a weight of forward above 0")
+      .Help("turn");
   b.Field("min_overlap", min_overlap, Within(0.05, 0.8))
       .Help("least share of what image 1 shows that image 2 shows too");
   b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
@@ -254,7 +258,8 @@ void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<Dataset> MakeSyntheticTwoView(const SyntheticTwoViewOptions& options, std::uint64_t seed) {
-  options.matches.Check(TaskFromString(options.task));
+  CheckOptions(options);
+  options.matches.Check(options.task);
   return std::make_unique<SyntheticTwoView>(options, seed);
 }
 

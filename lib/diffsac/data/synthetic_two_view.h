@@ -5,8 +5,8 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/problem.h"
 #include "diffsac/data/synthetic_matches.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/data/virtual_views.h"
 
 namespace diffsac {
@@ -15,9 +15,9 @@ namespace diffsac {
 /// drawn, and how, is in docs/generators.md; every constant is here. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
 struct SyntheticTwoViewOptions {
-  std::string task = "fundamental";  ///< "homography" | "fundamental" | "essential"
-  SyntheticMatchesOptions matches;   ///< Its keys stand beside the others.
-  VirtualCameraOptions cameras;      ///< Likewise.
+  Task task = Task::kFundamental;   ///< Of two views.
+  SyntheticMatchesOptions matches;  ///< Its keys stand beside the others.
+  VirtualCameraOptions cameras;     ///< Likewise.
 
   /// Weights of the scene kinds; they need not add up to 1.
   ///   general   points anywhere in a range of depths. Task homography: that, seen by a camera that only turns.

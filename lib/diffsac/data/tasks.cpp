@@ -11,11 +11,6 @@ std::vector<std::string> Names(TypeList<Types...>) {
   return {kModelName<Types>...};
 }
 
-template <class... Descriptions>
-std::vector<std::string> OwnNames(TypeList<Descriptions...>) {
-  return {kModelName<typename Descriptions::Model>...};
-}
-
 // "a, b or c"
 std::string OneOf(const std::vector<std::string>& names) {
   std::string text = names.front();
@@ -41,11 +36,9 @@ std::string TasksWithSeveral() {
 
 }  // namespace
 
-std::string ToString(Task task) {
-  return DispatchTask(task, []<class Model>() { return std::string(kModelName<Model>); });
-}
+std::string ToString(Task task) { return ToString<Task>(task); }
 
-std::vector<std::string> TaskNames() { return OwnNames(TaskList()); }
+std::vector<std::string> TaskNames() { return NamesOf<Task>(); }
 
 Task TaskFromString(const std::string& name) {
   const std::vector<std::string> names = TaskNames();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,15 @@ namespace diffsac {
 /// above, its name here and its place in the list: docs/extending.md.
 enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose };
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask>;
+
+/// Each task has the name of its own geometry model.
+template <class... Descriptions>
+constexpr auto TaskNamesOf(TypeList<Descriptions...>) {
+  int place = 0;
+  return std::array{EnumName<Task>{static_cast<Task>(place++), kModelName<typename Descriptions::Model>}...};
+}
+template <>
+inline constexpr auto kEnumNames<Task> = TaskNamesOf(TaskList());
 
 /// Calls `body.template operator()<Description>()` with the description of a task.
 template <class Body>

@@ -150,7 +150,7 @@ void FigureOptions::Bind(OptionsBinder& b) {
 void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("of the experiment and its folder in runs/");
   b.Field("title", title).Help("of the report");
-  b.Choice("task", task, TaskNames()).Help("what is estimated");
+  b.Field("task", task).Help("what is estimated");
   b.Field("seed", seed).Help("of data and methods");
   b.Field("problems", problems, AtLeast(1)).Help("for each condition; fewer when the data has fewer");
   b.Field("threads", threads, AtLeast(0)).Help("0: all cores");
@@ -159,7 +159,7 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
     metric.Field("threshold_px", threshold_px, Positive()).Help("the same in pixels");
     metric.Field("in_pixels", in_pixels).Help("errors in pixels, as homographies' always are");
     metric.Field("pose", pose).Help("homographies are judged by the motion that they decompose into, in degrees");
-    metric.Require(!pose || task == "homography", "pose", "task homography; other tasks are judged so always");
+    metric.Require(!pose || task == Task::kHomography, "pose", "task homography; other tasks are judged so always");
   }).Help("c and unit of the accuracies");
   b.Field("condition_label", condition_label).Help("name of the conditions' axis");
   b.Field("reference", reference).Help("differences \"reference minus other\"; empty: the first diffsac row");

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/data/tasks.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/registry.h"
 
@@ -73,7 +73,7 @@ struct ImageFolder {
 };
 
 struct FigureOptions {
-  bool curve = true;                                ///< mAA against the conditions' values.
+  bool curve = true;  ///< mAA against the conditions' values.
   /// Problems a condition in the picture of fits; two views: evenly spread over the data, one picture for each method.
   /// 0: none.
   int qualitative = 1;
@@ -90,32 +90,32 @@ struct FigureOptions {
 /// What becomes of an experiment's data and networks that are not there: an error, or they are left out and named.
 enum class Missing { kError, kLeaveOut };
 template <>
-inline constexpr auto kEnumNames<Missing> =
-    NamesOf<Missing>({{Missing::kError, "error"}, {Missing::kLeaveOut, "leave_out"}});
+inline constexpr auto kEnumNames<Missing> = NamesOf<Missing>({{Missing::kError, "error"},
+                                                              {Missing::kLeaveOut, "leave_out"}});
 
 /// One table or figure: every method on every condition. See docs/metrics.md and configs/tables/.
 struct ExperimentOptions {
   std::string name = "experiment";
   std::string title;
-  std::string task = "line";
+  Task task = Task::kLine;
   std::uint64_t seed = 0;
-  int problems = 2000;                        ///< For each condition; fewer when the dataset is smaller.
-  int threads = 0;                            ///< 0: all cores.
-  double threshold_deg = 0.5;                 ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
-  double threshold_px = 20.0;                 ///< The same in pixels (`metric.threshold_px`).
-  bool in_pixels = false;                     ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
+  int problems = 2000;         ///< For each condition; fewer when the dataset is smaller.
+  int threads = 0;             ///< 0: all cores.
+  double threshold_deg = 0.5;  ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
+  double threshold_px = 20.0;  ///< The same in pixels (`metric.threshold_px`).
+  bool in_pixels = false;      ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
   /// Homographies are judged by the motion that they decompose into, in degrees (`metric.pose`).
   bool pose = false;
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
   Missing missing = Missing::kError;
-  std::string data_root = "data";             ///< Where data is that is not prepared here, as `${data_root}` in paths.
+  std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.
   Tolerance tolerance() const {
-    return in_pixels || (ErrorInPixels(TaskFromString(task)) && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
+    return in_pixels || (ErrorInPixels(task) && !pose) ? Tolerance(threshold_px, true) : Tolerance(threshold_deg);
   }
 
   Config data;                        ///< What conditions change; of an experiment that was read it is in them.

@@ -255,7 +255,7 @@ bool HasPoints(const ConfidenceTrace& trace, const Problem& problem) {
 
 bool PlotFits(const ExperimentResults& results, const std::string& folder) {
   if (results.fits.empty()) return false;
-  const Task task = TaskFromString(results.experiment.task);
+  const Task task = results.experiment.task;
   if (IsTwoView(task)) return false;
   const int dimension = static_cast<int>(InThePlane(results.fits[0].example.problem).points.cols());
   const bool one_condition = results.experiment.conditions.size() == 1;

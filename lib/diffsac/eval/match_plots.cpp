@@ -221,7 +221,7 @@ std::string FileName(const KeptFit& fit, const ExperimentResults& results) {
 }  // namespace
 
 bool PlotMatches(const ExperimentResults& results, const std::string& folder) {
-  if (!IsTwoView(TaskFromString(results.experiment.task))) return false;
+  if (!IsTwoView(results.experiment.task)) return false;
   for (const KeptFit& fit : results.fits) {
     const cv::Mat picture = MatchPicture(fit, results);
     WriteFileAtomically(folder + "/" + FileName(fit, results), [&](const std::string& temporary) {

@@ -135,7 +135,7 @@ std::string ResultsJson(const Report& report) {
   for (const Cell& cell : results.cells) cells.push_back(CellJson(experiment, cell, report.Of(cell)));
   const Json json = {{"experiment", experiment.name},
                      {"title", experiment.title},
-                     {"task", experiment.task},
+                     {"task", ToString(experiment.task)},
                      {"dataset", results.dataset},
                      {"seed", experiment.seed},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},

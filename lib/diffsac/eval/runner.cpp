@@ -19,9 +19,9 @@ std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& expe
   std::vector<std::unique_ptr<Dataset>> datasets;
   for (const Condition& condition : experiment.conditions) {
     datasets.push_back(MakeDataset(condition.data, experiment.seed));
-    if (ToString(datasets.back()->task()) != experiment.task)
+    if (datasets.back()->task() != experiment.task)
       throw Error("condition '" + condition.name + "': its data is for task '" + ToString(datasets.back()->task()) +
-                  "', the experiment for '" + experiment.task + "'");
+                  "', the experiment for '" + ToString(experiment.task) + "'");
   }
   return datasets;
 }
@@ -31,9 +31,8 @@ using Methods = std::vector<std::unique_ptr<Method>>;
 // Null for the oracle, which is no Method.
 Methods MakeMethods(const ExperimentOptions& experiment, const MethodFactory& make) {
   Methods methods;
-  const Task task = TaskFromString(experiment.task);
   for (const MethodRow& row : experiment.methods)
-    methods.push_back(row.type == "oracle" ? nullptr : make(row.config, task));
+    methods.push_back(row.type == "oracle" ? nullptr : make(row.config, experiment.task));
   return methods;
 }
 
@@ -140,7 +139,7 @@ int FitsRow(const ExperimentOptions& experiment) {
 std::vector<std::size_t> FitsRows(const ExperimentOptions& experiment) {
   constexpr std::size_t kRows = 3;
   const FigureOptions& figures = experiment.figures;
-  const bool one = !IsTwoView(TaskFromString(experiment.task)) || !figures.qualitative_method.empty();
+  const bool one = !IsTwoView(experiment.task) || !figures.qualitative_method.empty();
   std::vector<std::size_t> rows;
   if (one && figures.qualitative_methods.empty()) {
     const int row = FitsRow(experiment);
@@ -174,7 +173,7 @@ bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
 // The first problems; of two views, whose data comes scene by scene, evenly spread ones.
 std::vector<std::size_t> FitPositions(const ExperimentOptions& experiment, std::size_t problems) {
   const std::size_t count = std::min<std::size_t>(experiment.figures.qualitative, problems);
-  const bool spread = IsTwoView(TaskFromString(experiment.task));
+  const bool spread = IsTwoView(experiment.task);
   std::vector<std::size_t> positions;
   for (std::size_t i = 0; i < count; ++i) positions.push_back(spread ? i * problems / count : i);
   return positions;

@@ -142,7 +142,7 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
 
 ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context) {
   for (MethodRow& row : experiment.methods)
-    row.config = ResolvedRow(row.config, TaskFromString(experiment.task), context);
+    row.config = ResolvedRow(row.config, experiment.task, context);
   return experiment;
 }
 

@@ -25,7 +25,7 @@ std::vector<std::string> Scenes(const ExperimentResults& results, std::size_t co
 }
 
 bool HasSets(const ExperimentResults& results) {
-  if (!IsTwoView(TaskFromString(results.experiment.task))) return false;
+  if (!IsTwoView(results.experiment.task)) return false;
   for (const Cell& cell : results.cells)
     for (const ProblemRecord& record : cell.records)
       if (!std::isnan(record.all_inlier_sets)) return true;
@@ -181,7 +181,7 @@ std::vector<Table> MakeTables(const Report& report) {
   const auto add = [&](const std::vector<MetricTable>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
   if (poses) add(PoseKinds(results, "rotation", "R"));
   if (poses) add(PoseKinds(results, "translation", "t"));
-  if (truth && IsTwoView(TaskFromString(experiment.task))) add(AreaKinds(results, poses));
+  if (truth && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
   if (HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
     if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));

@@ -44,17 +44,6 @@ double SampsonError(const Matrix3Parameters& model, const double* point) {
   return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
 }
 
-double SymmetricEpipolarError(const Matrix3Parameters& model, const double* point) {
-  const Eigen::Matrix3d f = AsMatrix(model);
-  const Eigen::Vector3d x1(point[0], point[1], 1.0), x2(point[2], point[3], 1.0);
-  const Eigen::Vector3d line2 = f * x1, line1 = f.transpose() * x2;
-  const double product = x2.dot(line2);
-  constexpr double kLeast = std::numeric_limits<double>::min();
-  const double inverse =
-      1.0 / (line2.head<2>().squaredNorm() + kLeast) + 1.0 / (line1.head<2>().squaredNorm() + kLeast);
-  return std::abs(product) * std::sqrt(0.5 * inverse);
-}
-
 bool SatisfiesOrientation(const Eigen::Matrix3d& f, const double (*points)[4], int count) {
   return SameOrientation(f, count, [&](int i) { return points[i]; });
 }

@@ -28,9 +28,6 @@ void SampsonDistances(const double* f, const double* const* columns, int begin, 
 /// Sampson distance of one correspondence x1 y1 x2 y2.
 double SampsonError(const Matrix3Parameters& model, const double* point);
 
-/// Root mean square of the distances of x2 to F x1 and of x1 to Fᵀ x2, in the points' unit.
-double SymmetricEpipolarError(const Matrix3Parameters& model, const double* point);
-
 /// Oriented epipolar constraint (Chum, Werner, Matas, "Epipolar geometry estimation via RANSAC benefits from the
 /// oriented epipolar constraint", ICPR 2004): e2 x x2 = λ F x1 with the same sign of λ for all, as for points in front
 /// of both cameras. `points` holds `count` rows of four values.

@@ -123,24 +123,6 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   return choice;
 }
 
-bool Triangulate(const RelativePose& pose, const double* point, Eigen::Vector3d* out) {
-  Eigen::Matrix<double, 3, 4> camera;
-  camera << pose.rotation, pose.translation;
-  const Eigen::RowVector4d x = Eigen::RowVector4d::Unit(0), y = Eigen::RowVector4d::Unit(1),
-                           z = Eigen::RowVector4d::Unit(2);
-  Eigen::Matrix4d rows;
-  rows << point[0] * z - x, point[1] * z - y, point[2] * camera.row(2) - camera.row(0),
-      point[3] * camera.row(2) - camera.row(1);
-  if (!rows.allFinite()) return false;
-  const Eigen::JacobiSVD<Eigen::Matrix4d> svd(rows, Eigen::ComputeFullV);
-  if (svd.info() != Eigen::Success) return false;
-  const Eigen::Vector4d solution = svd.matrixV().col(3);
-  if (!(svd.singularValues()[2] > 1e-12 * svd.singularValues()[0])) return false;
-  if (!(std::abs(solution[3]) > 1e-12 * solution.norm())) return false;
-  *out = solution.hnormalized();
-  return out->allFinite();
-}
-
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2) {
   // |R1 − R2| = 2 √2 sin(θ/2) and tr(R1ᵀ R2) = 4 cos²(θ/2) − 1: sine and cosine of the half angle each keep their
   // digits.

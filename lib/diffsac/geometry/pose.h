@@ -50,10 +50,6 @@ struct PoseChoice {
 PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
                       const std::vector<std::uint8_t>& inliers = {});
 
-/// The space point, in the first camera's frame, of least algebraic error (linear triangulation, Hartley and Zisserman
-/// 12.2). False when the rays are parallel, or something is not finite.
-bool Triangulate(const RelativePose& pose, const double* point, Eigen::Vector3d* out);
-
 /// Angle of R1ᵀ R2 in degrees, [0, 180]; exact near 0 and near 180.
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2);
 /// Angle of two vectors in degrees, [0, 180]; NaN for a zero vector.

@@ -1,7 +1,5 @@
 #include "diffsac/methods/classical.h"
 
-#include <algorithm>
-#include <iterator>
 #include <span>
 #include <utility>
 
@@ -11,13 +9,6 @@
 
 namespace diffsac {
 namespace {
-
-constexpr const char* kTypes[] = {"ransac",   "lo_ransac", "prosac",    "napsac",
-                                  "p_napsac", "gc_ransac", "magsac_pp", "exhaustive"};
-
-bool IsClassical(const std::string& type) {
-  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
-}
 
 std::span<const double> Span(const Eigen::VectorXd& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
@@ -50,20 +41,6 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
       SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus, rng.Fork("consensus")));
 }
 
-/// MSAC, local optimisation and refits: what every searching row but `ransac` starts from.
-ClassicalOptions LocallyOptimized(Task task) {
-  ClassicalOptions options;
-  options.consensus.score = ScoreKind::kMsac;
-  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
-  options.consensus.refit = Refit::kIterated;
-  options.consensus.refit_rounds = 5;
-  options.consensus.refit_threshold_factor = 1.2;
-  options.consensus.final_score = ScoreKind::kMsac;
-  if (DispatchTask(task, []<MinimalModel Model>() { return HasRefine<Model>; }))
-    options.consensus.final_refinement = FinalRefinement::kRefinement;
-  return options;
-}
-
 }  // namespace
 
 void ClassicalOptions::Bind(OptionsBinder& b) {
@@ -77,32 +54,16 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");
 }
 
-ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task) {
-  if (!IsClassical(type)) throw Error("unknown method type '" + type + "'");
-  if (type == "exhaustive" && IsTwoView(task))
-    throw Error("exhaustive searches lines and planes only; too many minimal sets");
-  if (type == "ransac") return {};
-  ClassicalOptions options = LocallyOptimized(task);
-  if (type == "prosac" || type == "napsac" || type == "p_napsac")
-    options.sampling.source = FromString<SourceKind>(type);
-  if (type == "gc_ransac") options.consensus.local_optimization = LocalOptimization::kGraphCut;
-  if (type == "magsac_pp") {
-    options.consensus.score = options.consensus.final_score = ScoreKind::kMagsac;
-    options.consensus.score_threshold_factor = 2.5;
-    options.consensus.local_optimization = LocalOptimization::kReweighted;
-    options.consensus.refit = Refit::kReweighted;
-    options.consensus.refit_threshold_factor = 1.0;
-  }
-  if (type == "exhaustive") {
-    options.exhaustive = true;
-    options.hypotheses = 2'000'000;
-    options.consensus.local_optimization = LocalOptimization::kNone;
-    options.consensus.refit = Refit::kMixture;
-    options.consensus.refit_rounds = 1;
-    options.consensus.refit_threshold_factor = 1.0;
-    options.consensus.refit_candidates = 5;
-    options.consensus.final_score = ScoreKind::kGaussianUniform;
-  }
+ClassicalOptions LoRansacOptions(Task task) {
+  ClassicalOptions options;
+  options.consensus.score = ScoreKind::kMsac;
+  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
+  options.consensus.refit = Refit::kIterated;
+  options.consensus.refit_rounds = 5;
+  options.consensus.refit_threshold_factor = 1.2;
+  options.consensus.final_score = ScoreKind::kMsac;
+  if (DispatchTask(task, []<MinimalModel Model>() { return HasRefine<Model>; }))
+    options.consensus.final_refinement = FinalRefinement::kRefinement;
   return options;
 }
 
@@ -114,26 +75,67 @@ Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) c
 
 namespace {
 
-/// A type with the defaults above.
 struct RegisteredClassical : RegisteredMethod<ClassicalOptions> {
-  RegisteredClassical(const std::string& type, const std::string& help)
-      : RegisteredMethod(
-            type, help, [type](Task task) { return DefaultClassicalOptions(type, task); },
-            [](const ClassicalOptions& options) { return std::make_unique<ClassicalMethod>(options); }) {}
+  RegisteredClassical(const std::string& type, const std::string& help, Defaults defaults)
+      : RegisteredMethod(type, help, std::move(defaults),
+                         [](const ClassicalOptions& options) { return std::make_unique<ClassicalMethod>(options); }) {}
 };
 
-const RegisteredClassical kRansac("ransac", "Inlier count, one least squares on the inliers.");
+/// `lo_ransac` with sets from another source.
+RegisteredClassical::Defaults LoRansacFrom(SourceKind source) {
+  return [source](Task task) {
+    ClassicalOptions options = LoRansacOptions(task);
+    options.sampling.source = source;
+    return options;
+  };
+}
+
+const RegisteredClassical kRansac("ransac", "Inlier count, one least squares on the inliers.",
+                                  [](Task) { return ClassicalOptions(); });
 const RegisteredClassical kLoRansac("lo_ransac",
-                                    "MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003).");
-const RegisteredClassical kProsac("prosac", "`lo_ransac` with sets in the order of quality (Chum, Matas 2005).");
-const RegisteredClassical kNapsac("napsac", "`lo_ransac` with sets from neighbourhoods (Torr et al. 2002).");
+                                    "MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003).",
+                                    LoRansacOptions);
+const RegisteredClassical kProsac("prosac", "`lo_ransac` with sets in the order of quality (Chum, Matas 2005).",
+                                  LoRansacFrom(SourceKind::kProsac));
+const RegisteredClassical kNapsac("napsac", "`lo_ransac` with sets from neighbourhoods (Torr et al. 2002).",
+                                  LoRansacFrom(SourceKind::kNapsac));
 const RegisteredClassical kProgressiveNapsac("p_napsac",
-                                             "`lo_ransac` with sets from growing neighbourhoods (Barath et al. 2020).");
-const RegisteredClassical kGcRansac("gc_ransac", "`lo_ransac` with graph-cut local optimisation (Barath, Matas 2018).");
+                                             "`lo_ransac` with sets from growing neighbourhoods (Barath et al. 2020).",
+                                             LoRansacFrom(SourceKind::kProgressiveNapsac));
+const RegisteredClassical kGcRansac("gc_ransac", "`lo_ransac` with graph-cut local optimisation (Barath, Matas 2018).",
+                                    [](Task task) {
+                                      ClassicalOptions options = LoRansacOptions(task);
+                                      options.consensus.local_optimization = LocalOptimization::kGraphCut;
+                                      return options;
+                                    });
 const RegisteredClassical kMagsac("magsac_pp",
-                                  "MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020).");
+                                  "MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020).",
+                                  [](Task task) {
+                                    ClassicalOptions options = LoRansacOptions(task);
+                                    ConsensusOptions& consensus = options.consensus;
+                                    consensus.score = consensus.final_score = ScoreKind::kMagsac;
+                                    consensus.score_threshold_factor = 2.5;
+                                    consensus.local_optimization = LocalOptimization::kReweighted;
+                                    consensus.refit = Refit::kReweighted;
+                                    consensus.refit_threshold_factor = 1.0;
+                                    return options;
+                                  });
 const RegisteredClassical kExhaustive(
-    "exhaustive", "Lines and planes: every minimal set, the best 5 refitted by expectation maximisation.");
+    "exhaustive", "Lines and planes: every minimal set, the best 5 refitted by expectation maximisation.",
+    [](Task task) {
+      if (IsTwoView(task)) throw Error("exhaustive searches lines and planes only; too many minimal sets");
+      ClassicalOptions options = LoRansacOptions(task);
+      options.exhaustive = true;
+      options.hypotheses = 2'000'000;
+      ConsensusOptions& consensus = options.consensus;
+      consensus.local_optimization = LocalOptimization::kNone;
+      consensus.refit = Refit::kMixture;
+      consensus.refit_rounds = 1;
+      consensus.refit_threshold_factor = 1.0;
+      consensus.refit_candidates = 5;
+      consensus.final_score = ScoreKind::kGaussianUniform;
+      return options;
+    });
 
 }  // namespace
 

@@ -22,21 +22,15 @@ struct ClassicalOptions {
   void Bind(OptionsBinder& b);
 };
 
-/// Defaults of a type. Two-view tasks end with the model's own nonlinear refinement except in `ransac`.
-///   ransac      inlier count, one least squares on the inliers
-///   lo_ransac   MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003)
-///   prosac      the same with sets in the order of quality (Chum, Matas 2005)
-///   napsac, p_napsac   the same with sets from neighbourhoods (Torr et al. 2002; Barath et al. 2020)
-///   gc_ransac   the same with graph-cut local optimisation (Barath, Matas 2018)
-///   magsac_pp   MAGSAC++ score, reweighted local optimisation and refit (Barath et al. 2020)
-///   exhaustive  every minimal set, MSAC, the best 5 refitted by expectation maximisation
-/// Throws Error for another type, and of exhaustive for a task of two views.
-ClassicalOptions DefaultClassicalOptions(const std::string& type, Task task);
+/// MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003), and the model's own nonlinear refinement
+/// where it has one: the defaults of the row `lo_ransac`, which those of the others but `ransac` change.
+ClassicalOptions LoRansacOptions(Task task);
 
-/// Sample consensus without learning.
+/// Sample consensus without learning: the rows `ransac`, `lo_ransac`, `prosac`, `napsac`, `p_napsac`, `gc_ransac`,
+/// `magsac_pp` and `exhaustive`, registered with their defaults in classical.cpp. Throws Error for wrong options.
 class ClassicalMethod : public Method {
  public:
-  explicit ClassicalMethod(const ClassicalOptions& options) : options_(options) {}
+  explicit ClassicalMethod(const ClassicalOptions& options) : options_(options) { CheckOptions(options); }
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:

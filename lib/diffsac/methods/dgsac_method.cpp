@@ -53,7 +53,7 @@ void DgsacMethodOptions::Bind(OptionsBinder& b) {
 
 DgsacMethodOptions DefaultDgsacOptions(Task task) {
   DgsacMethodOptions options;
-  options.consensus = DefaultClassicalOptions("lo_ransac", task).consensus;
+  options.consensus = LoRansacOptions(task).consensus;
   return options;
 }
 

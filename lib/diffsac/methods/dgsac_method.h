@@ -29,7 +29,7 @@ DgsacMethodOptions DefaultDgsacOptions(Task task);
 /// reported is at the problem's threshold, as every row's; the score is the inlier count.
 class DgsacMethod : public Method {
  public:
-  explicit DgsacMethod(const DgsacMethodOptions& options) : options_(options) {}
+  explicit DgsacMethod(const DgsacMethodOptions& options) : options_(options) { CheckOptions(options); }
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:

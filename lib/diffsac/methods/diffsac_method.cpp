@@ -36,6 +36,7 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, cons
       network_(std::move(network)),
       options_(options),
       sampler_(MakeReverseSampler(options_.sampler, network_->schedule)) {
+  CheckOptions(options_);
   CheckServes(options_, *network_);
 }
 

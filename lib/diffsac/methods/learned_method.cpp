@@ -144,8 +144,7 @@ void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
 }
 
 void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
-  const auto& kinds = network.feature_options.kinds;
-  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
+  const bool preference = network.feature_options.Has(PointFeature::kPreference);
   const char* features = "the network sees no preference features";
   CheckRowKeys(
       row, {{"feature_hypotheses", preference, features, "false"}, {"preference_draws", preference, features, "0"}});

@@ -27,7 +27,7 @@ struct LinePosteriorOptions {
 /// where positive, under the posterior; the score is that expectation times N.
 class LinePosteriorMethod : public Method {
  public:
-  explicit LinePosteriorMethod(const LinePosteriorOptions& options) : options_(options) {}
+  explicit LinePosteriorMethod(const LinePosteriorOptions& options) : options_(options) { CheckOptions(options); }
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:

@@ -1,7 +1,6 @@
 #include "diffsac/methods/opencv_usac.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <type_traits>
@@ -13,10 +12,27 @@
 namespace diffsac {
 namespace {
 
-const std::map<std::string, int> kPresets = {{"default", cv::USAC_DEFAULT},   {"fast", cv::USAC_FAST},
-                                             {"accurate", cv::USAC_ACCURATE}, {"prosac", cv::USAC_PROSAC},
-                                             {"magsac", cv::USAC_MAGSAC},     {"parallel", cv::USAC_PARALLEL},
-                                             {"fm_8pts", cv::USAC_FM_8PTS},   {"ransac", cv::RANSAC}};
+int FlagOf(OpencvPreset preset) {
+  switch (preset) {
+    case OpencvPreset::kFast:
+      return cv::USAC_FAST;
+    case OpencvPreset::kAccurate:
+      return cv::USAC_ACCURATE;
+    case OpencvPreset::kProsac:
+      return cv::USAC_PROSAC;
+    case OpencvPreset::kMagsac:
+      return cv::USAC_MAGSAC;
+    case OpencvPreset::kParallel:
+      return cv::USAC_PARALLEL;
+    case OpencvPreset::kFundamental8:
+      return cv::USAC_FM_8PTS;
+    case OpencvPreset::kRansac:
+      return cv::RANSAC;
+    case OpencvPreset::kDefault:
+      break;
+  }
+  return cv::USAC_DEFAULT;
+}
 
 /// The models that OpenCV has an estimator of, from two images.
 template <class Model>
@@ -50,7 +66,7 @@ Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& o
     }
   cv::Mat found;
   try {
-    found = RunOpencv<Model>(first, second, space.threshold(), kPresets.at(options.preset), options);
+    found = RunOpencv<Model>(first, second, space.threshold(), FlagOf(options.preset), options);
   } catch (const cv::Exception&) {
     return estimate;
   }
@@ -76,9 +92,7 @@ std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
 void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("hypotheses", hypotheses, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
   b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
-  std::vector<std::string> presets;
-  for (const auto& [name, flag] : kPresets) presets.push_back(name);
-  b.Choice("preset", preset, presets).Help("OpenCV's flag; `prosac` gets the matches best first");
+  b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 
 Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
@@ -92,7 +106,7 @@ namespace {
 
 /// A row with OpenCV's preset of this name.
 struct RegisteredOpencv : RegisteredMethod<OpencvUsacOptions> {
-  RegisteredOpencv(const std::string& type, const std::string& preset, const std::string& help)
+  RegisteredOpencv(const std::string& type, OpencvPreset preset, const std::string& help)
       : RegisteredMethod(
             type, help,
             [type, preset](Task task) {
@@ -104,8 +118,8 @@ struct RegisteredOpencv : RegisteredMethod<OpencvUsacOptions> {
             [](const OpencvUsacOptions& options) { return std::make_unique<OpencvUsacMethod>(options); }) {}
 };
 
-const RegisteredOpencv kUsac("usac", "default", "Two views: OpenCV's USAC_DEFAULT on the same problems.");
-const RegisteredOpencv kOpencvMagsac("opencv_magsac", "magsac",
+const RegisteredOpencv kUsac("usac", OpencvPreset::kDefault, "Two views: OpenCV's USAC_DEFAULT on the same problems.");
+const RegisteredOpencv kOpencvMagsac("opencv_magsac", OpencvPreset::kMagsac,
                                      "Two views: OpenCV's USAC_MAGSAC on the same problems.");
 
 }  // namespace

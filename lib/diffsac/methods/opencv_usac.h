@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "diffsac/core/options.h"
@@ -8,13 +7,23 @@
 
 namespace diffsac {
 
+/// OpenCV's flags: USAC_* and RANSAC. kProsac gets the correspondences sorted by quality, best first.
+enum class OpencvPreset { kDefault, kFast, kAccurate, kProsac, kMagsac, kParallel, kFundamental8, kRansac };
+template <>
+inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvPreset::kDefault, "default"},
+                                                                        {OpencvPreset::kFast, "fast"},
+                                                                        {OpencvPreset::kAccurate, "accurate"},
+                                                                        {OpencvPreset::kProsac, "prosac"},
+                                                                        {OpencvPreset::kMagsac, "magsac"},
+                                                                        {OpencvPreset::kParallel, "parallel"},
+                                                                        {OpencvPreset::kFundamental8, "fm_8pts"},
+                                                                        {OpencvPreset::kRansac, "ransac"}});
+
 /// OpenCV's estimators on the same problems with the same budget: the independent reference of the two-view tables.
 struct OpencvUsacOptions {
   int hypotheses = 1000;  ///< OpenCV's maxIters; it may stop earlier by its confidence.
   double confidence = 0.9999;
-  /// "default" | "fast" | "accurate" | "prosac" | "magsac" | "parallel" | "fm_8pts" | "ransac": OpenCV's USAC_* and
-  /// RANSAC flags. `prosac` gets the correspondences sorted by quality, best first.
-  std::string preset = "default";
+  OpencvPreset preset = OpencvPreset::kDefault;
   void Bind(OptionsBinder& b);
 };
 
@@ -24,7 +33,7 @@ struct OpencvUsacOptions {
 /// kNoModel.
 class OpencvUsacMethod : public Method {
  public:
-  explicit OpencvUsacMethod(const OpencvUsacOptions& options) : options_(options) {}
+  explicit OpencvUsacMethod(const OpencvUsacOptions& options) : options_(options) { CheckOptions(options); }
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:

@@ -21,7 +21,7 @@ struct TheilSenOptions {
 /// kNoModel when every set is parallel to the last axis. The score is the inlier count.
 class TheilSenMethod : public Method {
  public:
-  explicit TheilSenMethod(const TheilSenOptions& options) : options_(options) {}
+  explicit TheilSenMethod(const TheilSenOptions& options) : options_(options) { CheckOptions(options); }
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:

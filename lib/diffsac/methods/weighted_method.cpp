@@ -48,7 +48,9 @@ WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, co
                                int threads)
     : LearnedMethod(weights, WithBudget(options), threads),
       weights_(std::move(weights)),
-      hypotheses_(options.hypotheses) {}
+      hypotheses_(options.hypotheses) {
+  CheckOptions(options);
+}
 
 void WeightedMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t>,
                            std::span<Prediction> predictions) const {

@@ -9,20 +9,14 @@
 namespace diffsac {
 namespace {
 
-void BindTask(OptionsBinder& b, Task* task) {
-  std::string name = ToString(*task);
-  b.Choice("task", name, TaskNames()).Help("what is estimated");
-  *task = TaskFromString(name);
-}
-
 // What all else depends on.
 struct TrainConfigHead {
   std::string method = "diffsac";
-  Task task = TaskFromString("line");
+  Task task = Task::kLine;
   Config rest;
   void Bind(OptionsBinder& b) {
     b.Choice("method", method, Registry<LearnerEntry>::Instance().Names());
-    BindTask(b, &task);
+    b.Field("task", task);
     b.Rest(rest);
   }
 };
@@ -77,7 +71,7 @@ TrainConfig::TrainConfig(const std::string& method_name, Task task_value) : meth
 void TrainConfig::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("of the run and, unless --output says otherwise, of its folder in runs/");
   b.Choice("method", method, Registry<LearnerEntry>::Instance().Names()).Help("what is learned");
-  BindTask(b, &task);
+  b.Field("task", task).Help("what is estimated");
   BindModel(b, task, &model);
   learner->model = model;
   b.Field("data", data).Help("what it is trained on, see below");
@@ -93,9 +87,7 @@ void TrainConfig::Bind(OptionsBinder& b) {
   b.GroupWith(
        "validation", [this](OptionsBinder& inner) { validation.Bind(inner, task); }, typeid(ValidationOptions))
       .Help("how the best checkpoint is told");
-  const auto& kinds = learner->features().kinds;
-  const bool preference = std::find(kinds.begin(), kinds.end(), "preference") != kinds.end();
-  b.Reject(train.two_view.augment && preference, "train.two_view.augment",
+  b.Reject(train.two_view.augment && learner->features().Has(PointFeature::kPreference), "train.two_view.augment",
            "not for network.features.kinds preference, whose hypotheses are those of the images as they are");
 }
 
