@@ -108,6 +108,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   ExperimentResults results = MadeUpResults();
   results.problems = {4, 4};
   results.learned = {{1, {1234, 50, 100, "start"}}};
+  results.experiment.left_out = {"Absent (needs no.pt)"};
   ProblemRecord& record = results.cells[1].records[2];
   record.id = "a \"b\", c\n|\u00e9";
   record.status = Status::kDegenerate;
@@ -134,7 +135,8 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(CsvOf(content.results) == CsvOf(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
   CHECK(MarkdownReport(MakeReport(content.results)) == MarkdownReport(MakeReport(results)));
-  CHECK_THAT(MarkdownReport(MakeReport(results)), Contains("1234") && Contains("100") && Contains("start"));
+  CHECK_THAT(MarkdownReport(MakeReport(content.results)),
+             Contains("1234") && Contains("100") && Contains("start") && Contains("Left out: Absent (needs no.pt)."));
 }
 
 TEST_CASE("shards that are not one whole run are one clear line") {

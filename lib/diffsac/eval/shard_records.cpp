@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 2";
+constexpr const char* kFormat = "diffsac shard 3";
 
 // The text of a record's numbers, in one place for both directions.
 class Fields {
@@ -142,6 +142,7 @@ Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
           {"dataset", results.dataset},
           {"fits_label", results.fits_label},
           {"learned", LearnedJson(results.learned)},
+          {"left_out", experiment.left_out},
           {"git_revision", results.git_revision},
           {"machine", results.machine},
           {"setup", setup},
@@ -156,6 +157,7 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
   content.setup = header.at("setup").get<std::string>();
   ExperimentResults& results = content.results;
   results.experiment = ReadExperiment(Config::FromString(content.experiment, name));
+  results.experiment.left_out = header.at("left_out").get<std::vector<std::string>>();
   results.shard = {header.at("shard").get<int>(), header.at("shards").get<int>()};
   results.partial = !header.at("complete").get<bool>();
   results.problems = header.at("problems").get<std::vector<std::size_t>>();
