@@ -58,6 +58,24 @@ TEST_CASE("Two sections of one struct share a table") {
         "\n### b\n\nKeys as of a, with the defaults `rate`: `1`.\n\n### c\n\nKeys as of a.\n");
 }
 
+TEST_CASE("Keys that the described struct has not stand behind the pointer to it") {
+  struct More : Inner {
+    std::string model;
+    void Bind(OptionsBinder& b) {
+      b.Field("model", model).Help("which");
+      Inner::Bind(b);
+    }
+  };
+  OptionReference reference;
+  reference.AddOptions("a", "", "", typeid(Inner), DescribeOptions<Inner>());
+  const std::size_t size = reference.text().size();
+  reference.AddOptions("b", "", "", typeid(Inner), DescribeOptions<More>());
+  CHECK(reference.text().substr(size) ==
+        "\n### b\n\nKeys as of a.\nBeside them:\n\n"
+        "| key | default | value | meaning |\n|---|---|---|---|\n"
+        "| `model` | `\"\"` | a text | Which. |\n");
+}
+
 TEST_CASE("Differences name other defaults and keys that are missing") {
   CHECK(DifferenceText(DescribeOptions<Outer>(), DescribeOptions<Outer>()).empty());
   CHECK(DifferenceText(DescribeOptions<Inner>(), {}) == "without `width`, `rate`");

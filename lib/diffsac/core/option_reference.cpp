@@ -47,6 +47,16 @@ void Compare(const std::string& path, const std::vector<OptionDescription>& base
   }
 }
 
+// Those of `keys` that `known` has not.
+std::vector<OptionDescription> KeysBeside(const std::vector<OptionDescription>& known,
+                                          const std::vector<OptionDescription>& keys) {
+  std::vector<OptionDescription> more;
+  for (const OptionDescription& key : keys)
+    if (std::none_of(known.begin(), known.end(), [&](const auto& other) { return other.key == key.key; }))
+      more.push_back(key);
+  return more;
+}
+
 std::string List(const std::vector<std::string>& texts) {
   std::string list;
   for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + text;
@@ -79,6 +89,10 @@ void OptionReference::AddOptions(const std::string& heading, const std::string& 
   AddText(3, heading, text);
   if (const Known* known = Find(options)) {
     text_ += "\nK" + PointerTo(*known, keys);
+    const std::vector<OptionDescription> more = KeysBeside(known->keys, keys);
+    if (more.empty()) return;
+    text_ += "Beside them:\n";
+    AddKeys("", of, more);
     return;
   }
   if (options != typeid(void)) known_.push_back({options, heading, keys});
