@@ -84,7 +84,7 @@ methods:
 compare: [[first, second]]
 )"));
   for (std::size_t m = 0; m < 2; ++m) {
-    Cell cell{0, m, {}};
+    Cell cell{0, m, {}, {}};
     for (int i = 0; i < 8; ++i) {
       ProblemRecord record;
       record.index = i;
@@ -112,7 +112,7 @@ inline ExperimentResults MadeUpResults() {
   const double errors[3] = {0.045, 0.12, 0.01};
   for (std::size_t c = 0; c < 2; ++c) {
     for (std::size_t m = 0; m < 3; ++m) {
-      Cell cell{c, m, {}};
+      Cell cell{c, m, {}, {}};
       for (int i = 0; i < 4; ++i) {
         ProblemRecord record;
         record.index = i;

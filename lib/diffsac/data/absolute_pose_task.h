@@ -16,6 +16,10 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
   static PointMatrix Normalize(const Problem& problem, double* unit);
   /// The scene about its median by its spread, and the normalised image.
   static PointMatrix FeatureCoordinates(const SolverSpace& space);
+  static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
+                                         const Problem&) {
+    return RigidMotion{RotationOf(model), TranslationOf(model)};
+  }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
   /// rotation_deg; offset, the distance of the camera's centre from the true one, in the scene's unit; translation_deg,
   /// the angle under which the middle of the scene's points sees that distance; angle_deg, the larger of the two

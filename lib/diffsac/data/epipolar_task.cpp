@@ -14,21 +14,27 @@ constexpr int kFewestInliers = 5;
 
 }  // namespace
 
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const std::vector<std::uint8_t>& inliers,
+                                        const Problem& problem) {
+  if (std::count(inliers.begin(), inliers.end(), 1) < kFewestInliers) return std::nullopt;
+  const CameraPair& cameras = *problem.cameras;
+  const PointMatrix points = NormalizedCoordinates(problem.points, cameras.K1, cameras.K2);
+  const PoseChoice choice = ChoosePose(essential, points, inliers);
+  if (choice.in_front <= 0) return std::nullopt;
+  return RigidMotion{choice.pose.rotation, choice.pose.translation};
+}
+
 EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const std::vector<std::uint8_t>& inliers,
                                 const Example& example) {
-  const CameraPair& cameras = *example.problem.cameras;
   EstimateError error;
   error.rotation_deg = kWorstRotationDeg;
   error.translation_deg = kWorstTranslationDeg;
-  error.failed = true;
-  if (essential != nullptr && std::count(inliers.begin(), inliers.end(), 1) >= kFewestInliers) {
-    const PointMatrix points = NormalizedCoordinates(example.problem.points, cameras.K1, cameras.K2);
-    const PoseChoice choice = ChoosePose(*essential, points, inliers);
-    error.failed = choice.in_front <= 0;
-    if (!error.failed) {
-      error.rotation_deg = RotationAngleDegrees(choice.pose.rotation, example.truth.pose->rotation);
-      error.translation_deg = TranslationErrorDegrees(choice.pose.translation, example.truth.pose->translation);
-    }
+  std::optional<RigidMotion> pose;
+  if (essential != nullptr) pose = EpipolarPose(*essential, inliers, example.problem);
+  error.failed = !pose;
+  if (pose) {
+    error.rotation_deg = RotationAngleDegrees(pose->rotation, example.truth.pose->rotation);
+    error.translation_deg = TranslationErrorDegrees(pose->translation, example.truth.pose->translation);
   }
   error.angle_deg = std::max(error.rotation_deg, error.translation_deg);
   return error;

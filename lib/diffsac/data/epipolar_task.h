@@ -10,6 +10,11 @@ namespace diffsac {
 EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const std::vector<std::uint8_t>& inliers,
                                 const Example& example);
 
+/// The pose that E chooses with the inliers by cheirality, in a problem with cameras; nothing with fewer than 5
+/// inliers, or where none is before both cameras.
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const std::vector<std::uint8_t>& inliers,
+                                        const Problem& problem);
+
 /// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
 EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
 
@@ -29,6 +34,11 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
     if (model == nullptr) return EpipolarInlierError(nullptr, example);
     const Matrix3Parameters fundamental = Description::PixelModel(*model, problem);
     return EpipolarInlierError(&fundamental, example);
+  }
+  static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                         const Problem& problem) {
+    if (!problem.cameras) return std::nullopt;
+    return EpipolarPose(Description::EssentialOf(ModelMatrix(model), *problem.cameras), inliers, problem);
   }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return EpipolarEquations(space.points(), truth);

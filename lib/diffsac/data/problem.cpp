@@ -15,6 +15,15 @@ PointMatrix ImagePoints(const Problem& problem) {
   });
 }
 
+std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                          const Problem& problem) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<RigidMotion> {
+    if constexpr (requires { Description::Pose(model, inliers, problem); })
+      return Description::Pose(model, inliers, problem);
+    return std::nullopt;
+  });
+}
+
 Status CheckProblem(const Problem& problem) { return CheckSpace(SolverSpace(problem), {problem.task}); }
 
 }  // namespace diffsac

@@ -64,6 +64,12 @@ Status CheckProblem(const Problem& problem);
 /// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
 PointMatrix ImagePoints(const Problem& problem);
 
+/// The motion that a model says: of the second camera seen from the first, |t| = 1, chosen by cheirality of the inliers
+/// (E, and F where the calibration is known), or world-to-camera (absolute pose). Nothing for other tasks, and where no
+/// choice is possible.
+std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                          const Problem& problem);
+
 /// What only labels, metrics and the oracle may see; each part is empty where it is unknown.
 struct GroundTruth {
   // What estimates of the problem's task are measured against.

@@ -30,6 +30,8 @@ inline constexpr const char* kModelName = nullptr;
 ///                         how wrong an estimate is; model is null for a failure, else finite
 ///
 /// Where it has them:
+///   Pose(model, inliers, problem)
+///                         the motion that a finite model says, if it does (PoseOfEstimate)
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   Normalize(problem, unit)
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the

@@ -56,10 +56,21 @@ std::string Folder(const EvalRequest& request, const ExperimentOptions& experime
   return "runs/" + experiment.name + (shard.whole() ? "" : part);
 }
 
+// Those of an earlier run must not pass for this one's.
+void KeepEstimates(const ExperimentResults& results, const std::string& folder) {
+  const std::string path = folder + "/" + kEstimatesFile;
+  if (results.experiment.estimates) {
+    WriteEstimates(path, EstimatesOf(results));
+  } else {
+    std::filesystem::remove(path);
+  }
+}
+
 void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
                 std::ostream& out) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
   if (!results.partial) DrawExamples(results, folder);
+  KeepEstimates(results, folder);
   WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
   out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
       << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
@@ -69,6 +80,7 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
                 std::ostream& out) {
   const Report report = MakeReport(results);
   WriteResults(report, folder);
+  KeepEstimates(results, folder);
   if (!results.partial) DrawFigures(report, folder);
   if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
@@ -95,10 +107,16 @@ ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, 
 // At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
 bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults* results) {
   const std::vector<std::string> texts = group.Gather(ShardRecords(*results, setup));
+  const bool estimates = results->experiment.estimates;
+  const std::vector<std::string> files =
+      estimates ? group.Gather(EstimatesToBytes(EstimatesOf(*results))) : std::vector<std::string>();
   if (!group.main()) return false;
   std::vector<ShardContent> shards;
-  for (std::size_t r = 0; r < texts.size(); ++r)
-    shards.push_back(ReadShardRecords(texts[r], "process " + std::to_string(r)));
+  for (std::size_t r = 0; r < texts.size(); ++r) {
+    const std::string process = "process " + std::to_string(r);
+    shards.push_back(ReadShardRecords(texts[r], process));
+    if (estimates) AddEstimates(EstimatesFromBytes(files[r], process), process, &shards.back().results);
+  }
   ExperimentResults joined = MergeShards(std::move(shards), true);
   joined.fits = std::move(results->fits);
   joined.traces = std::move(results->traces);

@@ -110,6 +110,7 @@ struct ExperimentOptions {
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
   Missing missing = Missing::kError;
+  bool estimates = true;  ///< Whether estimates.h5 is written (docs/estimates.md).
   std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);

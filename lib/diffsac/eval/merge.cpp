@@ -65,13 +65,16 @@ void CheckComplete(const std::vector<ShardContent>& shards) {
 
 // All records of one method and condition, in the order of the dataset.
 Cell JoinCell(std::size_t condition, std::size_t method, std::vector<ShardContent>* shards) {
-  Cell joined{condition, method, {}};
+  Cell joined{condition, method, {}, {}};
   for (ShardContent& shard : *shards)
     for (Cell& cell : shard.results.cells)
-      if (cell.condition == condition && cell.method == method)
+      if (cell.condition == condition && cell.method == method) {
         std::move(cell.records.begin(), cell.records.end(), std::back_inserter(joined.records));
-  std::sort(joined.records.begin(), joined.records.end(),
-            [](const ProblemRecord& a, const ProblemRecord& b) { return a.index < b.index; });
+        std::move(cell.estimates.begin(), cell.estimates.end(), std::back_inserter(joined.estimates));
+      }
+  const auto by_index = [](const auto& a, const auto& b) { return a.index < b.index; };
+  std::sort(joined.records.begin(), joined.records.end(), by_index);
+  std::sort(joined.estimates.begin(), joined.estimates.end(), by_index);
   return joined;
 }
 
@@ -114,7 +117,10 @@ ShardContent ReadShardFolder(const std::string& folder) {
     throw Error("--merge: '" + folder + "' holds no finished shard (" + kShardRecords +
                 "), as diffsac_eval --shard i/n "
                 "leaves it");
-  return ReadShardRecords(ReadFile(path), folder);
+  ShardContent content = ReadShardRecords(ReadFile(path), folder);
+  if (content.results.experiment.estimates)
+    AddEstimates(ReadEstimates((fs::path(folder) / kEstimatesFile).string()), folder, &content.results);
+  return content;
 }
 
 }  // namespace
@@ -156,6 +162,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
   const Report report = MakeReport(results);
   WriteResults(report, folder);
+  if (results.experiment.estimates) WriteEstimates(folder + "/" + kEstimatesFile, EstimatesOf(results));
   CopyPictures(first, folder);
   DrawFigures(report, folder);
   out << MarkdownReport(report) << std::endl;

@@ -185,7 +185,7 @@ namespace {
 Cell Common(const Cell& cell, const Cell& other) {
   std::set<std::uint64_t> indices;
   for (const ProblemRecord& record : other.records) indices.insert(record.index);
-  Cell common{cell.condition, cell.method, {}};
+  Cell common{cell.condition, cell.method, {}, {}};
   for (const ProblemRecord& record : cell.records)
     if (indices.count(record.index) > 0) common.records.push_back(record);
   return common;
@@ -212,6 +212,31 @@ int ReferenceRow(const ExperimentOptions& experiment) {
     if (is_reference) found = static_cast<int>(i);
   }
   return found;
+}
+
+EstimateFile EstimatesOf(const ExperimentResults& results) {
+  const ExperimentOptions& experiment = results.experiment;
+  EstimateFile file{experiment.name, experiment.task, results.git_revision, {}};
+  for (const Cell& cell : results.cells)
+    file.groups.push_back(
+        {experiment.methods[cell.method].name, experiment.conditions[cell.condition].name, cell.estimates});
+  return file;
+}
+
+void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults* results) {
+  const ExperimentOptions& experiment = results->experiment;
+  for (Cell& cell : results->cells) {
+    const std::string &method = experiment.methods[cell.method].name,
+                      &condition = experiment.conditions[cell.condition].name;
+    const auto group = std::find_if(file.groups.begin(), file.groups.end(), [&](const EstimateGroup& g) {
+      return g.method == method && g.condition == condition;
+    });
+    const bool same = group != file.groups.end() &&
+                      std::equal(group->records.begin(), group->records.end(), cell.records.begin(), cell.records.end(),
+                                 [](const EstimateRecord& a, const ProblemRecord& b) { return a.index == b.index; });
+    if (!same) throw Error(name + ": estimates and records of " + method + ", " + condition + " differ");
+    cell.estimates = std::move(group->records);
+  }
 }
 
 }  // namespace diffsac

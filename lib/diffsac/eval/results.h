@@ -9,6 +9,7 @@
 
 #include "diffsac/eval/bootstrap.h"
 #include "diffsac/eval/confidence_trace.h"
+#include "diffsac/eval/estimates.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/eval/shard.h"
@@ -36,6 +37,7 @@ struct Cell {
   std::size_t condition = 0;  ///< Index into ExperimentOptions::conditions.
   std::size_t method = 0;     ///< Index into ExperimentOptions::methods.
   std::vector<ProblemRecord> records;
+  std::vector<EstimateRecord> estimates;  ///< Of the same problems, where the experiment keeps them; else empty.
 };
 
 /// A problem with its fit, kept for pictures.
@@ -74,6 +76,13 @@ struct ExperimentResults {
 
   const Cell* Find(std::size_t condition, std::size_t method) const;
 };
+
+/// What the run estimated, for estimates.h5.
+EstimateFile EstimatesOf(const ExperimentResults& results);
+
+/// Gives the cells of `results` their estimates from a file of the same run. Throws Error, starting with `name`, where
+/// the two are not of the same problems.
+void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults* results);
 
 /// A named number of one method, condition and scene.
 struct MetricValue {

@@ -71,6 +71,17 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   return record;
 }
 
+/// What is kept of one problem.
+struct Outcome {
+  ProblemRecord record;
+  EstimateRecord estimate;
+};
+
+Outcome OutcomeOf(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
+  return {MakeRecord(experiment, example, estimate),
+          experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{}};
+}
+
 /// Everything that one cell's loop needs.
 struct CellRun {
   const ExperimentOptions& experiment;
@@ -85,19 +96,19 @@ struct CellRun {
   }
 };
 
-void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<ProblemRecord>* records) {
-  ParallelFor(static_cast<std::int64_t>(records->size()), run.experiment.threads, [&](std::int64_t i) {
+void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
+  ParallelFor(static_cast<std::int64_t>(outcomes->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
     const Example& example = run.examples[positions[i]];
-    (*records)[i] = MakeRecord(run.experiment, example, run.EstimateOne(example));
+    (*outcomes)[i] = OutcomeOf(run.experiment, example, run.EstimateOne(example));
     run.progress.Advance();
   });
 }
 
-void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<ProblemRecord>* records) {
+void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
   const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
-  for (std::size_t first = 0; first < records->size() && !Stopped(run.inputs); first += batch) {
-    const std::size_t last = std::min(first + batch, records->size());
+  for (std::size_t first = 0; first < outcomes->size() && !Stopped(run.inputs); first += batch) {
+    const std::size_t last = std::min(first + batch, outcomes->size());
     std::vector<const Problem*> problems;
     std::vector<std::uint64_t> seeds;
     for (std::size_t i = first; i < last; ++i) {
@@ -107,22 +118,25 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i)
-      (*records)[i] = MakeRecord(run.experiment, run.examples[positions[i]], estimates[i - first]);
+      (*outcomes)[i] = OutcomeOf(run.experiment, run.examples[positions[i]], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }
 
-std::vector<ProblemRecord> RunCell(const CellRun& run, const std::vector<std::size_t>& positions) {
-  std::vector<ProblemRecord> records(positions.size());
+void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell) {
+  std::vector<Outcome> outcomes(positions.size());
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
   if (!positions.empty() && !Stopped(run.inputs)) run.EstimateOne(run.examples[positions.front()]);
   if (run.method != nullptr && run.method->PreferredBatch() > 1) {
-    RunInBatches(run, positions, &records);
+    RunInBatches(run, positions, &outcomes);
   } else {
-    RunOneByOne(run, positions, &records);
+    RunOneByOne(run, positions, &outcomes);
   }
-  std::erase_if(records, [](const ProblemRecord& record) { return !record.done; });
-  return records;
+  for (Outcome& outcome : outcomes) {
+    if (!outcome.record.done) continue;
+    cell->records.push_back(std::move(outcome.record));
+    if (run.experiment.estimates) cell->estimates.push_back(std::move(outcome.estimate));
+  }
 }
 
 // The row whose fits are shown: the named one, or the first that is not the oracle; -1 for none.
@@ -243,7 +257,8 @@ void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, 
     const MethodRow& row = experiment.methods[m];
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
     const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
-    Cell cell{condition, m, RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard))};
+    Cell cell{condition, m, {}, {}};
+    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell);
     if (!cell.records.empty()) results->cells.push_back(std::move(cell));
     if (inputs.shard.index != 1) continue;  // Pictures of examples are the first shard's.
     if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))

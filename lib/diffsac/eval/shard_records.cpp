@@ -104,7 +104,7 @@ void ReadRecord(const Json& line, ExperimentResults* results) {
   if (!reader.done()) throw Error("too many values");
   auto& cells = results->cells;
   if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
-    cells.push_back({condition, method, {}});
+    cells.push_back({condition, method, {}, {}});
   cells.back().records.push_back(std::move(record));
 }
 

@@ -40,6 +40,7 @@ inline Estimate EstimateOf(ConsensusResult result) {
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;
+  estimate.report.draws = result.iterations;
   return estimate;
 }
 

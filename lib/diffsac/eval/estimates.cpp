@@ -1,0 +1,317 @@
+#include "diffsac/eval/estimates.h"
+
+#include <H5Cpp.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+namespace {
+
+constexpr const char* kFormat = "diffsac estimates 1";
+constexpr hsize_t kChunk = 1 << 14;
+constexpr Status kStatuses[] = {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel};
+
+// A link's name cannot hold a slash.
+std::string LinkName(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name.empty() || name == "." || name == ".." ? "_" + name : name;
+}
+
+template <class Value>
+H5::PredType TypeOf();
+template <>
+H5::PredType TypeOf<double>() {
+  return H5::PredType::NATIVE_DOUBLE;
+}
+template <>
+H5::PredType TypeOf<float>() {
+  return H5::PredType::NATIVE_FLOAT;
+}
+template <>
+H5::PredType TypeOf<std::int32_t>() {
+  return H5::PredType::NATIVE_INT32;
+}
+template <>
+H5::PredType TypeOf<std::int64_t>() {
+  return H5::PredType::NATIVE_INT64;
+}
+template <>
+H5::PredType TypeOf<std::uint64_t>() {
+  return H5::PredType::NATIVE_UINT64;
+}
+
+template <class Value>
+void Put(H5::Group& group, const char* name, const std::vector<Value>& values, hsize_t columns = 0) {
+  std::vector<hsize_t> shape = {columns == 0 ? values.size() : values.size() / columns};
+  if (columns > 0) shape.push_back(columns);
+  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+  H5::DSetCreatPropList properties;
+  if (values.size() > kChunk && columns == 0) {
+    properties.setChunk(1, &kChunk);
+    properties.setDeflate(4);
+  }
+  const H5::DataSet data = group.createDataSet(name, TypeOf<Value>(), space, properties);
+  if (!values.empty()) data.write(values.data(), TypeOf<Value>());
+}
+
+const H5::StrType& TextType() {
+  static const H5::StrType type(H5::PredType::C_S1, H5T_VARIABLE);
+  return type;
+}
+
+void PutTexts(H5::Group& group, const char* name, const std::vector<std::string>& texts) {
+  const hsize_t count = texts.size();
+  const H5::DataSet data = group.createDataSet(name, TextType(), H5::DataSpace(1, &count));
+  std::vector<const char*> pointers;
+  for (const std::string& text : texts) pointers.push_back(text.c_str());
+  if (count > 0) data.write(pointers.data(), TextType());
+}
+
+void PutText(const H5::H5Object& object, const char* name, const std::string& text) {
+  object.createAttribute(name, TextType(), H5::DataSpace(H5S_SCALAR)).write(TextType(), text);
+}
+
+/// The columns of one group, gathered from its records.
+class Columns {
+ public:
+  explicit Columns(const std::vector<EstimateRecord>& records) {
+    for (const EstimateRecord& record : records) width_ = std::max(width_, static_cast<hsize_t>(record.model.size()));
+    for (const EstimateRecord& record : records) Add(record);
+  }
+
+  void Write(H5::Group& group) const {
+    Put(group, "index", index_);
+    PutTexts(group, "id", ids_);
+    PutTexts(group, "scene", scenes_);
+    PutTexts(group, "status", statuses_);
+    Put(group, "model", models_, width_);
+    Put(group, "pose", poses_, 12);
+    Put(group, "score", scores_);
+    Put(group, "noise_scale", noise_scales_);
+    Put(group, "draws", draws_);
+    Put(group, "points", points_);
+    Put(group, "inliers", inliers_);
+    Put(group, "inliers_end", inliers_end_);
+    Put(group, "probabilities", probabilities_);
+    Put(group, "probabilities_end", probabilities_end_);
+  }
+
+ private:
+  void Add(const EstimateRecord& record) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    index_.push_back(record.index);
+    ids_.push_back(record.id);
+    scenes_.push_back(record.scene);
+    statuses_.emplace_back(ToString(record.status));
+    for (hsize_t i = 0; i < width_; ++i)
+      models_.push_back(record.model.size() > 0 ? record.model[static_cast<Eigen::Index>(i)] : kNan);
+    for (int i = 0; i < 12; ++i)
+      poses_.push_back(!record.pose ? kNan
+                       : i % 4 == 3 ? record.pose->translation[i / 4]
+                                    : record.pose->rotation(i / 4, i % 4));
+    scores_.push_back(record.score);
+    noise_scales_.push_back(record.noise_scale);
+    draws_.push_back(record.draws);
+    points_.push_back(record.points);
+    inliers_.insert(inliers_.end(), record.inliers.begin(), record.inliers.end());
+    inliers_end_.push_back(static_cast<std::int64_t>(inliers_.size()));
+    const auto& probabilities = record.inlier_probabilities;
+    probabilities_.insert(probabilities_.end(), probabilities.begin(), probabilities.end());
+    probabilities_end_.push_back(static_cast<std::int64_t>(probabilities_.size()));
+  }
+
+  hsize_t width_ = 1;
+  std::vector<std::uint64_t> index_;
+  std::vector<std::string> ids_, scenes_, statuses_;
+  std::vector<double> models_, poses_, scores_, noise_scales_;
+  std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_;
+  std::vector<std::int32_t> inliers_;
+  std::vector<float> probabilities_;
+};
+
+template <class Value>
+std::vector<Value> Get(const H5::Group& group, const char* name, std::size_t count) {
+  const H5::DataSet data = group.openDataSet(name);
+  std::vector<Value> values(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()));
+  if (count != values.size()) throw Error(std::string(name) + ": expected " + std::to_string(count) + " values");
+  if (!values.empty()) data.read(values.data(), TypeOf<Value>());
+  return values;
+}
+
+template <class Value>
+std::vector<Value> GetAll(const H5::Group& group, const char* name) {
+  const hssize_t count = group.openDataSet(name).getSpace().getSimpleExtentNpoints();
+  return Get<Value>(group, name, static_cast<std::size_t>(count));
+}
+
+std::vector<std::string> GetTexts(const H5::Group& group, const char* name, std::size_t count) {
+  const H5::DataSet data = group.openDataSet(name);
+  if (data.getSpace().getSimpleExtentNpoints() != static_cast<hssize_t>(count))
+    throw Error(std::string(name) + ": expected " + std::to_string(count) + " texts");
+  std::vector<char*> pointers(count);
+  if (count > 0) data.read(pointers.data(), TextType());
+  std::vector<std::string> texts(pointers.begin(), pointers.end());
+  if (count > 0) H5::DataSet::vlenReclaim(pointers.data(), TextType(), data.getSpace());
+  return texts;
+}
+
+std::string GetText(const H5::H5Object& object, const char* name) {
+  std::string text;
+  object.openAttribute(name).read(TextType(), text);
+  return text;
+}
+
+Status StatusNamed(const std::string& text) {
+  for (const Status status : kStatuses)
+    if (ToString(status) == text) return status;
+  throw Error("status: '" + text + "' is none");
+}
+
+/// The part of `values` that belongs to record i.
+template <class Value>
+std::vector<Value> Slice(const std::vector<Value>& values, const std::vector<std::int64_t>& ends, std::size_t i) {
+  const std::int64_t begin = i == 0 ? 0 : ends[i - 1], end = ends[i];
+  if (begin > end || end > static_cast<std::int64_t>(values.size())) throw Error("ends that are not in order");
+  return {values.begin() + begin, values.begin() + end};
+}
+
+std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
+  const auto index = GetAll<std::uint64_t>(group, "index");
+  const std::size_t count = index.size();
+  const auto ids = GetTexts(group, "id", count), scenes = GetTexts(group, "scene", count),
+             statuses = GetTexts(group, "status", count);
+  const auto models = GetAll<double>(group, "model"), poses = Get<double>(group, "pose", 12 * count);
+  const auto scores = Get<double>(group, "score", count), noise_scales = Get<double>(group, "noise_scale", count);
+  const auto draws = Get<std::int64_t>(group, "draws", count), points = Get<std::int64_t>(group, "points", count),
+             inliers_end = Get<std::int64_t>(group, "inliers_end", count),
+             probabilities_end = Get<std::int64_t>(group, "probabilities_end", count);
+  const auto inliers = GetAll<std::int32_t>(group, "inliers");
+  const auto probabilities = GetAll<float>(group, "probabilities");
+  if (count > 0 && models.size() % count != 0) throw Error("model: expected a row for each problem");
+  const std::size_t width = count == 0 ? 0 : models.size() / count;
+  std::vector<EstimateRecord> records(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    EstimateRecord& record = records[i];
+    record.index = index[i];
+    record.id = ids[i];
+    record.scene = scenes[i];
+    record.status = StatusNamed(statuses[i]);
+    if (record.status == Status::kOk)
+      record.model = Eigen::Map<const Eigen::VectorXd>(models.data() + i * width, static_cast<Eigen::Index>(width));
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(poses.data() + 12 * i);
+    if (pose.allFinite()) record.pose = RigidMotion{pose.leftCols<3>(), pose.col(3)};
+    record.score = scores[i];
+    record.noise_scale = noise_scales[i];
+    record.draws = draws[i];
+    record.points = static_cast<int>(points[i]);
+    record.inliers = Slice(inliers, inliers_end, i);
+    record.inlier_probabilities = Slice(probabilities, probabilities_end, i);
+  }
+  return records;
+}
+
+}  // namespace
+
+EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
+  EstimateRecord record;
+  record.index = example.index;
+  record.id = example.id;
+  record.scene = example.scene;
+  record.status = estimate.status;
+  record.points = static_cast<int>(example.problem.points.rows());
+  record.draws = estimate.report.draws;
+  if (estimate.status != Status::kOk) return record;
+  record.model = estimate.model;
+  record.pose = PoseOfEstimate(estimate.model, estimate.inliers, example.problem);
+  for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
+    if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
+  record.score = estimate.score;
+  record.noise_scale = estimate.noise_scale;
+  record.inlier_probabilities = estimate.inlier_probabilities;
+  return record;
+}
+
+namespace {
+
+void WriteTo(H5::H5File& file, const EstimateFile& content) {
+  H5::Group root = file.openGroup("/");
+  PutText(root, "format", kFormat);
+  PutText(root, "experiment", content.experiment);
+  PutText(root, "task", content.task);
+  PutText(root, "git_revision", content.git_revision);
+  for (const EstimateGroup& group : content.groups) {
+    const std::string method = LinkName(group.method), condition = LinkName(group.condition);
+    if (!file.nameExists(method)) file.createGroup(method);
+    H5::Group written = file.createGroup(method + "/" + condition);
+    PutText(written, "method", group.method);
+    PutText(written, "condition", group.condition);
+    Columns(group.records).Write(written);
+  }
+}
+
+/// A file in memory; `content` is what it begins with.
+H5::FileAccPropList InMemory(std::string* content = nullptr) {
+  constexpr std::size_t kIncrement = 1 << 20;
+  H5::FileAccPropList access;
+  access.setCore(kIncrement, false);
+  if (content != nullptr) H5Pset_file_image(access.getId(), content->data(), content->size());
+  return access;
+}
+
+}  // namespace
+
+std::string EstimatesToBytes(const EstimateFile& content) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  try {
+    H5::H5File file("estimates", H5F_ACC_TRUNC, H5::FileCreatPropList::DEFAULT, InMemory());
+    WriteTo(file, content);
+    file.flush(H5F_SCOPE_GLOBAL);
+    const ssize_t size = H5Fget_file_image(file.getId(), nullptr, 0);
+    std::string bytes(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
+    if (size <= 0 || H5Fget_file_image(file.getId(), bytes.data(), bytes.size()) != size)
+      throw Error("cannot hold the estimates");
+    return bytes;
+  } catch (const H5::Exception& e) {
+    throw Error("cannot hold the estimates: " + Describe(e));
+  }
+}
+
+EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  std::string place = name;
+  try {
+    const H5::H5File file("estimates", H5F_ACC_RDONLY, H5::FileCreatPropList::DEFAULT, InMemory(&bytes));
+    const H5::Group root = file.openGroup("/");
+    if (GetText(root, "format") != kFormat) throw Error("another format");
+    EstimateFile content{GetText(root, "experiment"), GetText(root, "task"), GetText(root, "git_revision"), {}};
+    for (hsize_t m = 0; m < file.getNumObjs(); ++m) {
+      const H5::Group method = file.openGroup(file.getObjnameByIdx(m));
+      for (hsize_t c = 0; c < method.getNumObjs(); ++c) {
+        place = name + ": " + file.getObjnameByIdx(m) + "/" + method.getObjnameByIdx(c);
+        const H5::Group group = method.openGroup(method.getObjnameByIdx(c));
+        content.groups.push_back({GetText(group, "method"), GetText(group, "condition"), ReadRecords(group)});
+      }
+    }
+    return content;
+  } catch (const H5::Exception& e) {
+    throw Error(place + ": no estimates of diffsac_eval: " + Describe(e));
+  } catch (const Error& e) {
+    throw Error(place + ": no estimates of diffsac_eval: " + e.what());
+  }
+}
+
+void WriteEstimates(const std::string& path, const EstimateFile& content) {
+  WriteFileAtomically(path, EstimatesToBytes(content));
+}
+
+EstimateFile ReadEstimates(const std::string& path) { return EstimatesFromBytes(ReadFile(path), path); }
+
+}  // namespace diffsac

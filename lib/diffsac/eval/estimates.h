@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/data/problem.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// The file of a run folder that holds what was estimated (docs/estimates.md).
+inline constexpr const char* kEstimatesFile = "estimates.h5";
+
+/// What one method said of one problem.
+struct EstimateRecord {
+  std::uint64_t index = 0;  ///< The problem's place in its condition's data.
+  std::string id, scene;
+  Status status = Status::kNoModel;
+  ModelParameters model;              ///< Empty unless status is ok; E in normalised coordinates.
+  std::optional<RigidMotion> pose;    ///< Where the model has one (PoseOfEstimate).
+  std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
+  int points = 0;                     ///< Of the problem.
+  double score = 0.0;
+  double noise_scale = std::numeric_limits<double>::quiet_NaN();  ///< σ, in the data's unit; NaN: not estimated.
+  std::int64_t draws = 0;                   ///< Minimal sets drawn; 0 for methods that do not tell.
+  std::vector<float> inlier_probabilities;  ///< N values where a network gave some, else empty.
+};
+
+/// One method on one condition.
+struct EstimateGroup {
+  std::string method, condition;
+  std::vector<EstimateRecord> records;  ///< In the order of the data.
+};
+
+/// What a file holds beside them.
+struct EstimateFile {
+  std::string experiment, task, git_revision;
+  std::vector<EstimateGroup> groups;
+};
+
+EstimateRecord RecordOf(const Example& example, const Estimate& estimate);
+
+/// The file's content, for other processes.
+std::string EstimatesToBytes(const EstimateFile& file);
+/// Throws Error, starting with `name` and the group, for anything that is none.
+EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name);
+
+/// The file, whole or not at all. Throws Error.
+void WriteEstimates(const std::string& path, const EstimateFile& file);
+
+/// EstimatesFromBytes of a file.
+EstimateFile ReadEstimates(const std::string& path);
+
+}  // namespace diffsac
