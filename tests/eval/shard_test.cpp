@@ -9,6 +9,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/command_line.h"
+#include "diffsac/eval/estimates.h"
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/report_text.h"
@@ -249,6 +250,18 @@ TEST_CASE("folders of shards become the folder of the whole run") {
   CHECK(Merge(folder, "three", {"part_1_3", "part_2_3", "part_3_3"}) == kExitOk);
   CHECK(Results(folder, "two") == Results(folder, "whole"));
   CHECK(Results(folder, "three") == Results(folder, "whole"));
+  const EstimateFile whole = ReadEstimates(folder.File("whole/estimates.h5")),
+                     three = ReadEstimates(folder.File("three/estimates.h5"));
+  REQUIRE(whole.groups.size() == 8);
+  REQUIRE(three.groups.size() == 8);
+  for (std::size_t g = 0; g < 8; ++g) {
+    REQUIRE(three.groups[g].records.size() == whole.groups[g].records.size());
+    for (std::size_t i = 0; i < whole.groups[g].records.size(); ++i) {
+      CHECK(three.groups[g].records[i].id == whole.groups[g].records[i].id);
+      CHECK(three.groups[g].records[i].model == whole.groups[g].records[i].model);
+      CHECK(three.groups[g].records[i].inliers == whole.groups[g].records[i].inliers);
+    }
+  }
   for (const auto& entry : std::filesystem::directory_iterator(folder.File("whole")))
     CHECK(std::filesystem::exists(folder.File("three/" + entry.path().filename().string())));
 }
@@ -257,6 +270,9 @@ TEST_CASE("folders that hold no finished shard are one clear line") {
   const TemporaryFolder folder;
   CHECK(Run(folder, "whole", "") == kExitOk);
   CHECK(Run(folder, "one", "1/2") == kExitOk);
+  CHECK(Run(folder, "bare", "2/2") == kExitOk);
+  std::filesystem::remove(folder.File("bare/estimates.h5"));
+  CHECK_THROWS_WITH(Merge(folder, "out", {"one", "bare"}), Contains("bare/estimates.h5"));
   CHECK_THROWS_WITH(Merge(folder, "out", {"one", "two"}), Contains("no folder") && Contains("two"));
   CHECK_THROWS_WITH(Merge(folder, "out", {"one", "whole"}), Contains("whole' holds no finished shard"));
   CHECK_THROWS_WITH(Merge(folder, "out", {"one"}), Contains("shard 2/2 is missing"));

@@ -216,7 +216,7 @@ int ReferenceRow(const ExperimentOptions& experiment) {
 
 EstimateFile EstimatesOf(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
-  EstimateFile file{experiment.name, experiment.task, results.git_revision, {}};
+  EstimateFile file{experiment.name, ToString(experiment.task), results.git_revision, {}};
   for (const Cell& cell : results.cells)
     file.groups.push_back(
         {experiment.methods[cell.method].name, experiment.conditions[cell.condition].name, cell.estimates});

@@ -122,6 +122,7 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Pr
   auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
   diffsac::Estimate estimate = EstimateOf(std::move(result));
   estimate.report.hypotheses += prediction.features.hypotheses;
+  estimate.inlier_probabilities = prediction.weights;
   estimate.report.ms_consensus = MillisecondsSince(start);
   return estimate;
 }

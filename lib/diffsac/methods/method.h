@@ -17,11 +17,11 @@ namespace diffsac {
 struct EstimateReport {
   int hypotheses = 0;
   int unique_minimal_sets = 0;
-  std::int64_t draws = 0;  ///< Minimal sets drawn; 0 for methods that do not tell.
   double ms_features = 0.0;
   double ms_denoise = 0.0;
   double ms_consensus = 0.0;
   double ms_total = 0.0;
+  std::int64_t draws = 0;  ///< Minimal sets drawn; 0 for methods that do not tell.
 };
 
 /// The result of one method on one problem.
@@ -32,7 +32,9 @@ struct Estimate {
   double score = 0.0;                  ///< Of the score that chose the model.
   /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
-  std::vector<float> inlier_probabilities;  ///< N values, a network's, known before the search; empty: none.
+  /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
+  /// proportion to that (`ng_ransac`, `clnet`); empty: none.
+  std::vector<float> inlier_probabilities;
   /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none or
   /// do not tell.
   std::vector<std::vector<int>> minimal_sets;
