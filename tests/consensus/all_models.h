@@ -121,7 +121,7 @@ class AllSources {
 };
 
 inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                        ScoreKind::kMagsac};
+                                        ScoreKind::kMagsac, ScoreKind::kScales};
 inline constexpr LocalOptimization kOptimizers[] = {LocalOptimization::kNone, LocalOptimization::kInnerSamples,
                                                     LocalOptimization::kReweighted, LocalOptimization::kGraphCut,
                                                     LocalOptimization::kRefinement};
@@ -138,9 +138,11 @@ void ForEachCombination(int shift, const Function& function) {
       ConsensusOptions options;
       options.score = score;
       options.local_optimization = optimizer;
-      options.final_score = kScores[i % 4];
+      options.final_score = kScores[i % 5];
       options.refit = kRefits[(i / 2) % 5];
-      options.final_refinement = i % 2 ? FinalRefinement::kRefinement : FinalRefinement::kNone;
+      options.final_refinement = i % 2   ? FinalRefinement::kRefinement
+                                 : i % 4 ? FinalRefinement::kScales
+                                         : FinalRefinement::kNone;
       options.stopping = i % 3 ? Stopping::kBudget : Stopping::kConfidence;
       options.sprt = i % 7 == 0;
       options.refit_candidates = 1 + i % 3;

@@ -87,8 +87,8 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
       ++all;
     });
   }
-  // The first sets of the exhaustive source share all but one point, and may have no model among them.
-  CHECK(found >= all - 20);
+  // The first sets of the exhaustive source, one of nine, share all but one point, and may have no model among them.
+  CHECK(found >= all - all / 8);
 }
 
 TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every model, source, score and optimiser", "",

@@ -1,7 +1,9 @@
 #include "diffsac/geometry/fundamental.h"
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "diffsac/geometry/null_space.h"
 #include "geometry/two_view_problems.h"
@@ -234,6 +236,24 @@ TEST_CASE("Exact planes leave more than one F: the fit says so") {
   Matrix3Parameters model;
   CHECK_FALSE(Fundamental::Fit(points, Eigen::VectorXd::Ones(30), &model));
   CHECK(Fundamental8::SolveMinimal(points, kSet, &model) == 0);
+}
+
+TEST_CASE("How badly F fits cameras is the difference of the singular values of its E") {
+  for (int trial = 0; trial < 20; ++trial) {
+    Rng rng(trial);
+    const testing::TwoViewProblem views = RandomProblem(8, rng);
+    CHECK(Fundamental::CameraMismatch(views.fundamental, views.k1, views.k2) == Approx(0.0).margin(1e-6));
+    const Eigen::Matrix3d k1 = testing::RandomCamera(rng), k2 = testing::RandomCamera(rng);
+    const Eigen::Vector3d values = (k2.transpose() * AsMatrix(views.fundamental) * k1).jacobiSvd().singularValues();
+    const double expected = (values[0] - values[1]) / values[1];
+    CHECK(Fundamental::CameraMismatch(views.fundamental, k1, k2) == Approx(expected).epsilon(1e-6).margin(1e-6));
+    CHECK(Fundamental::CameraMismatch(-3.0 * views.fundamental, k1, k2) == Approx(expected).epsilon(1e-6).margin(1e-6));
+  }
+  Matrix3Parameters rank_one = Matrix3Parameters::Zero();
+  rank_one[8] = 1.0;
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  CHECK(std::isfinite(Fundamental::CameraMismatch(rank_one, identity, identity)));
+  CHECK(Fundamental::CameraMismatch(rank_one, identity, identity) > 1e3);
 }
 
 }  // namespace

@@ -120,6 +120,40 @@ TEST_CASE("Refine finds the model again from nearby, whatever outliers there are
   }
 }
 
+TEST_CASE("Refine with weights of one is Refine; points of weight 0 are as good as gone, whatever the loss") {
+  Rng rng(3);
+  for (int trial = 0; trial < 10; ++trial) {
+    auto problem = RandomProblem(100, rng, 0.3);
+    Matrix3Parameters start = problem.fundamental;
+    for (double& value : start) value *= 1.0 + 1e-4 * rng.Normal();
+    const auto refined = [&](const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss) {
+      Matrix3Parameters model = start;
+      Fundamental::Refine(points, weights, loss, &model);
+      return model;
+    };
+    const auto cost = [&](const Matrix3Parameters& model, const RobustLoss& loss) {
+      double sum = 0.0;
+      for (int i = 0; i < 100; ++i)
+        sum += loss.Value(std::pow(Fundamental::Residual(model, problem.pixels.data() + 4 * i), 2));
+      return sum;
+    };
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(100);
+    Matrix3Parameters truncated = start;
+    Fundamental::Refine(problem.pixels, 2.0, &truncated);
+    CHECK(refined(problem.pixels, ones, {LossKind::kTruncated, 2.0}) == truncated);
+    for (const RobustLoss& loss : {RobustLoss{LossKind::kTruncated, 5.0}, RobustLoss{LossKind::kScales, 8.0, 0.5}}) {
+      const Matrix3Parameters model = refined(problem.pixels, ones, loss);
+      CHECK(cost(model, loss) < cost(start, loss));
+      PointMatrix more(120, 4);
+      more << problem.pixels, problem.pixels.topRows(20).rowwise() + Eigen::RowVector4d(1.0, -1.0, -1.0, 2.0);
+      Eigen::VectorXd weights = Eigen::VectorXd::Zero(120);
+      weights.head(100).setConstant(1.0);
+      CHECK(testing::FundamentalDistance(refined(more, weights, loss), model) < 1e-9);
+    }
+    CHECK(refined(problem.pixels, ones.head(50), {LossKind::kTruncated, 2.0}) == start);
+  }
+}
+
 template <class Model>
 void CheckHostile(const PointMatrix& points, const Matrix3Parameters& model) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();

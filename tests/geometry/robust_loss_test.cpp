@@ -9,6 +9,9 @@
 namespace diffsac {
 namespace {
 
+constexpr LossKind kKinds[] = {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy,
+                               LossKind::kScales};
+
 /// What every loss of a squared residual promises beyond that.
 void CheckSquaredLoss(const RobustLoss& loss, double kink) {
   CAPTURE(static_cast<int>(loss.kind), loss.scale);
@@ -32,22 +35,23 @@ void CheckSquaredLoss(const RobustLoss& loss, double kink) {
 }
 
 TEST_CASE("Every loss has the properties of a loss, at any scale") {
-  for (const LossKind kind : {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy})
+  for (const LossKind kind : kKinds)
     for (const double scale : {1e-8, 1.0, 1e8}) {
       CAPTURE(static_cast<int>(kind), scale);
-      const RobustLoss loss{kind, scale};
+      const RobustLoss loss{kind, scale, 0.2 * scale};
       const double infinity = std::numeric_limits<double>::infinity();
-      testing::CheckLossFunction({[&](double r) { return loss.Value(r * r); },
-                                  [&](double r) { return 2.0 * r * loss.Weight(r * r); },
-                                  scale,
-                                  {scale},
-                                  kind == LossKind::kTruncated ? scale * scale : infinity});
+      testing::CheckLossFunction(
+          {[&](double r) { return loss.Value(r * r); },
+           [&](double r) { return 2.0 * r * loss.Weight(r * r); },
+           scale,
+           {scale},
+           kind == LossKind::kTruncated || kind == LossKind::kScales ? loss.Value(scale * scale) : infinity});
     }
 }
 
 TEST_CASE("Losses are bounded by the square, never decrease, and have the derivative they claim") {
-  for (const LossKind kind : {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy})
-    for (const double scale : {0.1, 1.0, 7.0}) CheckSquaredLoss({kind, scale}, scale * scale);
+  for (const LossKind kind : kKinds)
+    for (const double scale : {0.1, 1.0, 7.0}) CheckSquaredLoss({kind, scale, 0.3 * scale}, scale * scale);
 }
 
 TEST_CASE("Losses at known places") {
@@ -58,6 +62,11 @@ TEST_CASE("Losses at known places") {
   CHECK(RobustLoss{LossKind::kHuber, 2.0}.Value(9.0) == Approx(8.0));
   CHECK(RobustLoss{LossKind::kCauchy, 2.0}.Value(4.0) == Approx(4.0 * std::log(2.0)));
   CHECK(RobustLoss{LossKind::kTrivial, 2.0}.Value(1e9) == 1e9);
+  // Below the smallest scale a square; then the weight falls as the cube of the distance.
+  const RobustLoss scales{LossKind::kScales, 1e6, 2.0};
+  CHECK(scales.Value(4.0) == 4.0);
+  CHECK(scales.Weight(16.0) == Approx(1.0 / 8.0));
+  CHECK(RobustLoss{LossKind::kScales, 8.0, 2.0}.Weight(65.0) == 0.0);
 }
 
 }  // namespace

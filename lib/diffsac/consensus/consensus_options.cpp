@@ -35,6 +35,23 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("residual_dof", residual_dof, Within(0, 6))
       .OnlyIf(magsac || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
+  b.Field("noise", noise)
+      .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
+  const bool scales = score == ScoreKind::kScales || final_score == ScoreKind::kScales ||
+                      final_refinement == FinalRefinement::kScales || noise == NoiseScale::kEstimated;
+  b.Field("least_scale", least_scale, AtLeast(0.0))
+      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
+  b.Field("greatest_scale", greatest_scale, AtLeast(0.0))
+      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .Help("the greatest one; 0: the scoring threshold");
+  b.Require(greatest_scale == 0.0 || least_scale < greatest_scale, "least_scale", "below greatest_scale");
+  b.Field("inlier_prior_power", inlier_prior_power, AtLeast(0.0))
+      .Help(
+          "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
+          "alike");
+  b.Field("camera_prior", camera_prior, AtLeast(0.0))
+      .Help("F, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E with a guessed focal length");
   b.Field("sigma_factor", sigma_factor, Positive())
       .OnlyIf(gaussian || refit == Refit::kMixture, "gaussian_uniform as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");

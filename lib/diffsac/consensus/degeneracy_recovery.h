@@ -2,15 +2,16 @@
 
 #include "diffsac/consensus/local_optimization.h"
 #include "diffsac/consensus/model_hooks.h"
+#include "diffsac/consensus/noise_scales.h"
 
 namespace diffsac {
 
-/// Asks the model's hook about degenerate hypotheses (model_hooks.h). Borrows scorer and score.
+/// Asks the model's hook about degenerate hypotheses (model_hooks.h). Borrows scorer, score and scales.
 template <MinimalModel Model>
 class DegeneracyRecovery {
  public:
-  DegeneracyRecovery(const Scorer<Model>& scorer, const Score& score, double threshold, const Rng& rng)
-      : scorer_(scorer), score_(score), threshold_(threshold), rng_(rng) {}
+  DegeneracyRecovery(const Scorer<Model>& scorer, const Score& score, const NoiseScales& scales, const Rng& rng)
+      : scorer_(scorer), score_(score), scales_(scales), rng_(rng) {}
 
   /// The best of `found` and what the hook offers in its place. set: what it was solved from; null: something else.
   ScoredModel<Model> operator()(const ScoredModel<Model>& found, [[maybe_unused]] const int* set,
@@ -18,7 +19,8 @@ class DegeneracyRecovery {
     ScoredModel<Model> best = found;
     if constexpr (HasDegeneracyRecovery<Model>) {
       typename Model::Parameters others[Model::kMaxSolutions];
-      const int count = ModelHooks<Model>::RecoverFromDegeneracy(scorer_.points(), set, found.model, threshold_,
+      const double threshold = scales_.ThresholdFor(scorer_, found.model, scales_.score_threshold);
+      const int count = ModelHooks<Model>::RecoverFromDegeneracy(scorer_.points(), set, found.model, threshold,
                                                                  rng_.Fork("degeneracy", runs_++), others, fits);
       for (int i = 0; i < count; ++i) {
         const ScoredModel<Model> other{others[i], scorer_(others[i], score_, best.score)};
@@ -31,7 +33,7 @@ class DegeneracyRecovery {
  private:
   const Scorer<Model>& scorer_;
   const Score& score_;
-  double threshold_;
+  const NoiseScales& scales_;
   Rng rng_;
   std::uint64_t runs_ = 0;
 };

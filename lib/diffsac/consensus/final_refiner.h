@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -34,14 +35,26 @@ class FinalRefiner {
     return best;
   }
 
+  /// The points that support the model.
   int CountInliers(const Parameters& model) const {
-    return static_cast<int>((scorer_.Residuals(model).array() <= scales_.threshold).count());
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
+  }
+
+  /// What an inlier of the model is: ε at most.
+  double MaskThreshold(const Parameters& model) const {
+    return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));
   }
 
  private:
   double ScoreOf(const Parameters& model) const {
     if (score_.kind() == ScoreKind::kGaussianUniform) return MixtureScore(scales_.mixture, scorer_.Residuals(model));
     return scorer_(model, score_);
+  }
+
+  double RefitThreshold(const Parameters& model) const {
+    if (!scales_.noise) return scales_.refit_threshold;
+    return options_.refit_threshold_factor * scales_.ThresholdFor(scorer_, model, scales_.threshold);
   }
 
   double InlierShare(const Parameters& model) const {
@@ -55,7 +68,7 @@ class FinalRefiner {
         break;
       case Refit::kInliers:
         ++*fits;
-        FitInliers(scorer_, scales_.refit_threshold, &model);
+        FitInliers(scorer_, RefitThreshold(start), &model);
         break;
       case Refit::kIterated:
         model = Iterated(start, fits);
@@ -75,7 +88,7 @@ class FinalRefiner {
     for (int round = 0; round < options_.refit_rounds; ++round) {
       Parameters next = best.model;
       ++*fits;
-      if (!FitInliers(scorer_, scales_.refit_threshold, &next)) break;
+      if (!FitInliers(scorer_, RefitThreshold(next), &next)) break;
       const double score = ScoreOf(next);
       if (!(score >= best.score)) break;
       const bool settled = next == best.model;
@@ -95,9 +108,15 @@ class FinalRefiner {
 
   Parameters Refined(const Parameters& start, int* fits) const {
     if (options_.final_refinement == FinalRefinement::kNone) return start;
-    const Parameters model = RefinedNonlinearly<Model>(scorer_.points(), scales_.score_threshold, start, fits);
+    const Parameters model = RefinedNonlinearly<Model>(scorer_, LossAt(start), start, fits);
     const bool keep = CountInliers(model) >= Model::kMinimalSize && ScoreOf(model) >= ScoreOf(start);
     return keep ? model : start;
+  }
+
+  RobustLoss LossAt(const Parameters& start) const {
+    if (options_.final_refinement == FinalRefinement::kScales)
+      return {LossKind::kScales, scales_.greatest, scales_.least};
+    return {LossKind::kTruncated, scales_.ThresholdFor(scorer_, start, scales_.score_threshold)};
   }
 
   /// Once, for the model that won with σ assumed: candidates that each chose their own σ would not compare as well

@@ -12,7 +12,7 @@ class Improvement {
  public:
   Improvement(const Scorer<Model>& scorer, const Score& score, const ConsensusOptions& options,
               const NoiseScales& scales, const Rng& rng)
-      : recover_(scorer, score, scales.score_threshold, rng), optimize_(scorer, score, options, scales, rng) {}
+      : recover_(scorer, score, scales, rng), optimize_(scorer, score, options, scales, rng) {}
 
   /// The best model met, `found` itself when none scores higher. set: what it was solved from; null when it was given.
   /// Adds what was solved and fitted to *fits.

@@ -36,7 +36,7 @@ ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& sco
   constexpr double kWidest = 2.0;
   ScoredModel<Model> best = start;
   const auto offer = [&](const typename Model::Parameters& model, const Eigen::VectorXd& residuals) {
-    const double value = score.Sum(residuals.data(), scorer.size());
+    const double value = scorer(model, residuals, score);
     if (value > best.score) best = {model, value};
   };
   Eigen::VectorXd residuals = scorer.Residuals(start.model), weights(scorer.size());

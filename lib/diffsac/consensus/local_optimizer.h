@@ -9,16 +9,26 @@
 
 namespace diffsac {
 
-/// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none.
+/// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none. The loss is
+/// truncated, or where the model has that and the scorer or the loss asks for it, any loss with the scorer's weights.
 template <MinimalModel Model>
-typename Model::Parameters RefinedNonlinearly(const PointMatrix& points, double threshold,
+typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const RobustLoss& loss,
                                               const typename Model::Parameters& start, [[maybe_unused]] int* fits) {
   typename Model::Parameters model = start;
+  const auto keep = [&](bool refined) { return refined && model.allFinite() ? model : start; };
+  if constexpr (HasRobustRefine<Model>) {
+    const bool weighted = scorer.weights().size() > 0;
+    if (weighted || loss.kind != LossKind::kTruncated) {
+      ++*fits;
+      const Eigen::VectorXd weights = weighted ? scorer.weights() : Eigen::VectorXd::Ones(scorer.size());
+      return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model));
+    }
+  }
   if constexpr (HasRefine<Model>) {
     ++*fits;
-    if (!ModelHooks<Model>::Refine(points, threshold, &model) || !model.allFinite()) return start;
+    return keep(ModelHooks<Model>::Refine(scorer.points(), loss.scale, &model));
   }
-  return model;
+  return start;
 }
 
 /// Improves a new best hypothesis in the way that options.local_optimization says. Borrows scorer, score and options.
@@ -34,7 +44,7 @@ class LocalOptimizer {
   /// The best model met, `start` itself when none scores higher. Fits are added to *fits.
   ScoredModel<Model> operator()(const ScoredModel<Model>& start, int* fits) {
     if (!active()) return start;
-    const double threshold = scales_.score_threshold;
+    const double threshold = scales_.ThresholdFor(scorer_, start.model, scales_.score_threshold);
     const Rng rng = rng_.Fork("local_optimization", runs_++);
     switch (options_.local_optimization) {
       case LocalOptimization::kInnerSamples:
@@ -47,7 +57,7 @@ class LocalOptimizer {
         return OptimizeByGraphCut<Model>(scorer_, score_, threshold, *graph_cut_, options_.local_samples, start, rng,
                                          fits);
       case LocalOptimization::kRefinement: {
-        const auto model = RefinedNonlinearly<Model>(scorer_.points(), threshold, start.model, fits);
+        const auto model = RefinedNonlinearly<Model>(scorer_, {LossKind::kTruncated, threshold}, start.model, fits);
         const double score = scorer_(model, score_, start.score);
         return score > start.score ? ScoredModel<Model>{model, score} : start;
       }

@@ -38,6 +38,8 @@ Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& resi
 
 double Mixture::Odds(double inlier_share) const { return density_ratio * inlier_share / (1.0 - inlier_share); }
 
+double Mixture::Extent() const { return density_ratio * kSqrtTwoPi * sigma; }
+
 Mixture Mixture::WithSigma(double other) const { return {other, ClampDensityRatio(density_ratio * sigma / other)}; }
 
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma) {

@@ -17,6 +17,8 @@ struct Mixture {
   double density_ratio = 2.0;  ///< ρ, at least 2.
   /// ρ·w/(1 − w): the odds of an inlier at r = 0 when the share of inliers is w.
   double Odds(double inlier_share) const;
+  /// V^(1/D), the length over which an outlier's residual is spread.
+  double Extent() const;
   /// The same mixture with another σ; ρ follows.
   Mixture WithSigma(double other) const;
 };

@@ -6,6 +6,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/model.h"
+#include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
 
@@ -32,6 +33,11 @@ namespace diffsac {
 ///                                    whether other models explain the inliers (N values, not 0) as well, at the
 ///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
 ///                                    rotation)
+///   Refine(points, weights, loss, model)
+///                                    the same with a weight for each point and any loss
+///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
+///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
+///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///
@@ -42,6 +48,23 @@ struct ModelHooks : Model {};
 template <class M>
 concept HasRefine = requires(const PointMatrix& points, double threshold, typename M::Parameters* model) {
   { ModelHooks<M>::Refine(points, threshold, model) } -> std::same_as<bool>;
+};
+
+template <class M>
+concept HasRobustRefine = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                                   typename M::Parameters* model) {
+  { ModelHooks<M>::Refine(points, weights, loss, model) } -> std::same_as<bool>;
+};
+
+/// Calibrations that the two images may have, and how much a score says of them.
+struct CameraPrior {
+  Eigen::Matrix3d K1, K2;
+  double strength = 0.0;
+};
+
+template <class M>
+concept HasCameraPrior = requires(const typename M::Parameters& model, const Eigen::Matrix3d& camera) {
+  { ModelHooks<M>::CameraMismatch(model, camera, camera) } -> std::same_as<double>;
 };
 
 template <class M>

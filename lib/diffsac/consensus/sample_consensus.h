@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "diffsac/consensus/check_points.h"
 #include "diffsac/consensus/consensus_options.h"
 #include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/hyperplane.h"
 
@@ -30,12 +32,17 @@ struct ConsensusResult {
   int rejected_early = 0;                 ///< models dropped by the sequential test
 };
 
-/// Optional extra hypotheses.
+/// What is known of a problem beside its points: extra hypotheses, and what scores take into account.
 struct ConsensusHints {
   /// Models to score along with the solved ones (already paid for by the caller, so not counted as hypotheses again).
   std::vector<ModelParameters> models;
   /// Weights for one weighted least-squares hypothesis (N values ≥ 0; empty: none); counts as one hypothesis.
   Eigen::VectorXd fit_weights;
+  /// The probability of each point to be an inlier, for options.inlier_prior_power (N values; empty: unknown).
+  Eigen::VectorXd inlier_priors = {};
+  std::optional<CameraPrior> cameras = {};
+  /// Of how many of the data's units one unit of the points is.
+  double unit = 1.0;
 };
 
 /// The first kReportedSets of a flat list of sets, each on its own.

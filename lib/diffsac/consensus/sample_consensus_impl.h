@@ -13,6 +13,13 @@
 
 namespace diffsac {
 
+/// What scores take into account of the hints.
+inline ScorePrior PriorOf(const ConsensusHints& hints, const ConsensusOptions& options) {
+  ScorePrior prior{{}, hints.cameras};
+  if (options.inlier_prior_power > 0.0) prior.weights = hints.inlier_priors.array().pow(options.inlier_prior_power);
+  return prior;
+}
+
 /// One search over one point set.
 ///
 /// A block of sets is drawn from the source, solved and scored by all threads; then its draws are taken in order, and
@@ -24,10 +31,10 @@ class ConsensusSearch {
   using Parameters = typename Model::Parameters;
 
   /// Borrows points and options.
-  ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options, const Rng& rng,
-                  int threads)
+  ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options,
+                  const ConsensusHints& hints, const Rng& rng, int threads)
       : scales_(scales),
-        scorer_(points),
+        scorer_(points, PriorOf(hints, options)),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
         best_(points, scales.score_threshold, std::max(1, options.refit_candidates)),
         improve_(scorer_, score_, options, scales_, rng),
@@ -68,9 +75,10 @@ class ConsensusSearch {
     result_.status = Status::kOk;
     result_.model = chosen->model;
     result_.score = chosen->score;
-    result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, scales_.threshold);
+    const double threshold = refine_.MaskThreshold(chosen->model);
+    result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, threshold);
     if constexpr (HasAmbiguityTest<Model>)
-      result_.ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), scales_.threshold, result_.inliers);
+      result_.ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), threshold, result_.inliers);
     return std::move(result_);
   }
 
@@ -129,9 +137,9 @@ template <MinimalModel Model>
 ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
                                     const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints,
                                     int threads) {
-  const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options);
+  const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options, hints.unit);
   if (!scales.Usable()) return {};
-  ConsensusSearch<Model> search(points, scales, options, rng, threads);
+  ConsensusSearch<Model> search(points, scales, options, hints, rng, threads);
   search.Consider(hints);
   search.Draw(source);
   return search.Finish();

@@ -8,7 +8,27 @@
 
 namespace diffsac {
 
-Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof)
+namespace {
+
+/// Of kScales: the smallest scale, as a share of ε. At the second all scales are one, and the score is MSAC.
+constexpr double kLeastShare = 1e-3, kLargestShare = 0.99;
+
+double Cube(double x) { return x * x * x; }
+
+/// Four running sums of values: one would make every addition wait for the last.
+template <class Value>
+double SumInLanes(int count, const Value& value) {
+  double sums[4] = {0.0, 0.0, 0.0, 0.0};
+  int i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (int lane = 0; lane < 4; ++lane) sums[lane] += value(i + lane);
+  for (; i < count; ++i) sums[0] += value(i);
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+}  // namespace
+
+Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof, double least)
     : kind_(kind),
       threshold_(threshold),
       inverse_threshold_squared_(1.0 / (threshold * threshold)),
@@ -17,7 +37,10 @@ Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int re
       inverse_log_(1.0 / std::log1p(odds)),
       residual_dof_(residual_dof),
       table_(kind == ScoreKind::kMagsac ? MagsacScoreTable(residual_dof) : nullptr),
-      table_scale_(kMagsacTableSize / threshold) {}
+      table_scale_(kMagsacTableSize / threshold),
+      least_(std::clamp(least, kLeastShare * threshold, kLargestShare * threshold)),
+      inverse_threshold_(1.0 / threshold),
+      scales_norm_(1.0 / (1.0 / least_ - inverse_threshold_)) {}
 
 double Score::operator()(double residual) const {
   // A comparison that is false for NaN comes first in each, so that NaN scores 0.
@@ -28,6 +51,8 @@ double Score::operator()(double residual) const {
       return std::max(0.0, 1.0 - residual * residual * inverse_threshold_squared_);
     case ScoreKind::kMagsac:
       return FromTable(residual);
+    case ScoreKind::kScales:
+      return OverScales(residual);
     case ScoreKind::kGaussianUniform:
       break;
   }
@@ -44,6 +69,11 @@ double Score::Derivative(double residual) const {
     case ScoreKind::kMagsac:
       if (!(residual > 0.0)) return 0.0;
       return -residual * MagsacLoss(threshold_, residual_dof_).ExactWeight(residual) * inverse_threshold_squared_;
+    case ScoreKind::kScales: {
+      if (!(residual < threshold_)) return 0.0;
+      const double inverse = 1.0 / std::max(residual, least_);
+      return -2.0 / 3.0 * residual * (Cube(inverse) - Cube(inverse_threshold_)) * scales_norm_;
+    }
     case ScoreKind::kGaussianUniform:
       break;
   }
@@ -65,27 +95,33 @@ double Score::Sum(const double* residuals, int count) const {
     for (int i = 0; i < count; ++i) inliers += residuals[i] <= threshold_ ? 1 : 0;
     return static_cast<double>(inliers);
   }
-  if (kind_ == ScoreKind::kMsac) {
-    // Four running sums: one would make every addition wait for the last.
-    double sums[4] = {0.0, 0.0, 0.0, 0.0};
-    int i = 0;
-    for (; i + 4 <= count; i += 4)
-      for (int lane = 0; lane < 4; ++lane) {
-        const double share = 1.0 - residuals[i + lane] * residuals[i + lane] * inverse_threshold_squared_;
-        sums[lane] += share > 0.0 ? share : 0.0;
-      }
-    for (; i < count; ++i) sums[0] += (*this)(residuals[i]);
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  }
-  if (kind_ == ScoreKind::kMagsac) {
-    double sums[4] = {0.0, 0.0, 0.0, 0.0};
-    int i = 0;
-    for (; i + 4 <= count; i += 4)
-      for (int lane = 0; lane < 4; ++lane) sums[lane] += FromTable(residuals[i + lane]);
-    for (; i < count; ++i) sums[0] += FromTable(residuals[i]);
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  }
+  if (kind_ == ScoreKind::kMsac)
+    return SumInLanes(count, [&](int i) {
+      const double share = 1.0 - residuals[i] * residuals[i] * inverse_threshold_squared_;
+      return share > 0.0 ? share : 0.0;
+    });
+  if (kind_ == ScoreKind::kMagsac) return SumInLanes(count, [&](int i) { return FromTable(residuals[i]); });
+  if (kind_ == ScoreKind::kScales) return SumInLanes(count, [&](int i) { return OverScales(residuals[i]); });
   return SumGaussianUniform(residuals, count);
+}
+
+double Score::Sum(const double* residuals, const double* weights, int count) const {
+  if (kind_ == ScoreKind::kMsac)
+    return SumInLanes(count, [&](int i) {
+      const double share = 1.0 - residuals[i] * residuals[i] * inverse_threshold_squared_;
+      return share > 0.0 ? weights[i] * share : 0.0;
+    });
+  if (kind_ == ScoreKind::kScales)
+    return SumInLanes(count, [&](int i) { return weights[i] * OverScales(residuals[i]); });
+  return SumInLanes(count, [&](int i) { return weights[i] * (*this)(residuals[i]); });
+}
+
+double Score::OverScales(double residual) const {
+  // Without a branch; NaN counts as ε, where the score is 0.
+  const double near = residual < threshold_ ? residual : threshold_;
+  const double inverse = 1.0 / (near > least_ ? near : least_);
+  const double slope = (Cube(inverse) - Cube(inverse_threshold_)) / 3.0;
+  return (inverse - inverse_threshold_ - near * near * slope) * scales_norm_;
 }
 
 double Score::SumGaussianUniform(const double* residuals, int count) const {

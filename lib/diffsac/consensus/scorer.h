@@ -3,23 +3,35 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <utility>
 
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/score.h"
 #include "diffsac/geometry/model.h"
 
 namespace diffsac {
+
+/// What scores take into account beside the points.
+struct ScorePrior {
+  Eigen::VectorXd weights = {};             ///< Of each point's contribution, within [0, 1]; empty: 1 each.
+  std::optional<CameraPrior> cameras = {};  ///< Of models that have the hook.
+};
 
 /// Scores models against one point set. The points are also kept as columns, so that residuals of a model that offers
 /// `Residuals` over columns are computed several at a time; other models go point by point. Borrows `points`.
 template <MinimalModel Model>
 class Scorer {
  public:
-  explicit Scorer(const PointMatrix& points) : points_(points), columns_(points) {
+  explicit Scorer(const PointMatrix& points, ScorePrior prior = {})
+      : points_(points), columns_(points), prior_(std::move(prior)) {
     for (int i = 0; i < Model::kDimension; ++i) pointers_[i] = columns_.col(i).data();
   }
 
   int size() const { return static_cast<int>(points_.rows()); }
   const PointMatrix& points() const { return points_; }
+  /// Of the points; empty: 1 each.
+  const Eigen::VectorXd& weights() const { return prior_.weights; }
 
   void Residuals(const typename Model::Parameters& model, int begin, int end, double* out) const {
     if constexpr (requires { Model::Residuals(model, pointers_.data(), begin, end, out); }) {
@@ -39,22 +51,46 @@ class Scorer {
   /// the margin keeps rounding from changing what a full sum would decide.
   double operator()(const typename Model::Parameters& model, const Score& score, double bar = -1.0) const {
     constexpr double kMargin = 1e-6;
+    const double plausibility = Plausibility(model);
+    const double bar_of_sum = bar / plausibility;
     double sum = 0.0;
     std::array<double, kBlock> residuals;
     for (int begin = 0; begin < size(); begin += kBlock) {
-      if (sum + (size() - begin) + kMargin < bar) return bar;
+      if (sum + (size() - begin) + kMargin < bar_of_sum) return bar;
       const int end = std::min(begin + kBlock, size());
       Residuals(model, begin, end, residuals.data());
-      sum += score.Sum(residuals.data(), end - begin);
+      sum += Sum(score, residuals.data(), begin, end);
     }
-    return sum;
+    return sum * plausibility;
+  }
+
+  /// The same of a model whose residuals are known.
+  double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals,
+                    const Score& score) const {
+    return Sum(score, residuals.data(), 0, size()) * Plausibility(model);
   }
 
  private:
+  double Sum(const Score& score, const double* residuals, int begin, int end) const {
+    if (prior_.weights.size() == 0) return score.Sum(residuals, end - begin);
+    return score.Sum(residuals, prior_.weights.data() + begin, end - begin);
+  }
+
+  /// What the score is multiplied with, within (0, 1].
+  double Plausibility([[maybe_unused]] const typename Model::Parameters& model) const {
+    if constexpr (HasCameraPrior<Model>) {
+      if (prior_.cameras)
+        return 1.0 / (1.0 + prior_.cameras->strength *
+                                ModelHooks<Model>::CameraMismatch(model, prior_.cameras->K1, prior_.cameras->K2));
+    }
+    return 1.0;
+  }
+
   static constexpr int kBlock = 64;
   const PointMatrix& points_;
   Eigen::MatrixXd columns_;
   std::array<const double*, Model::kDimension> pointers_;
+  ScorePrior prior_;
 };
 
 }  // namespace diffsac

@@ -1,5 +1,7 @@
 #include "diffsac/geometry/fundamental.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "diffsac/geometry/null_space.h"
@@ -113,6 +115,20 @@ int Fundamental::RecoverFromDegeneracy(const PointMatrix& points, const int* set
 int Fundamental8::RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model,
                                         double threshold, Rng rng, Parameters* out, int* fits) {
   return RecoverFromPlane(points, set, kMinimalSize, model, threshold, rng, kMaxSolutions, out, fits);
+}
+
+/// Of a matrix of rank 1, and of what is no matrix.
+constexpr double kWorstMismatch = 1e6;
+
+double Fundamental::CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
+  const Eigen::Matrix3d e = K2.transpose() * AsMatrix(model) * K1;
+  // Of rank 2: s₁² + s₂² = |E|², s₁ s₂ = |cofactors of E|.
+  const double sum = e.squaredNorm();
+  const double product = std::sqrt(e.col(0).cross(e.col(1)).squaredNorm() + e.col(1).cross(e.col(2)).squaredNorm() +
+                                   e.col(2).cross(e.col(0)).squaredNorm());
+  // (s₁ − s₂)/s₂ = s₁ s₂/s₂² − 1, with 2 s₂² = sum − √(sum² − 4 product²), written without the difference.
+  const double larger = 0.5 * (sum + std::sqrt(std::max(0.0, (sum - 2.0 * product) * (sum + 2.0 * product))));
+  return larger < kWorstMismatch * product ? std::max(0.0, larger / product - 1.0) : kWorstMismatch;
 }
 
 }  // namespace diffsac

@@ -5,6 +5,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
+#include "diffsac/geometry/robust_loss.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -40,6 +41,12 @@ struct Fundamental {
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
   /// (RefineFundamental). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+  /// The same with a weight ≥ 0 for each point and any loss.
+  static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                     Parameters* model);
+
+  /// (s₁ − s₂)/s₂ of the essential matrix K2ᵀ F K1, whose singular values s₁ ≥ s₂ are equal for the true cameras.
+  static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);
 
   /// DEGENSAC: when all but two or fewer of the set `model` was solved from are on one plane, up to kMaxSolutions
   /// models by plane and parallax (RecoverFromPlane); 0 otherwise.

@@ -236,7 +236,7 @@ void Rescale(double scale, RefineReport* report) {
   report->final_cost /= scale * scale;
 }
 
-RobustLoss Scaled(const RobustLoss& loss, double scale) { return {loss.kind, loss.scale * scale}; }
+RobustLoss Scaled(const RobustLoss& loss, double scale) { return {loss.kind, loss.scale * scale, loss.least * scale}; }
 
 /// Sets *model when the refined one is finite; else reports no change.
 void Keep(const Matrix3Parameters& refined, RefineReport* report, Matrix3Parameters* model) {

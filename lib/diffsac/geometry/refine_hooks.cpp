@@ -1,4 +1,4 @@
-// The models' Refine: Levenberg-Marquardt with the truncated loss, as the sample-consensus loop asks for it.
+// The models' Refine: Levenberg-Marquardt with a robust loss, as the sample-consensus loop asks for it.
 
 #include <cmath>
 
@@ -21,44 +21,69 @@ Eigen::VectorXd Residuals(const PointMatrix& points, const Matrix3Parameters& mo
 }
 
 /// Of all points, those that sit out too.
-double TruncatedCost(const Eigen::VectorXd& residuals, const RobustLoss& loss) {
+double Cost(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, const RobustLoss& loss) {
   double sum = 0.0;
-  for (const double residual : residuals) sum += loss.Value(residual * residual);
+  for (Eigen::Index i = 0; i < residuals.size(); ++i) sum += weights[i] * loss.Value(residuals[i] * residuals[i]);
   return sum;
 }
 
 /// refine: (points, weights, options, model) -> RefineReport.
 template <class Model, class RefineModel>
-bool RefineTruncated(const PointMatrix& points, double threshold, const RefineModel& refine, Matrix3Parameters* model) {
-  if (points.cols() != 4 || !(threshold > 0.0) || !std::isfinite(threshold) || !model->allFinite()) return false;
+bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                    const RefineModel& refine, Matrix3Parameters* model) {
+  if (points.cols() != 4 || weights.size() != points.rows() || !(loss.scale > 0.0) || !std::isfinite(loss.scale) ||
+      !model->allFinite())
+    return false;
   RefineOptions options;
-  options.loss = {LossKind::kTruncated, threshold};
+  options.loss = loss;
   const Eigen::VectorXd before = Residuals<Model>(points, *model);
   Matrix3Parameters refined = *model;
-  refine(points, (before.array() <= kReach * threshold).template cast<double>(), options, &refined);
+  const Eigen::VectorXd near = (before.array() <= kReach * loss.scale).template cast<double>();
+  refine(points, near.cwiseProduct(weights), options, &refined);
   if (refined == *model || !refined.allFinite()) return false;
   // Counted again in the points' own coordinates: near a minimum the refinement's gain may be its rounding.
   const Eigen::VectorXd after = Residuals<Model>(points, refined);
-  if (!(TruncatedCost(after, options.loss) < TruncatedCost(before, options.loss))) return false;
+  if (!(Cost(after, weights, loss) < Cost(before, weights, loss))) return false;
   *model = refined;
   return true;
 }
 
+/// Each point alike, with the truncated loss.
+template <class Model>
+bool RefineTruncated(const PointMatrix& points, double threshold, Matrix3Parameters* model) {
+  return Model::Refine(points, Eigen::VectorXd::Ones(points.rows()), {LossKind::kTruncated, threshold}, model);
+}
+
 }  // namespace
 
-bool Homography::Refine(const PointMatrix& points, double threshold, Parameters* model) {
-  const auto refine = [](const auto& p, const auto& weights, const auto& options, Parameters* m) {
-    return RefineHomography(p, weights, options, HomographyError::kSymmetricTransfer, m);
+bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                        Parameters* model) {
+  const auto refine = [](const auto& p, const auto& w, const auto& options, Parameters* m) {
+    return RefineHomography(p, w, options, HomographyError::kSymmetricTransfer, m);
   };
-  return RefineTruncated<Homography>(points, threshold, refine, model);
+  return RefineRobustly<Homography>(points, weights, loss, refine, model);
+}
+
+bool Fundamental::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                         Parameters* model) {
+  return RefineRobustly<Fundamental>(points, weights, loss, RefineFundamental, model);
+}
+
+bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                       Parameters* model) {
+  return RefineRobustly<Essential>(points, weights, loss, RefineEssential, model);
+}
+
+bool Homography::Refine(const PointMatrix& points, double threshold, Parameters* model) {
+  return RefineTruncated<Homography>(points, threshold, model);
 }
 
 bool Fundamental::Refine(const PointMatrix& points, double threshold, Parameters* model) {
-  return RefineTruncated<Fundamental>(points, threshold, RefineFundamental, model);
+  return RefineTruncated<Fundamental>(points, threshold, model);
 }
 
 bool Essential::Refine(const PointMatrix& points, double threshold, Parameters* model) {
-  return RefineTruncated<Essential>(points, threshold, RefineEssential, model);
+  return RefineTruncated<Essential>(points, threshold, model);
 }
 
 }  // namespace diffsac

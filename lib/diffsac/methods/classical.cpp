@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "diffsac/consensus/model_hooks.h"
+#include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/method_registry.h"
 #include "diffsac/methods/task_dispatch.h"
 
@@ -37,8 +38,8 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
   const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
-  return EstimateOf(
-      SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus, rng.Fork("consensus")));
+  return EstimateOf(SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
+                                               rng.Fork("consensus"), KnownOf(space, consensus)));
 }
 
 }  // namespace

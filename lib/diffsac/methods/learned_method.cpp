@@ -7,6 +7,7 @@
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -106,7 +107,10 @@ std::vector<Prediction> LearnedMethod::Predict(std::span<const SolverSpace> spac
 template <MinimalModel Model>
 ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
   const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
-  ConsensusHints hints;
+  ConsensusHints hints = KnownOf(space, options_.consensus);
+  if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
+    hints.inlier_priors =
+        Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.weighted_fit)
     hints.fit_weights =
