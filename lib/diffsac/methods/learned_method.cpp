@@ -19,6 +19,15 @@ PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
   return PointFeatures(options, network.task);
 }
 
+/// By point, of the ratio's (empty: unknown) and the network's.
+Eigen::VectorXd Priors(const Eigen::VectorXd& of_ratio, const std::vector<float>& of_network, PriorSource source) {
+  const Eigen::VectorXd network =
+      Eigen::Map<const Eigen::VectorXf>(of_network.data(), static_cast<Eigen::Index>(of_network.size())).cast<double>();
+  if (of_ratio.size() == 0 || source == PriorSource::kNetwork) return network;
+  if (source == PriorSource::kRatio) return of_ratio;
+  return (of_ratio.array() * network.array()).sqrt();
+}
+
 }  // namespace
 
 void LearnedOptions::BindShared(OptionsBinder& b) {
@@ -28,6 +37,9 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("inlier_prior_of", inlier_prior_of)
+      .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
+      .Help("whose probabilities weigh the points in scores; both: their geometric mean");
 }
 
 LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads)
@@ -109,8 +121,7 @@ ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Predict
   const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
   ConsensusHints hints = KnownOf(space, options_.consensus);
   if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
-    hints.inlier_priors =
-        Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
+    hints.inlier_priors = Priors(hints.inlier_priors, prediction.weights, options_.inlier_prior_of);
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.weighted_fit)
     hints.fit_weights =

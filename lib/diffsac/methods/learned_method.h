@@ -17,6 +17,16 @@
 
 namespace diffsac {
 
+/// Whose probabilities of being an inlier weigh the points in scores (consensus.inlier_prior_power).
+///   kNetwork  "network": the network's, where it says some; else the ratio's
+///   kRatio    "ratio": those of the matching ratio (methods/known_of_problem.h)
+///   kBoth     "both": the geometric mean of the two
+enum class PriorSource { kNetwork, kRatio, kBoth };
+template <>
+inline constexpr auto kEnumNames<PriorSource> = NamesOf<PriorSource>({{PriorSource::kNetwork, "network"},
+                                                                      {PriorSource::kRatio, "ratio"},
+                                                                      {PriorSource::kBoth, "both"}});
+
 /// What all learned rows have: in the group `inference` of a training configuration (kept in the checkpoint), any key
 /// of which a row of an experiment may override.
 struct LearnedOptions {
@@ -31,6 +41,7 @@ struct LearnedOptions {
   /// a good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
   int preference_draws = 0;
   int batch = 8;  ///< problems a network call
+  PriorSource inlier_prior_of = PriorSource::kNetwork;
   ConsensusOptions consensus;
 
  protected:
