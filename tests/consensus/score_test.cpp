@@ -105,5 +105,16 @@ TEST_CASE("Names of scores go both ways, and others are refused") {
   CHECK_THROWS_AS(FromString<ScoreKind>("mssac"), Error);
 }
 
+TEST_CASE("scores over scales were not finite for thresholds whose cubes are not ordinary numbers") {
+  for (const double threshold : {1e-150, 1e-3, 1.0, 1e150}) {
+    const Score score(ScoreKind::kScales, threshold, threshold, 1.0, 1, 0.1 * threshold);
+    CAPTURE(threshold);
+    CHECK(score(0.0) == Approx(1.0));
+    CHECK(score(threshold) == Approx(0.0).margin(1e-12));
+    CHECK(score(0.3 * threshold) == Approx(Score(ScoreKind::kScales, 1.0, 1.0, 1.0, 1, 0.1)(0.3)));
+    CHECK(score(std::numeric_limits<double>::infinity()) == Approx(0.0).margin(1e-12));
+  }
+}
+
 }  // namespace
 }  // namespace diffsac

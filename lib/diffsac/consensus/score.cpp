@@ -38,9 +38,9 @@ Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int re
       residual_dof_(residual_dof),
       table_(kind == ScoreKind::kMagsac ? MagsacScoreTable(residual_dof) : nullptr),
       table_scale_(kMagsacTableSize / threshold),
-      least_(std::clamp(least, kLeastShare * threshold, kLargestShare * threshold)),
+      least_share_(std::clamp(least / threshold, kLeastShare, kLargestShare)),
       inverse_threshold_(1.0 / threshold),
-      scales_norm_(1.0 / (1.0 / least_ - inverse_threshold_)) {}
+      scales_norm_(1.0 / (1.0 / least_share_ - 1.0)) {}
 
 double Score::operator()(double residual) const {
   // A comparison that is false for NaN comes first in each, so that NaN scores 0.
@@ -70,9 +70,10 @@ double Score::Derivative(double residual) const {
       if (!(residual > 0.0)) return 0.0;
       return -residual * MagsacLoss(threshold_, residual_dof_).ExactWeight(residual) * inverse_threshold_squared_;
     case ScoreKind::kScales: {
-      if (!(residual < threshold_)) return 0.0;
-      const double inverse = 1.0 / std::max(residual, least_);
-      return -2.0 / 3.0 * residual * (Cube(inverse) - Cube(inverse_threshold_)) * scales_norm_;
+      const double share = residual * inverse_threshold_;
+      if (!(share < 1.0)) return 0.0;
+      const double inverse = 1.0 / std::max(share, least_share_);
+      return -2.0 / 3.0 * share * (Cube(inverse) - 1.0) * scales_norm_ * inverse_threshold_;
     }
     case ScoreKind::kGaussianUniform:
       break;
@@ -117,11 +118,12 @@ double Score::Sum(const double* residuals, const double* weights, int count) con
 }
 
 double Score::OverScales(double residual) const {
-  // Without a branch; NaN counts as ε, where the score is 0.
-  const double near = residual < threshold_ ? residual : threshold_;
-  const double inverse = 1.0 / (near > least_ ? near : least_);
-  const double slope = (Cube(inverse) - Cube(inverse_threshold_)) / 3.0;
-  return (inverse - inverse_threshold_ - near * near * slope) * scales_norm_;
+  // Without a branch; NaN counts as ε, where the score is 0. In shares of ε: their cubes are ordinary numbers.
+  const double share = residual * inverse_threshold_;
+  const double near = share < 1.0 ? share : 1.0;
+  const double inverse = 1.0 / (near > least_share_ ? near : least_share_);
+  const double slope = (Cube(inverse) - 1.0) / 3.0;
+  return (inverse - 1.0 - near * near * slope) * scales_norm_;
 }
 
 double Score::SumGaussianUniform(const double* residuals, int count) const {

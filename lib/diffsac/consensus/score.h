@@ -54,7 +54,7 @@ class Score {
   int residual_dof_;
   const double* table_;  ///< Of kMagsac, for residuals 0 … threshold.
   double table_scale_;
-  double least_;  ///< Of kScales.
+  double least_share_;  ///< Of kScales: of ε.
   double inverse_threshold_;
   double scales_norm_;
 };

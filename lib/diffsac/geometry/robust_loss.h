@@ -50,7 +50,7 @@ struct RobustLoss {
       case LossKind::kCauchy:
         return square / (square + s);
       case LossKind::kScales:
-        return s < square ? Slope(1.0 / std::max(std::sqrt(s), least)) / Slope(1.0 / least) : 0.0;
+        return s < square ? Slope(scale / std::max(std::sqrt(s), least)) / Slope(scale / least) : 0.0;
       case LossKind::kTrivial:
         break;
     }
@@ -58,14 +58,14 @@ struct RobustLoss {
   }
 
  private:
-  /// ∫ dt/t⁴ from 1/inverse to c.
-  double Slope(double inverse) const { return (inverse * inverse * inverse - 1.0 / (scale * scale * scale)) / 3.0; }
+  /// ∫ dt/t⁴ from c/inverse to c, in units of c: their cubes are ordinary numbers.
+  static double Slope(double inverse) { return (inverse * inverse * inverse - 1.0) / 3.0; }
 
   double ScalesValue(double s) const {
     if (s <= least * least) return s;
-    const double inverse = 1.0 / std::sqrt(s);
+    const double inverse = scale / std::sqrt(s), square = scale * scale;
     // Scales below the residual count in full, those above by s/t².
-    return (1.0 / least - inverse + s * Slope(inverse)) / Slope(1.0 / least);
+    return square * (scale / least - inverse + s / square * Slope(inverse)) / Slope(scale / least);
   }
 };
 
