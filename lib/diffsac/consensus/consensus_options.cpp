@@ -15,6 +15,40 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
       .Help("probability that a set of the best model's inliers alone was drawn");
 }
 
+void BindScales(ConsensusOptions& o, OptionsBinder& b) {
+  b.Field("noise", o.noise)
+      .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
+  const bool scales = o.score == ScoreKind::kScales || o.final_score == ScoreKind::kScales ||
+                      o.final_refinement == FinalRefinement::kScales || o.noise == NoiseScale::kEstimated;
+  b.Field("least_scale", o.least_scale, AtLeast(0.0))
+      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
+  b.Field("greatest_scale", o.greatest_scale, AtLeast(0.0))
+      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .Help("the greatest one; 0: the scoring threshold");
+  b.Require(o.greatest_scale == 0.0 || o.least_scale < o.greatest_scale, "least_scale", "below greatest_scale");
+  b.Field("inlier_prior_power", o.inlier_prior_power, AtLeast(0.0))
+      .Help(
+          "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
+          "alike");
+  b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
+      .Help("F, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E with a guessed focal length");
+}
+
+void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
+  b.Field("refit_rounds", o.refit_rounds, AtLeast(1))
+      .OnlyIf(o.refit == Refit::kIterated, "refit: iterated")
+      .Help("least squares each, at most");
+  b.Field("refit_threshold_factor", o.refit_threshold_factor, Positive())
+      .OnlyIf(o.refit != Refit::kNone && o.refit != Refit::kMixture, "refit: inliers, iterated or irls")
+      .Help("the refit's inlier threshold as a multiple of ε (irls: of the score's)");
+  b.Field("sigma_prior", o.sigma_prior, AtLeast(0.0))
+      .OnlyIf(o.refit == Refit::kMixture, "refit: em")
+      .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
+  b.Field("refit_candidates", o.refit_candidates, AtLeast(1))
+      .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+}
+
 }  // namespace
 
 void ConsensusOptions::Bind(OptionsBinder& b) {
@@ -35,23 +69,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("residual_dof", residual_dof, Within(0, 6))
       .OnlyIf(magsac || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
-  b.Field("noise", noise)
-      .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = score == ScoreKind::kScales || final_score == ScoreKind::kScales ||
-                      final_refinement == FinalRefinement::kScales || noise == NoiseScale::kEstimated;
-  b.Field("least_scale", least_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
-      .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
-  b.Field("greatest_scale", greatest_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
-      .Help("the greatest one; 0: the scoring threshold");
-  b.Require(greatest_scale == 0.0 || least_scale < greatest_scale, "least_scale", "below greatest_scale");
-  b.Field("inlier_prior_power", inlier_prior_power, AtLeast(0.0))
-      .Help(
-          "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
-          "alike");
-  b.Field("camera_prior", camera_prior, AtLeast(0.0))
-      .Help("F, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E with a guessed focal length");
+  BindScales(*this, b);
   b.Field("sigma_factor", sigma_factor, Positive())
       .OnlyIf(gaussian || refit == Refit::kMixture, "gaussian_uniform as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
@@ -73,17 +91,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
       .Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
 
   BindStopping(*this, b);
-  b.Field("refit_rounds", refit_rounds, AtLeast(1))
-      .OnlyIf(refit == Refit::kIterated, "refit: iterated")
-      .Help("least squares each, at most");
-  b.Field("refit_threshold_factor", refit_threshold_factor, Positive())
-      .OnlyIf(refit != Refit::kNone && refit != Refit::kMixture, "refit: inliers, iterated or irls")
-      .Help("the refit's inlier threshold as a multiple of ε (irls: of the score's)");
-  b.Field("sigma_prior", sigma_prior, AtLeast(0.0))
-      .OnlyIf(refit == Refit::kMixture, "refit: em")
-      .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
-  b.Field("refit_candidates", refit_candidates, AtLeast(1))
-      .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+  BindRefits(*this, b);
   b.Field("block_size", block_size, AtLeast(0))
       .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
 }
