@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 #include "data_tools/colmap_text.h"
@@ -14,6 +15,7 @@
 #include "data_tools/image_format.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/hdf5_numbers.h"
@@ -148,12 +150,6 @@ MatchedImage MatchWithScene(const SourceImage& image, const ImageFeatures& featu
   return matched;
 }
 
-void Put(H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape) {
-  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
-  if (shape[0] > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
-}
-
 void Write(const std::string& path, const std::vector<MatchedImage>& images) {
   WriteFileAtomically(path, [&](const std::string& temporary) {
     const std::lock_guard lock(Hdf5Mutex());
@@ -161,12 +157,12 @@ void Write(const std::string& path, const std::vector<MatchedImage>& images) {
     try {
       H5::H5File file(temporary, H5F_ACC_TRUNC);
       for (const MatchedImage& image : images) {
-        H5::Group group = file.createGroup(image.name);
+        const H5::Group group = file.createGroup(image.name);
         const auto count = static_cast<hsize_t>(image.points.rows());
-        Put(group, "points", image.points.data(), {count, 5});
-        Put(group, "ratios", image.ratios.data(), {count});
-        Put(group, "K", image.K.data(), {3, 3});
-        Put(group, "pose", image.pose.data(), {3, 4});
+        WriteNumbers(group, "points", image.points.data(), {count, 5});
+        WriteNumbers(group, "ratios", image.ratios.data(), {count});
+        WriteNumbers(group, "K", image.K.data(), {3, 3});
+        WriteNumbers(group, "pose", image.pose.data(), {3, 4});
       }
       file.flush(H5F_SCOPE_GLOBAL);
     } catch (const H5::Exception& e) {
@@ -175,41 +171,40 @@ void Write(const std::string& path, const std::vector<MatchedImage>& images) {
   });
 }
 
-/// Images that can be read, in the source's order; the others are named in `result`. Nothing when stopped.
-std::vector<int> PrepareFeatures(const ImageSource& source, FeatureStore* store, const std::atomic<bool>& stop,
-                                 PrepareResult* result) {
-  std::vector<int> good;
-  Progress progress("keypoints", static_cast<std::int64_t>(source.images.size()));
-  for (int i = 0; i < static_cast<int>(source.images.size()) && !stop; ++i) {
-    std::string problem;
-    if (store->Prepare(i, &problem)) {
+/// Images that can be read, in the source's order; the others are named in `result`. None when stopped.
+std::vector<int> PrepareFeatures(const ImageSource& source, int threads, FeatureStore* store,
+                                 const std::atomic<bool>& stop, PrepareResult* result) {
+  std::vector<int> images(source.images.size()), good;
+  std::iota(images.begin(), images.end(), 0);
+  std::vector<std::string> problems;
+  result->finished = store->PrepareAll(images, threads, stop, &problems);
+  for (const int i : images) {
+    if (problems[i].empty()) {
       good.push_back(i);
     } else {
-      LogWarning("left out: " + problem);
-      result->left_out.push_back(problem);
+      LogWarning("left out: " + problems[i]);
+      result->left_out.push_back(problems[i]);
     }
-    progress.Advance();
   }
-  result->finished = !stop;
   return good;
 }
 
 std::vector<MatchedImage> MatchImages(const ImageSource& source, const FeatureStore& store,
-                                      const std::vector<int>& images, const std::string& model,
+                                      const std::vector<int>& images, int threads, const std::string& model,
                                       const std::atomic<bool>& stop) {
   const ScenePoints points = ReadScenePoints((fs::path(model) / "points3D.txt").string());
   const auto observations = ReadObservations((fs::path(model) / "images.txt").string());
   SceneDescriptors seen;
   for (const int i : images) seen.Add(i, store.Load(i), observations.at(source.images[i].name));
-  std::vector<MatchedImage> matched;
+  std::vector<MatchedImage> matched(images.size());
   Progress progress("images", static_cast<std::int64_t>(images.size()));
-  for (const int i : images) {
-    if (stop) break;
-    const DescribedPoints others = seen.Without(i, points);
+  ParallelFor(static_cast<std::int64_t>(images.size()), threads, [&](std::int64_t k) {
+    if (stop) return;
+    const DescribedPoints others = seen.Without(images[k], points);
     if (others.points.rows() < 2) throw Error(model + ": no point of another image has a keypoint near it");
-    matched.push_back(MatchWithScene(source.images[i], store.Load(i), others));
+    matched[k] = MatchWithScene(source.images[images[k]], store.Load(images[k]), others);
     progress.Advance();
-  }
+  });
   return matched;
 }
 
@@ -230,12 +225,13 @@ PrepareResult WriteScenePoints(const PairsRequest& request, const std::atomic<bo
                      (fs::path(request.output) / (".keypoints-" + scene)).string());
   if (store.distance() != DescriptorDistance::kEuclidean)
     throw Error("--format colmap_points needs descriptors that have a mean: sift or rootsift");
-  const std::vector<int> images = PrepareFeatures(source, &store, stop, &result);
+  const std::vector<int> images = PrepareFeatures(source, request.options.threads, &store, stop, &result);
   if (result.finished && images.size() < 2)
     throw Error(request.input + ": fewer than two images can be read" +
                 (result.left_out.empty() ? "" : " (" + result.left_out[0] + ")"));
   std::vector<MatchedImage> matched;
-  if (result.finished) matched = MatchImages(source, store, images, ColmapModelFolder(request.input), stop);
+  if (result.finished)
+    matched = MatchImages(source, store, images, request.options.threads, ColmapModelFolder(request.input), stop);
   result.finished = !stop;
   if (!result.finished) return result;
   Write(path, matched);

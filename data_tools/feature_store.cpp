@@ -1,5 +1,7 @@
 #include "data_tools/feature_store.h"
 
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -38,6 +40,18 @@ bool FeatureStore::Prepare(int index, std::string* problem) {
   // What is wrong with a file of imports is said before the work begins.
   if (imported_) imported_->Read(image.path, raw.size, options_.max_keypoints);
   return true;
+}
+
+bool FeatureStore::PrepareAll(const std::vector<int>& images, int threads, const std::atomic<bool>& stop,
+                              std::vector<std::string>* problems) {
+  problems->assign(images.size(), "");
+  Progress progress("keypoints", static_cast<std::int64_t>(images.size()));
+  ParallelFor(static_cast<std::int64_t>(images.size()), threads, [&](std::int64_t k) {
+    if (stop) return;
+    Prepare(images[k], &(*problems)[k]);
+    progress.Advance();
+  });
+  return !stop;
 }
 
 ImageFeatures FeatureStore::Load(int index) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@ class FeatureStore {
   /// Makes sure that Load gives the features of an image. False, with a line in `problem`, when the image cannot be
   /// read or has not the size of its calibration. Throws Error for anything else.
   bool Prepare(int image, std::string* problem);
+  /// The same for several images on `threads` threads (0: all cores), with a bar of progress; a line for each that was
+  /// not prepared, empty for the others. False when `stop` turned true.
+  bool PrepareAll(const std::vector<int>& images, int threads, const std::atomic<bool>& stop,
+                  std::vector<std::string>* problems);
   /// After Prepare.
   ImageFeatures Load(int image) const;
   DescriptorDistance distance() const;

@@ -61,25 +61,28 @@ void AddImage(const std::string& name, const std::function<SourceImage()>& read,
   }
 }
 
-RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place) {
+RigidMotion SoundMotion(RigidMotion motion, const std::string& place) {
   constexpr double kTolerance = 0.01, kRounding = 1e-6;
+  if (!motion.rotation.allFinite() || !motion.translation.allFinite()) throw Error(place + ": the pose is not finite");
+  const Eigen::Matrix3d square = motion.rotation * motion.rotation.transpose();
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || motion.rotation.determinant() < 0.0)
+    throw Error(place + ": the pose holds no rotation");
+  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(motion.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    motion.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return motion;
+}
+
+RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place) {
   if (values.size() != 12 && values.size() != 16) throw Error(place + ": expected a 3x4 or 4x4 matrix");
   if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
     throw Error(place + ": the pose is not finite");
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
-  RigidMotion to_world;
-  to_world.rotation = rows.leftCols<3>();
-  to_world.translation = rows.col(3);
-  const Eigen::Matrix3d square = to_world.rotation * to_world.rotation.transpose();
-  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || to_world.rotation.determinant() < 0.0)
-    throw Error(place + ": the pose holds no rotation");
+  const RigidMotion to_world = SoundMotion({rows.leftCols<3>(), rows.col(3)}, place);
   if (values.size() == 16 && (values[12] != 0.0 || values[13] != 0.0 || values[14] != 0.0 || values[15] != 1.0))
     throw Error(place + ": expected 0 0 0 1 as the last row of the pose");
-  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
-  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_world.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    to_world.rotation = svd.matrixU() * svd.matrixV().transpose();
-  }
   return Inverse(to_world);
 }
 
@@ -123,6 +126,11 @@ void CheckSource(const ImageSource& source, const std::string& folder) {
   }
 }
 
+void AddAllPairs(const std::string& folder, ImageSource* source) {
+  source->scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source->images.size()))});
+  CheckSource(*source, folder);
+}
+
 ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration) {
   ImageSource source;
   const std::optional<LensCamera> camera = CameraOf(calibration);
@@ -133,8 +141,7 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
           return SourceImage{ImageName(path), path, camera, {}};
         },
         &source);
-  source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, folder);
+  AddAllPairs(folder, &source);
   return source;
 }
 

@@ -113,8 +113,10 @@ std::vector<SourcePair> AllPairs(int num_images);
 std::string FolderName(const std::string& folder);
 /// Adds what `read` returns as the image of the next frame, or, when it throws Error, the image to those left out.
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
-/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error, starting with `place`,
-/// unless it is finite and its left part a rotation within 1 %, which the nearest rotation replaces.
+/// The motion with the nearest rotation in place of what is one within 1 %. Throws Error, starting with `place`, where
+/// it is not, or not finite.
+RigidMotion SoundMotion(RigidMotion motion, const std::string& place);
+/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error as SoundMotion does.
 RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
 /// "<name>_step_05".
 std::string StepName(const std::string& name, int step);
@@ -122,6 +124,8 @@ std::string StepName(const std::string& name, int step);
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
 /// The camera of a given calibration, none when nothing is given. Throws Error.
 std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);
+/// Makes all pairs of the images the only scene, named like the folder, and checks the source (CheckSource).
+void AddAllPairs(const std::string& folder, ImageSource* source);
 /// Throws Error unless the images' names are unique and there is a pair; with the first image that was left out.
 void CheckSource(const ImageSource& source, const std::string& folder);
 

@@ -96,8 +96,7 @@ ImageSource ReadColmap(const std::string& folder) {
   std::sort(source.images.begin(), source.images.end(),
             [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
   for (std::size_t i = 0; i < source.images.size(); ++i) source.images[i].frame = static_cast<int>(i);
-  source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, folder);
+  AddAllPairs(folder, &source);
   return source;
 }
 

@@ -48,8 +48,7 @@ ImageSource ReadLlff(const PairsRequest& request) {
         ImageName(paths[i]),
         [&] { return ReadImage(paths[i], poses.values.data() + kNumbers * i, file + ": row " + std::to_string(i)); },
         &source);
-  source.scenes.push_back({FolderName(request.input), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, request.input);
+  AddAllPairs(request.input, &source);
   return source;
 }
 

@@ -38,14 +38,7 @@ SourceImage ReadImage(const std::string& folder, const std::vector<std::string_v
   if (!camera.K.allFinite() || !(camera.K(0, 0) > 0.0) || !(camera.K(1, 1) > 0.0))
     throw Error(place + ": expected a calibration matrix");
   image.camera = camera;
-  const RigidMotion pose{MatrixFromRows(v + 9), {v[18], v[19], v[20]}};
-  const RigidMotion to_world = Inverse(pose);
-  std::vector<double> rows;
-  for (int row = 0; row < 3; ++row) {
-    for (int j = 0; j < 3; ++j) rows.push_back(to_world.rotation(row, j));
-    rows.push_back(to_world.translation[row]);
-  }
-  image.pose = WorldToCamera(rows, place);
+  image.pose = SoundMotion({MatrixFromRows(v + 9), {v[18], v[19], v[20]}}, place);
   return image;
 }
 
@@ -61,8 +54,7 @@ ImageSource ReadMiddlebury(const PairsRequest& request) {
         ImageName(std::string(words[0])),
         [&] { return ReadImage(request.input, words, file + ":" + std::to_string(number)); }, &source);
   }
-  source.scenes.push_back({FolderName(request.input), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, request.input);
+  AddAllPairs(request.input, &source);
   return source;
 }
 

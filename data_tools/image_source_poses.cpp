@@ -77,8 +77,7 @@ ImageSource ReadPoses(const std::string& folder, const GivenCalibration& calibra
   for (const std::string& path : ColorImages(layout.images))
     AddImage(
         ImageName(path), [&] { return ReadPosedImage(layout, path, given); }, &source);
-  source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, folder);
+  AddAllPairs(folder, &source);
   return source;
 }
 

@@ -24,17 +24,18 @@ SourceImage ReadImage(const std::string& path, const NumpyArray& matrix, const s
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) projection.at<double>(i, j) = sign * P(i, j);
   cv::decomposeProjectionMatrix(projection, K, R, centre);
+  RigidMotion to_world;
   SourceImage image{ImageName(path), path, {}, {}};
   LensCamera camera;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) camera.K(i, j) = K.at<double>(i, j) / K.at<double>(2, 2);
-  image.camera = camera;
-  std::vector<double> to_world;
-  for (int row = 0; row < 3; ++row) {
-    for (int j = 0; j < 3; ++j) to_world.push_back(R.at<double>(j, row));
-    to_world.push_back(centre.at<double>(row) / centre.at<double>(3));
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      camera.K(i, j) = K.at<double>(i, j) / K.at<double>(2, 2);
+      to_world.rotation(i, j) = R.at<double>(j, i);
+    }
+    to_world.translation[i] = centre.at<double>(i) / centre.at<double>(3);
   }
-  image.pose = WorldToCamera(to_world, place);
+  image.camera = camera;
+  image.pose = Inverse(SoundMotion(to_world, place));
   return image;
 }
 
@@ -55,8 +56,7 @@ ImageSource ReadProjections(const PairsRequest& request) {
           return ReadImage(paths[i], found->second, file + ": " + key);
         },
         &source);
-  source.scenes.push_back({FolderName(request.input), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, request.input);
+  AddAllPairs(request.input, &source);
   return source;
 }
 

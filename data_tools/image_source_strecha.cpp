@@ -46,8 +46,7 @@ ImageSource ReadStrecha(const std::string& folder) {
     };
     AddImage(ImageName(path), read, &source);
   }
-  source.scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source.images.size()))});
-  CheckSource(source, folder);
+  AddAllPairs(folder, &source);
   return source;
 }
 

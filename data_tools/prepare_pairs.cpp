@@ -145,18 +145,13 @@ bool Preparation::PrepareImages(const std::vector<SourceScene>& scenes) {
   for (const SourceScene& scene : scenes)
     for (const SourcePair& pair : scene.pairs) needed.insert({pair.image1, pair.image2});
   const std::vector<int> images(needed.begin(), needed.end());
-  std::vector<std::string> problems(images.size());
-  {
-    Progress progress("keypoints", static_cast<std::int64_t>(images.size()));
-    ParallelFor(static_cast<std::int64_t>(images.size()), options_.threads, [&](std::int64_t k) {
-      if (stop_) return;
-      if (!store_.Prepare(images[k], &problems[k])) broken_[images[k]] = 1;
-      progress.Advance();
-    });
+  std::vector<std::string> problems;
+  if (!store_.PrepareAll(images, options_.threads, stop_, &problems)) return false;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    if (problems[k].empty()) continue;
+    broken_[images[k]] = 1;
+    LeaveOut(problems[k]);
   }
-  if (stop_) return false;
-  for (const std::string& problem : problems)
-    if (!problem.empty()) LeaveOut(problem);
   return true;
 }
 

@@ -10,14 +10,6 @@
 namespace diffsac::testing {
 namespace {
 
-void WriteNumbers(const H5::Group& group, const char* name, const double* values, std::vector<hsize_t> shape) {
-  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
-  std::size_t count = 1;
-  for (hsize_t size : shape) count *= size;
-  if (count > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
-}
-
 void WriteText(const H5::Group& group, const char* name, const std::string& text) {
   const H5::StrType type(H5::PredType::C_S1, H5T_VARIABLE);
   group.createAttribute(name, type, H5::DataSpace(H5S_SCALAR)).write(type, text);

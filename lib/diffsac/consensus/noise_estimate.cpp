@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "diffsac/consensus/mixture.h"
+
 namespace diffsac {
 namespace {
 
@@ -13,15 +15,11 @@ namespace {
 constexpr int kShift = 51;
 constexpr int kShareRounds = 2;
 constexpr double kSqrtTwoPi = 2.50662827463100050242;
-/// The share of inliers stays this far from 0 and 1.
-constexpr double kShareMargin = 1e-4;
 
 int SizeOf(double square) { return static_cast<int>(std::bit_cast<std::uint64_t>(square) >> kShift); }
 
 /// Of the middle of a bin, in units of the greatest threshold's.
 double SquareOf(int bin) { return std::ldexp(bin % 2 == 0 ? 0.875 : 0.625, -(bin / 2)); }
-
-double ClampShare(double share) { return std::clamp(share, kShareMargin, 1.0 - kShareMargin); }
 
 /// Where a parabola through values at −1, 0 and 1, the middle one the largest, is largest.
 double Peak(double left, double middle, double right) {

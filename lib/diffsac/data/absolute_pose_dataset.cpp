@@ -7,7 +7,6 @@
 
 #include <H5Cpp.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -18,12 +17,11 @@
 #include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/pair_filter.h"
+#include "diffsac/data/pair_scenes.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct AbsolutePosesOptions {
   std::vector<std::string> paths;
@@ -39,18 +37,6 @@ struct AbsolutePosesOptions {
 };
 
 constexpr const char* kFile = "scene_points.h5";
-
-// The scenes' files: of the folder itself, or of those in it.
-std::vector<std::string> FilesIn(const std::string& folder) {
-  if (!fs::is_directory(folder)) throw Error(folder + ": no such folder");
-  if (fs::exists(fs::path(folder) / kFile)) return {(fs::path(folder) / kFile).string()};
-  std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (fs::exists(entry.path() / kFile)) files.push_back((entry.path() / kFile).string());
-  if (files.empty()) throw Error(folder + ": no " + kFile + ", here or in a folder of it");
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 // 0 in `shape` stands for any number.
 Numbers Read(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
@@ -93,7 +79,7 @@ class AbsolutePoses : public Dataset {
     const std::lock_guard lock(Hdf5Mutex());
     H5::Exception::dontPrint();
     for (const std::string& folder : options.paths)
-      for (const std::string& file : FilesIn(folder)) AddScene(file, options);
+      for (const SceneFolder& scene : FindScenes(folder, kFile)) AddScene(scene, options);
     if (examples_.empty()) throw Error(options.paths.front() + ": there is no image");
   }
   Task task() const override { return Task::kAbsolutePose; }
@@ -101,8 +87,8 @@ class AbsolutePoses : public Dataset {
   Example Get(std::uint64_t index) const override { return examples_.at(index); }
 
  private:
-  void AddScene(const std::string& path, const AbsolutePosesOptions& options) {
-    const std::string scene = fs::path(path).parent_path().filename().string();
+  void AddScene(const SceneFolder& scene, const AbsolutePosesOptions& options) {
+    const std::string path = (std::filesystem::path(scene.folder) / kFile).string();
     try {
       const H5::H5File file(path, H5F_ACC_RDONLY);
       for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
@@ -110,8 +96,8 @@ class AbsolutePoses : public Dataset {
         Example example =
             Filtered(ReadImage(file.openGroup(name), options.inlier_threshold_px, path + ":/" + name), options.filter);
         example.index = examples_.size();
-        example.scene = scene;
-        example.id = scene + "/" + name;
+        example.scene = scene.name;
+        example.id = scene.name + "/" + name;
         examples_.push_back(std::move(example));
       }
     } catch (const H5::Exception& e) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/data/coordinates.h"
 #include "diffsac/geometry/pose.h"
 
@@ -45,10 +46,7 @@ PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
 
 std::vector<std::uint8_t> AbsolutePoseTask::InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose) {
   const SolverSpace space(problem);
-  std::vector<std::uint8_t> inliers(problem.points.rows());
-  for (Eigen::Index i = 0; i < problem.points.rows(); ++i)
-    inliers[i] = AbsolutePose::Residual(pose, space.points().row(i).data()) <= space.threshold();
-  return inliers;
+  return InlierMask<AbsolutePose>(space.points(), pose, space.threshold());
 }
 
 EstimateError AbsolutePoseTask::Error(const ModelParameters* model, const std::vector<std::uint8_t>&,

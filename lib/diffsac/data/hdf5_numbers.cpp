@@ -32,6 +32,12 @@ std::mutex& Hdf5Mutex() {
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place) { return Read(source, place); }
 Numbers ReadNumbers(const H5::Attribute& source, const std::string& place) { return Read(source, place); }
 
+void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape) {
+  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
+  if (space.getSimpleExtentNpoints() > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
+}
+
 std::string ShapeText(const Numbers& numbers) {
   std::string text;
   for (hsize_t size : numbers.shape) text += (text.empty() ? "" : "x") + std::to_string(size);

@@ -21,6 +21,9 @@ struct Numbers {
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
 Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
 
+/// A data set of doubles, row-major. Throws H5::Exception.
+void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape);
+
 /// "3x4", or "a single number".
 std::string ShapeText(const Numbers& numbers);
 

@@ -10,10 +10,16 @@ namespace diffsac {
 
 namespace fs = std::filesystem;
 
-bool HoldsMatches(const std::string& folder) {
+namespace {
+
+bool Holds(const std::string& folder, const std::string& file) {
   std::error_code code;
-  return fs::exists(fs::path(folder) / "matches.h5", code);
+  return fs::exists(fs::path(folder) / file, code);
 }
+
+}  // namespace
+
+bool HoldsMatches(const std::string& folder) { return Holds(folder, "matches.h5"); }
 
 SceneFolder NamedFolder(const std::string& folder) {
   std::error_code code;
@@ -33,11 +39,11 @@ std::vector<SceneFolder> FoldersIn(const std::string& root) {
   return folders;
 }
 
-std::vector<SceneFolder> FindScenes(const std::string& root) {
+std::vector<SceneFolder> FindScenes(const std::string& root, const std::string& file) {
   std::vector<SceneFolder> scenes = FoldersIn(root);
-  if (HoldsMatches(root)) return {NamedFolder(root)};
-  std::erase_if(scenes, [](const SceneFolder& scene) { return !HoldsMatches(scene.folder); });
-  if (scenes.empty()) throw Error(root + ": no matches.h5 in it or in a folder directly below");
+  if (Holds(root, file)) return {NamedFolder(root)};
+  std::erase_if(scenes, [&](const SceneFolder& scene) { return !Holds(scene.folder, file); });
+  if (scenes.empty()) throw Error(root + ": no " + file + " in it or in a folder directly below");
   return scenes;
 }
 

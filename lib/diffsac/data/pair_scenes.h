@@ -21,8 +21,9 @@ SceneFolder NamedFolder(const std::string& folder);
 /// The folders directly in `root`, in the order of their names. Throws Error where `root` is none.
 std::vector<SceneFolder> FoldersIn(const std::string& root);
 
-/// The folders that hold matches: `root` itself or those directly in it. Throws Error when there is none.
-std::vector<SceneFolder> FindScenes(const std::string& root);
+/// The folders that hold matches, or another file: `root` itself or those directly in it. Throws Error when there is
+/// none.
+std::vector<SceneFolder> FindScenes(const std::string& root, const std::string& file = "matches.h5");
 
 /// `count` of `size` positions, evenly spread; all of them for count 0.
 std::vector<std::int64_t> EvenlySpread(std::int64_t size, int count);

@@ -56,16 +56,6 @@ std::string Folder(const EvalRequest& request, const ExperimentOptions& experime
   return "runs/" + experiment.name + (shard.whole() ? "" : part);
 }
 
-// Those of an earlier run must not pass for this one's.
-void KeepEstimates(const ExperimentResults& results, const std::string& folder) {
-  const std::string path = folder + "/" + kEstimatesFile;
-  if (results.experiment.estimates) {
-    WriteEstimates(path, EstimatesOf(results));
-  } else {
-    std::filesystem::remove(path);
-  }
-}
-
 void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
                 std::ostream& out) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
@@ -174,7 +164,8 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   std::optional<RunDirectory> run;
   if (request.group == nullptr || request.group->main()) {
     // Before the work, so that a read-only folder is not found out afterwards.
-    run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)), experiment.seed);
+    run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),
+                experiment.seed);
     std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
   }
   ExperimentResults results = Run(request, experiment, shard, trace, stop);

@@ -15,7 +15,6 @@ namespace {
 
 constexpr const char* kFormat = "diffsac estimates 1";
 constexpr hsize_t kChunk = 1 << 14;
-constexpr Status kStatuses[] = {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel};
 
 // A link's name cannot hold a slash.
 std::string LinkName(std::string name) {
@@ -167,12 +166,6 @@ std::string GetText(const H5::H5Object& object, const char* name) {
   return text;
 }
 
-Status StatusNamed(const std::string& text) {
-  for (const Status status : kStatuses)
-    if (ToString(status) == text) return status;
-  throw Error("status: '" + text + "' is none");
-}
-
 /// The part of `values` that belongs to record i.
 template <class Value>
 std::vector<Value> Slice(const std::vector<Value>& values, const std::vector<std::int64_t>& ends, std::size_t i) {
@@ -201,7 +194,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
     record.index = index[i];
     record.id = ids[i];
     record.scene = scenes[i];
-    record.status = StatusNamed(statuses[i]);
+    record.status = StatusFromText(statuses[i]);
     if (record.status == Status::kOk)
       record.model = Eigen::Map<const Eigen::VectorXd>(models.data() + i * width, static_cast<Eigen::Index>(width));
     const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(poses.data() + 12 * i);
@@ -217,6 +210,12 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
 }
 
 }  // namespace
+
+Status StatusFromText(const std::string& text) {
+  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel})
+    if (ToString(status) == text) return status;
+  throw Error("unknown status '" + text + "'");
+}
 
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   EstimateRecord record;

@@ -41,6 +41,9 @@ struct EstimateFile {
   std::vector<EstimateGroup> groups;
 };
 
+/// The status that ToString calls this; of files. Throws Error for no such.
+Status StatusFromText(const std::string& text);
+
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate);
 
 /// The file's content, for other processes.

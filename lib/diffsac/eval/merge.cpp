@@ -162,7 +162,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
   const Report report = MakeReport(results);
   WriteResults(report, folder);
-  if (results.experiment.estimates) WriteEstimates(folder + "/" + kEstimatesFile, EstimatesOf(results));
+  KeepEstimates(results, folder);
   CopyPictures(first, folder);
   DrawFigures(report, folder);
   out << MarkdownReport(report) << std::endl;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <set>
 
 namespace diffsac {
@@ -221,6 +222,15 @@ EstimateFile EstimatesOf(const ExperimentResults& results) {
     file.groups.push_back(
         {experiment.methods[cell.method].name, experiment.conditions[cell.condition].name, cell.estimates});
   return file;
+}
+
+void KeepEstimates(const ExperimentResults& results, const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::path(folder) / kEstimatesFile;
+  if (results.experiment.estimates) {
+    WriteEstimates(path.string(), EstimatesOf(results));
+  } else {
+    std::filesystem::remove(path);
+  }
 }
 
 void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults* results) {

@@ -62,7 +62,7 @@ struct LearnedRow {
 
 struct ExperimentResults {
   ExperimentOptions experiment;
-  std::string dataset;      ///< The data's type.
+  std::string dataset;  ///< The data's type.
   std::vector<LearnedRow> learned;
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
@@ -79,6 +79,9 @@ struct ExperimentResults {
 
 /// What the run estimated, for estimates.h5.
 EstimateFile EstimatesOf(const ExperimentResults& results);
+
+/// Writes them into the run's folder, or removes those of an earlier run where the experiment keeps none. Throws Error.
+void KeepEstimates(const ExperimentResults& results, const std::string& folder);
 
 /// Gives the cells of `results` their estimates from a file of the same run. Throws Error, starting with `name`, where
 /// the two are not of the same problems.
@@ -102,7 +105,8 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
 /// Stands for the scene in the metrics over all pairs.
 inline constexpr const char* kAllPairs = "all_pairs";
 
-/// Whether rotation and translation are judged on their own: the errors are angles, and some problem knows its rotation.
+/// Whether rotation and translation are judged on their own: the errors are angles, and some problem knows its
+/// rotation.
 bool JudgesPoses(const Cell& cell, const Tolerance& tolerance);
 bool JudgesPoses(const ExperimentResults& results);
 
@@ -118,7 +122,8 @@ SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::s
 
 /// The same of another error than the task's main one: rotation alone, say. Problems whose error is NaN are left out.
 using ErrorOf = std::function<double(const EstimateError&)>;
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit = 0);
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of,
+                            std::size_t limit = 0);
 
 /// mAA of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
 /// (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.

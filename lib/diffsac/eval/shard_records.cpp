@@ -82,12 +82,6 @@ Json RecordLine(const Cell& cell, ProblemRecord record) {
   return line;
 }
 
-Status StatusOf(const std::string& text) {
-  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel})
-    if (ToString(status) == text) return status;
-  throw Error("unknown status");
-}
-
 void ReadRecord(const Json& line, ExperimentResults* results) {
   const auto condition = line.at(0).get<std::size_t>(), method = line.at(1).get<std::size_t>();
   if (condition >= results->experiment.conditions.size() || method >= results->experiment.methods.size())
@@ -96,7 +90,7 @@ void ReadRecord(const Json& line, ExperimentResults* results) {
   record.index = line.at(2).get<std::uint64_t>();
   record.id = line.at(3).get<std::string>();
   record.scene = line.at(4).get<std::string>();
-  record.status = StatusOf(line.at(5).get<std::string>());
+  record.status = StatusFromText(line.at(5).get<std::string>());
   record.error.failed = line.at(6).get<bool>();
   record.done = true;
   Reader reader(line, 7);

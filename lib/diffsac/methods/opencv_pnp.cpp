@@ -8,7 +8,14 @@
 namespace diffsac {
 
 /// OpenCV's flags: kRansac, what solvePnPRansac does without one, EPnP of 5 points in a plain loop | its USAC presets.
-enum class PnpPreset { kRansac, kDefault, kAccurate, kFast, kMagsac, kProsac };
+enum class PnpPreset {
+  kRansac = cv::SOLVEPNP_ITERATIVE,
+  kDefault = cv::USAC_DEFAULT,
+  kAccurate = cv::USAC_ACCURATE,
+  kFast = cv::USAC_FAST,
+  kMagsac = cv::USAC_MAGSAC,
+  kProsac = cv::USAC_PROSAC
+};
 
 template <>
 inline constexpr auto kEnumNames<PnpPreset> = NamesOf<PnpPreset>({{PnpPreset::kRansac, "ransac"},
@@ -31,24 +38,6 @@ struct OpencvPnpOptions {
   }
 };
 
-int FlagOf(PnpPreset preset) {
-  switch (preset) {
-    case PnpPreset::kDefault:
-      return cv::USAC_DEFAULT;
-    case PnpPreset::kAccurate:
-      return cv::USAC_ACCURATE;
-    case PnpPreset::kFast:
-      return cv::USAC_FAST;
-    case PnpPreset::kMagsac:
-      return cv::USAC_MAGSAC;
-    case PnpPreset::kProsac:
-      return cv::USAC_PROSAC;
-    case PnpPreset::kRansac:
-      break;
-  }
-  return cv::SOLVEPNP_ITERATIVE;
-}
-
 /// In pixels with the calibration, as its users call it.
 bool SolveWithOpencv(const Problem& problem, const OpencvPnpOptions& options, AbsolutePose::Parameters* pose) {
   std::vector<cv::Point3d> scene;
@@ -65,7 +54,7 @@ bool SolveWithOpencv(const Problem& problem, const OpencvPnpOptions& options, Ab
   try {
     if (!cv::solvePnPRansac(scene, image, camera, cv::noArray(), turn, shift, false, options.hypotheses,
                             static_cast<float>(problem.inlier_threshold), options.confidence, inliers,
-                            FlagOf(options.preset)))
+                            static_cast<int>(options.preset)))
       return false;
     cv::Rodrigues(turn, rotation);
   } catch (const cv::Exception&) {
