@@ -44,9 +44,11 @@ int main(int argc, char** argv) {
   app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
   app.add_option("--data", request.data_root, "Folder of data sets, ${data_root} in the configuration")
       ->check(CLI::ExistingDirectory);
-  app.add_flag("--train-missing", request.train_missing, "Trains networks under runs/ that rows name and that are missing");
+  app.add_flag("--train-missing", request.train_missing,
+               "Trains networks under runs/ that rows name and that are missing");
   app.add_flag("--needs", request.needs, "Only prints which folders the rows and missing networks read");
-  app.add_option("--checkpoint", request.context.checkpoint_override, "Replaces the checkpoint of the rows of its method");
+  app.add_option("--checkpoint", request.context.checkpoint_override,
+                 "Replaces the checkpoint of the rows of its method");
   app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
   app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
   app.add_option("--output", request.output, "Run folder (default: runs/<name>)");
@@ -60,11 +62,15 @@ int main(int argc, char** argv) {
   app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
       ->check(CLI::PositiveNumber);
   auto* merge = app.add_option("--merge", request.merge, "Joins the folders of all shards into --output");
-  for (auto* option : app.get_options({}))
-    if (option != merge && !option->check_name("--output")) merge->excludes(option);
+  auto* compare =
+      app.add_option("--compare", request.compare, "RUN_A RUN_B: what two run folders differ in")->expected(2);
+  for (auto* alone : {merge, compare})
+    for (auto* option : app.get_options({}))
+      if (option != alone && !option->check_name("--output")) alone->excludes(option);
   try {
     app.parse(argc, argv);
-    if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
+    if (request.merge.empty() && request.compare.empty() && request.config_path.empty())
+      throw CLI::RequiredError("--config");
     if (request.page_command.empty()) request.page_command = "diffsac_eval --config " + request.config_path;
   } catch (const CLI::Success& success) {
     return app.exit(success);

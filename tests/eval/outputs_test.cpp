@@ -35,8 +35,24 @@ TEST_CASE("problems.csv has a line for each problem and method") {
   results.cells[0].records[1].status = Status::kDegenerate;
   const std::string csv = ProblemsCsv(results);
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 6 * 4);
-  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,,,,20,20,0,0,0,0.5\n"));
-  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,,,,20,20,0,0,0,0.5\n"));
+  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,\n"));
+  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,,,,20,20,0,0,0,0.5,30,1,0,,,,,,,,,\n"));
+}
+
+TEST_CASE("problems.csv has noise and pose where estimates are kept, with or without truth") {
+  ExperimentResults results = MadeUpResults();
+  Cell& cell = results.cells[0];
+  cell.estimates.resize(cell.records.size());
+  cell.estimates[0].noise_scale = 0.25;
+  cell.estimates[1].pose = RigidMotion{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), Eigen::Vector3d(0.6, 0.0, -0.8)};
+  const std::string csv = ProblemsCsv(results);
+  CHECK_THAT(csv, Contains("p0,all,0.2,first,ok,0.045,0.1,,,,20,20,0,0,0,0.5,30,0,0,,0.25,,,,,,,\n"));
+  CHECK_THAT(csv, Contains(",,0,1,0,0,0.6,0,-0.8\n"));
+  const std::string header = csv.substr(0, csv.find('\n'));
+  for (std::size_t at = 0; at < csv.size(); at = csv.find('\n', at) + 1) {
+    const std::string line = csv.substr(at, csv.find('\n', at) - at);
+    CHECK(std::count(line.begin(), line.end(), ',') == std::count(header.begin(), header.end(), ','));
+  }
 }
 
 TEST_CASE("results.json has intervals and paired differences") {
@@ -98,7 +114,7 @@ TEST_CASE("rows with different numbers of problems are compared on the common on
 TEST_CASE("table.csv has the printed tables, methods by conditions") {
   const ExperimentResults results = MadeUpResults();
   const Report report = MakeReport(results);
-  const std::string csv = TablesCsv(report), heading = report.tables.front().heading;
+  const std::string csv = TablesCsv(report.tables), heading = report.tables.front().heading;
   CHECK(csv.starts_with(heading.find(',') == std::string::npos ? heading + "\n" : "\"" + heading + "\"\n"));
   CHECK_THAT(csv, Contains("\nFirst,"));
   CHECK_THAT(csv, Contains("\n\n"));

@@ -51,6 +51,19 @@ std::unique_ptr<Method> Make(const std::string& type, Task task, const std::stri
   return MakeRow(type, task, yaml);
 }
 
+TEST_CASE("The noise of the inliers is told in pixels, whichever space was searched and however it is estimated") {
+  for (const Task task : kTasks)
+    for (const char* consensus : {"{}", "{noise: estimated, least_scale: .25, greatest_scale: 4}"}) {
+      const auto method = Make("lo_ransac", task, std::string("{hypotheses: 300, consensus: ") + consensus + "}");
+      double sum = 0.0;
+      for (std::uint64_t seed = 0; seed < 8; ++seed)
+        sum += method->Estimate(MakePair(task, 400, seed).problem, 1).noise_scale;
+      INFO(ToString(task) << " " << consensus);
+      // Of .5 px a coordinate; a homography's residual is the length of four of them.
+      CHECK(sum / 8 == Approx(task == Task::kHomography ? 1.0 : 0.5).epsilon(0.25));
+    }
+}
+
 TEST_CASE("Every two-view row finds H, F and E among half outliers") {
   for (Task task : kTasks)
     for (const char* type : kTypes) {

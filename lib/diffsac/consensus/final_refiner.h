@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -44,6 +46,16 @@ class FinalRefiner {
   /// What an inlier of the model is: ε at most.
   double MaskThreshold(const Parameters& model) const {
     return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));
+  }
+
+  /// σ of the residuals within `threshold` (ConsensusResult::noise_scale).
+  double NoiseScaleOf(const Parameters& model, double threshold) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    if (scales_.noise) return scales_.SupportThreshold(residuals) / kSigmasOfInlier;
+    const auto inlier = residuals.array() <= threshold;
+    const double spare = static_cast<double>(inlier.count()) - Model::kMinimalSize;
+    if (!(spare > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+    return std::sqrt(inlier.select(residuals.array().square(), 0.0).sum() / spare);
   }
 
  private:

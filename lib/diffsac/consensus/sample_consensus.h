@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct ConsensusResult {
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
   double score = 0.0;  ///< of the returned model, by the score that chose it last
+  /// σ of the inliers' residuals: the likeliest for all residuals where options.noise is estimated, else the inliers' root
+  /// mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
+  double noise_scale = std::numeric_limits<double>::quiet_NaN();
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
   /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a source proposes.

@@ -10,13 +10,16 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
+#include "diffsac/eval/compare_runs.h"
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/missing_networks.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/page.h"
 #include "diffsac/eval/plots.h"
 #include "diffsac/eval/report_text.h"
+#include "diffsac/eval/run_sweep.h"
 #include "diffsac/eval/selection.h"
+#include "diffsac/eval/sweep.h"
 
 namespace diffsac {
 
@@ -37,7 +40,7 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   if (request.seed >= 0) config.Set("seed=" + std::to_string(request.seed));
   if (request.context.threads > 0) config.Set("threads=" + std::to_string(request.context.threads));
   if (!request.data_root.empty()) config.Set("data_root=" + Quoted(request.data_root));
-  ExperimentOptions experiment = ReadExperiment(config);
+  ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
   SelectMethods(request.methods, &experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
@@ -152,6 +155,11 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     MergeFolders(request.merge, request.output, out);
     return kExitOk;
   }
+  if (!request.compare.empty()) {
+    CompareFolders(request.compare, request.output, out);
+    return kExitOk;
+  }
+  if (IsSweep(request)) return EvaluateSweep(request, trace, stop, out);
   ExperimentOptions experiment = ReadRequest(request);
   int code = kExitOk;
   if (!MakeReady(request, &experiment, out, &code)) return code;

@@ -23,13 +23,15 @@ struct EvalRequest {
   std::int64_t seed = -1;                ///< --seed; negative: as configured
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
+  std::vector<std::string> compare;      ///< --compare: two run folders; then only `output` counts beside it
+  bool one_point = false;                ///< Of a sweep, whose axes the assignments have set.
   std::string data_root;                 ///< --data: replaces the experiment's data_root
   bool needs = false;                    ///< --needs: only says which folders the experiment reads
-  bool train_missing = false;            ///< --train-missing: networks under runs/ that rows name and that are not there
-  bool update = false;                   ///< --update: nothing is done where the folder holds the results already
-  std::string page;                      ///< --page: a page with tables and pictures; empty: none
-  std::string page_command;              ///< --page-command: how the page says that it was made
-  MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+  bool train_missing = false;  ///< --train-missing: networks under runs/ that rows name and that are not there
+  bool update = false;         ///< --update: nothing is done where the folder holds the results already
+  std::string page;            ///< --page: a page with tables and pictures; empty: none
+  std::string page_command;    ///< --page-command: how the page says that it was made
+  MethodContext context;       ///< --checkpoint, --device, --threads (0: as configured)
   /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
   ProcessGroup* group = nullptr;
 };

@@ -12,7 +12,8 @@ namespace diffsac {
 ///                  there (or that needs nothing; else the first of all) is put under the experiment. Passed over where
 ///                  the experiment gives `data.paths` itself
 ///   ${data_root}   in any text, or ${figures.curve}: the plain value of that key; `data_root` is "data" unless given
-///   sweep          {outlier_ratio: [0.1, 0.2]}: a condition for each value of an option of the data
+///   sweep          {outlier_ratio: [0.1, 0.2]}: a condition for each value of an option of the data. Keys with a dot
+///                  are whole runs, not this function's (sweep.h)
 ///   settings       {plain: {consensus: {...}}}: named parts of rows. A row, or another setting, names them by
 ///                  `use: plain` or `use: [network, plain]`: later ones override, and its own keys all of them
 ///   methods        {ransac: {type: ransac, ...}, ...}, a map of rows by name, which includes can add to and override;

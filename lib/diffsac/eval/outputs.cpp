@@ -1,5 +1,6 @@
 #include "diffsac/eval/outputs.h"
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -80,8 +81,8 @@ Json PaperJson(const ExperimentResults& results) {
   Json rows = Json::object();
   for (const auto& [label, row] : results.experiment.paper)
     for (const auto& [condition, value] : row.values) {
-      Json& json = rows[label][condition] = {{"mAA", KnownJson(value.accuracy)},
-                                                 {"median_deg", KnownJson(value.median_deg)}};
+      Json& json =
+          rows[label][condition] = {{"mAA", KnownJson(value.accuracy)}, {"median_deg", KnownJson(value.median_deg)}};
       if (!value.rotation && !value.translation) continue;
       json["mAA_R"] = KnownJson(value.rotation);
       json["mAA_t"] = KnownJson(value.translation);
@@ -89,6 +90,35 @@ Json PaperJson(const ExperimentResults& results) {
       json["median_t_deg"] = KnownJson(value.median_translation_deg);
     }
   return rows;
+}
+
+// An error that is unknown is empty, one of no end is "inf".
+std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
+
+std::string RecordText(const ProblemRecord& record) {
+  const EstimateError& error = record.error;
+  const EstimateReport& report = record.report;
+  std::string text(ToString(record.status));
+  for (const double value : {error.angle_deg, error.offset, error.rotation_deg, error.translation_deg, error.error_px})
+    text += "," + ErrorText(value);
+  text += "," + std::to_string(record.inliers) + "," + std::to_string(report.hypotheses);
+  for (const double value : {report.ms_features, report.ms_denoise, report.ms_consensus, report.ms_total})
+    text += "," + NumberText(value);
+  return text + "," + std::to_string(record.points) + "," + std::to_string(error.failed) + "," +
+         std::to_string(report.unique_minimal_sets) + "," + NumberText(record.all_inlier_sets);
+}
+
+// σ and the pose; empty values for what is not known.
+constexpr const char* kNoEstimate = ",,,,,,,";
+
+std::string EstimateText(const EstimateRecord& estimate) {
+  std::string text = NumberText(estimate.noise_scale);
+  if (!estimate.pose) return text + kNoEstimate;
+  Eigen::Quaterniond q(estimate.pose->rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
+  for (const double value : estimate.pose->translation) text += "," + NumberText(value);
+  return text;
 }
 
 }  // namespace
@@ -110,18 +140,15 @@ std::string ResultsCsv(const Report& report) {
 std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text =
       "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
-      "ms_features,ms_denoise,ms_consensus,ms_total\n";
+      "ms_features,ms_denoise,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,"
+      "noise_scale,qw,qx,qy,qz,tx,ty,tz\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
                               CsvText(results.experiment.methods[cell.method].name) + ",";
-    for (const ProblemRecord& record : cell.records) {
-      text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status)) + "," +
-              NumberText(record.error.angle_deg) + "," + NumberText(record.error.offset) + "," +
-              NumberText(record.error.rotation_deg) + "," + NumberText(record.error.translation_deg) + "," +
-              NumberText(record.error.error_px) + "," +
-              std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
-              NumberText(record.report.ms_features) + "," + NumberText(record.report.ms_denoise) + "," +
-              NumberText(record.report.ms_consensus) + "," + NumberText(record.report.ms_total) + "\n";
+    for (std::size_t i = 0; i < cell.records.size(); ++i) {
+      const ProblemRecord& record = cell.records[i];
+      text += CsvText(record.id) + "," + CsvText(record.scene) + names + RecordText(record) + "," +
+              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) + "\n";
     }
   }
   return text;
@@ -148,7 +175,7 @@ std::string ResultsJson(const Report& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string TablesCsv(const Report& report) {
+std::string TablesCsv(const std::vector<Table>& tables) {
   const auto line = [](const std::vector<std::string>& cells) {
     std::string text;
     for (std::size_t i = 0; i < cells.size(); ++i)
@@ -156,7 +183,7 @@ std::string TablesCsv(const Report& report) {
     return text + "\n";
   };
   std::string text;
-  for (const Table& table : report.tables) {
+  for (const Table& table : tables) {
     text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
     for (const Table::Row& row : table.rows) text += line(row.cells);
   }
@@ -167,7 +194,7 @@ void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
   WriteFileAtomically(folder + "/results.json", ResultsJson(report));
-  WriteFileAtomically(folder + "/table.csv", TablesCsv(report));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
   WriteFileAtomically(folder + "/table.tex", LatexReport(report));
 }

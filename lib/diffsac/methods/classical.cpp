@@ -38,8 +38,8 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
   const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
-  return EstimateOf(SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
-                                               rng.Fork("consensus"), KnownOf(space, consensus)));
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
+                                                      rng.Fork("consensus"), KnownOf(space, consensus)));
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options
   estimate->model = std::move(result.model);
   estimate->inliers = std::move(result.inliers);
   estimate->score = result.score;
+  estimate->noise_scale = space.unit() * result.noise_scale;
 }
 
 template <MinimalModel Model>
@@ -35,6 +36,7 @@ Estimate EstimateModel(const SolverSpace& space, const DgsacMethodOptions& optio
   estimate.minimal_sets = std::move(found.first_sets);
   if (found.status != Status::kOk) return estimate;
   AcceptModel<Model>(space, found.model, &estimate);
+  estimate.noise_scale = space.unit() * found.noise_scale;
   if (options.finish == DgsacFinish::kConsensus)
     FinishByConsensus<Model>(space, options.consensus, found.model, rng.Fork("consensus"), &estimate);
   return estimate;

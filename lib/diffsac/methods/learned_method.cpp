@@ -135,7 +135,7 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Pr
   const auto start = MethodClock::now();
   const Rng rng(seed);
   auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
-  diffsac::Estimate estimate = EstimateOf(std::move(result));
+  diffsac::Estimate estimate = EstimateOf(space, std::move(result));
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.inlier_probabilities = prediction.weights;
   estimate.report.ms_consensus = MillisecondsSince(start);

@@ -30,13 +30,14 @@ Estimate TimedEstimate(const Problem& problem, const Body& body) {
   return estimate;
 }
 
-/// What consensus found, without times.
-inline Estimate EstimateOf(ConsensusResult result) {
+/// What consensus found in the problem's space, without times.
+inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   Estimate estimate;
   estimate.status = result.status;
   estimate.model = std::move(result.model);
   estimate.inliers = std::move(result.inliers);
   estimate.score = result.score;
+  estimate.noise_scale = space.unit() * result.noise_scale;
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;

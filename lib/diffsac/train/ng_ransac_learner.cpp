@@ -64,7 +64,7 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
     std::sort(set, set + Model::kMinimalSize);
   const SolverSpace space(problem);
   GivenSource source(sets);
-  return EstimateOf(SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
+  return EstimateOf(space, SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 
 class NgRansacLearner : public WeightLearner<NgRansacNetwork, NgRansacPhases> {

@@ -1,0 +1,214 @@
+#include "diffsac/eval/sweep.h"
+
+#include <algorithm>
+#include <set>
+
+#include "diffsac/core/status.h"
+#include "diffsac/core/yaml_tree.h"
+
+namespace diffsac {
+namespace {
+
+constexpr const char* kSweep = "sweep";
+
+[[noreturn]] void FailAt(const YamlTree& tree, const std::string& what) {
+  const std::string place = PlaceText(tree.place);
+  throw Error((place.empty() ? "" : place + ": ") + kSweep + ": " + what);
+}
+
+bool IsAxis(const std::string& key) { return key.find('.') != std::string::npos || key == "seed" || key == "problems"; }
+
+/// A misspelt name would make a row or setting that nothing uses.
+void CheckNamed(const YamlTree& experiment, const YamlEntry& entry) {
+  const std::vector<std::string> path = SplitPath(entry.key);
+  if (path[0] != "methods" && path[0] != "settings") return;
+  const YamlTree* parts = experiment.Find(path[0]);
+  if (parts != nullptr && parts->kind == YamlTree::Kind::kSequence)
+    FailAt(entry.value, entry.key + ": methods must be a map by name for this, not a list");
+  if (parts == nullptr || parts->Find(path[1]) == nullptr)
+    FailAt(entry.value, entry.key + ": the experiment has no '" + path[0] + "." + path[1] + "'");
+}
+
+std::vector<std::string> ValuesOf(const YamlEntry& entry) {
+  const YamlTree& values = entry.value;
+  if (values.kind != YamlTree::Kind::kSequence || values.items.empty())
+    FailAt(values, entry.key + ": expected a list of values");
+  std::vector<std::string> texts;
+  for (const YamlTree& value : values.items) {
+    if (value.kind != YamlTree::Kind::kScalar) FailAt(value, entry.key + ": expected plain values");
+    texts.push_back(FlowYaml(value));
+  }
+  if (std::set(texts.begin(), texts.end()).size() < texts.size()) FailAt(values, entry.key + ": a value stands twice");
+  return texts;
+}
+
+std::string LastParts(const std::string& key, std::size_t count) {
+  std::vector<std::string> path = SplitPath(key);
+  path.erase(path.begin(), path.end() - static_cast<std::ptrdiff_t>(std::min(count, path.size())));
+  return JoinPath(path);
+}
+
+void Shorten(std::vector<SweepAxis>* axes) {
+  for (std::size_t i = 0; i < axes->size(); ++i) {
+    const auto shared = [&](std::size_t parts) {
+      for (std::size_t k = 0; k < axes->size(); ++k)
+        if (k != i && LastParts((*axes)[k].key, parts) == LastParts((*axes)[i].key, parts)) return true;
+      return false;
+    };
+    std::size_t parts = 1;
+    while (shared(parts)) ++parts;  // Keys differ, so this ends.
+    (*axes)[i].shown = LastParts((*axes)[i].key, parts);
+  }
+}
+
+/// A row at one point.
+struct RowAtPoint {
+  std::size_t point = 0, method = 0;
+  std::string signature;  ///< All that its results depend on.
+};
+
+std::string SignatureOf(const ExperimentOptions& experiment, std::size_t method) {
+  std::string text = std::to_string(experiment.seed) + " " + std::to_string(experiment.problems) + "\n";
+  for (const Condition& condition : experiment.conditions) text += condition.data.Dump() + "\n";
+  return text + experiment.methods[method].config.Dump();
+}
+
+/// By the rows' names, in the order in which they first stand.
+std::vector<std::vector<RowAtPoint>> RowsByName(const std::vector<ExperimentResults>& results) {
+  std::vector<std::string> names;
+  std::vector<std::vector<RowAtPoint>> rows;
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    const ExperimentOptions& experiment = results[p].experiment;
+    for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
+      const auto place =
+          static_cast<std::size_t>(std::find(names.begin(), names.end(), experiment.methods[m].name) - names.begin());
+      if (place == names.size()) {
+        names.push_back(experiment.methods[m].name);
+        rows.emplace_back();
+      }
+      rows[place].push_back({p, m, SignatureOf(experiment, m)});
+    }
+  }
+  return rows;
+}
+
+/// Whether a row differs between two points that differ in this axis alone.
+bool Matters(std::size_t axis, const std::vector<RowAtPoint>& row, const std::vector<SweepPoint>& points) {
+  const auto others = [&](std::size_t p) {
+    std::vector<std::string> parts = points[p].parts;
+    parts[axis].clear();
+    return parts;
+  };
+  for (const RowAtPoint& a : row)
+    for (const RowAtPoint& b : row)
+      if (a.signature != b.signature && others(a.point) == others(b.point)) return true;
+  return false;
+}
+
+void CheckAlike(const SweepPoint& first, const ExperimentOptions& a, const SweepPoint& point,
+                const ExperimentOptions& b) {
+  const bool same =
+      a.task == b.task && std::equal(a.conditions.begin(), a.conditions.end(), b.conditions.begin(), b.conditions.end(),
+                                     [](const Condition& x, const Condition& y) { return x.name == y.name; });
+  if (!same)
+    throw Error(std::string(kSweep) + ": '" + first.name + "' and '" + point.name +
+                "' have different tasks or conditions");
+}
+
+/// The first point's results without rows, and without what names rows.
+ExperimentResults EmptyOf(const ExperimentResults& first) {
+  ExperimentResults joined;
+  joined.experiment = first.experiment;
+  joined.dataset = first.dataset;
+  joined.git_revision = first.git_revision;
+  joined.machine = first.machine;
+  joined.problems = first.problems;
+  ExperimentOptions& experiment = joined.experiment;
+  experiment.methods.clear();
+  experiment.compare.clear();
+  experiment.paper.clear();
+  experiment.reference.clear();
+  experiment.figures = {};
+  experiment.estimates = false;
+  return joined;
+}
+
+void AddRow(const RowAtPoint& at, const SweepPoint& point, const std::vector<std::size_t>& axes,
+            ExperimentResults* result, ExperimentResults* joined) {
+  MethodRow row = result->experiment.methods[at.method];
+  for (const std::size_t axis : axes) {
+    row.name += " " + point.parts[axis];
+    row.label += ", " + point.parts[axis];
+  }
+  row.series.clear();
+  const std::size_t place = joined->experiment.methods.size();
+  for (Cell& cell : result->cells)
+    if (cell.method == at.method) joined->cells.push_back({cell.condition, place, std::move(cell.records), {}});
+  joined->experiment.methods.push_back(std::move(row));
+}
+
+}  // namespace
+
+std::vector<SweepAxis> SweepAxes(const Config& experiment) {
+  const YamlTree* root = experiment.impl_->Get();
+  const YamlTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
+  std::vector<SweepAxis> axes;
+  if (sweep == nullptr) return axes;
+  for (const YamlEntry& entry : sweep->entries) {
+    if (!IsAxis(entry.key)) continue;
+    CheckNamed(*root, entry);
+    axes.push_back({entry.key, entry.key, ValuesOf(entry)});
+  }
+  Shorten(&axes);
+  return axes;
+}
+
+Config WithoutSweepAxes(const Config& experiment) {
+  Config rest = experiment.Without({kSweep});
+  const YamlTree* root = experiment.impl_->Get();
+  const YamlTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
+  if (sweep == nullptr) return rest;
+  YamlTree conditions = *sweep;
+  std::erase_if(conditions.entries, [](const YamlEntry& entry) { return IsAxis(entry.key); });
+  if (conditions.entries.empty() && !sweep->entries.empty()) return rest;
+  YamlTree& written = rest.impl_->document->root;
+  written.entries.push_back({kSweep, std::move(conditions)});
+  return rest;
+}
+
+std::vector<SweepPoint> SweepPoints(const std::vector<SweepAxis>& axes) {
+  std::vector<SweepPoint> points(1);
+  for (const SweepAxis& axis : axes) {
+    std::vector<SweepPoint> next;
+    for (const SweepPoint& point : points)
+      for (const std::string& value : axis.values) {
+        next.push_back(point);
+        next.back().parts.push_back(axis.shown + "=" + value);
+        next.back().name += (point.name.empty() ? "" : " ") + next.back().parts.back();
+        next.back().assignments.push_back(axis.key + "=" + value);
+      }
+    points = std::move(next);
+  }
+  return points;
+}
+
+ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, std::vector<ExperimentResults> results) {
+  ExperimentResults joined = EmptyOf(results.front());
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    CheckAlike(points.front(), results.front().experiment, points[p], results[p].experiment);
+    joined.partial = joined.partial || results[p].partial;
+  }
+  for (const std::vector<RowAtPoint>& row : RowsByName(results)) {
+    std::vector<std::size_t> axes;
+    for (std::size_t axis = 0; axis < points.front().parts.size(); ++axis)
+      if (Matters(axis, row, points)) axes.push_back(axis);
+    std::set<std::string> seen;
+    for (const RowAtPoint& at : row)
+      if (seen.insert(at.signature).second) AddRow(at, points[at.point], axes, &results[at.point], &joined);
+  }
+  std::stable_sort(joined.cells.begin(), joined.cells.end(),
+                   [](const Cell& a, const Cell& b) { return a.condition < b.condition; });
+  return joined;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,128 @@
+#include "diffsac/eval/sweep.h"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <sstream>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/eval/command_line.h"
+#include "eval/eval_fixtures.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+using namespace testing;
+
+const char* kSwept = R"(
+name: swept
+problems: 12
+data: {type: synthetic_line, split: test}
+sweep:
+  outlier_ratio: [0.2, 0.5]
+  methods.ransac.hypotheses: [5, 50]
+  settings.base.consensus.score: [msac, inlier_count]
+settings:
+  base: {consensus: {local_optimization: irls}}
+methods:
+  ransac: {type: ransac, label: RANSAC}
+  lo: {type: lo_ransac, use: base, hypotheses: 20}
+  oracle: {type: oracle}
+)";
+
+std::vector<SweepAxis> AxesOf(const std::string& text) { return SweepAxes(Config::FromString(text, "x.yaml")); }
+
+EvalRequest Request(const TemporaryFolder& folder) {
+  WriteFileAtomically(folder.File("experiment.yaml"), kSwept);
+  EvalRequest request;
+  request.config_path = folder.File("experiment.yaml");
+  request.output = folder.File("out");
+  return request;
+}
+
+TEST_CASE("keys with a dot, seed and problems are axes of whole runs, in every combination") {
+  const auto axes = AxesOf(kSwept);
+  REQUIRE(axes.size() == 2);
+  CHECK(axes[0].shown == "hypotheses");
+  const auto points = SweepPoints(axes);
+  REQUIRE(points.size() == 4);
+  CHECK(points[1].name == "hypotheses=5 score=inlier_count");
+  CHECK(points[2].assignments ==
+        std::vector<std::string>{"methods.ransac.hypotheses=50", "settings.base.consensus.score=msac"});
+  CHECK(AxesOf("sweep: {outlier_ratio: [0.1]}").empty());
+  CHECK(AxesOf("sweep: {seed: [1, 2], problems: [5]}").size() == 2);
+  const auto alike = AxesOf("methods: {a: {}, b: {}}\nsweep: {methods.a.k: [1], methods.b.k: [1], data.c: [2]}");
+  CHECK(alike[0].shown == "a.k");
+  CHECK(alike[1].shown == "b.k");
+  CHECK(alike[2].shown == "c");
+}
+
+TEST_CASE("a sweep that says nothing sensible is an error with its line") {
+  CHECK_THROWS_WITH(AxesOf("\nsweep: {data.a: 3}"), Contains("x.yaml:2: sweep: data.a: expected a list"));
+  CHECK_THROWS_WITH(AxesOf("sweep: {data.a: []}"), Contains("expected a list of values"));
+  CHECK_THROWS_WITH(AxesOf("sweep: {data.a: [[1]]}"), Contains("expected plain values"));
+  CHECK_THROWS_WITH(AxesOf("sweep: {data.a: [1, 1]}"), Contains("a value stands twice"));
+  CHECK_THROWS_WITH(AxesOf("methods: {b: {}}\nsweep: {methods.a.k: [1]}"), Contains("no 'methods.a'"));
+  CHECK_THROWS_WITH(AxesOf("methods: [{name: a}]\nsweep: {methods.a.k: [1]}"), Contains("a map by name"));
+}
+
+TEST_CASE("a sweep ends in one table, with a row for each value that makes a difference") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
+  CHECK_THAT(out.str(), Contains("[4/4] hypotheses=50 score=inlier_count") && Contains("RANSAC, hypotheses=5"));
+  const std::string csv = ReadFile(folder.File("out/results.csv"));
+  for (const char* row :
+       {",ransac hypotheses=5,", ",ransac hypotheses=50,", ",lo score=msac,", ",lo score=inlier_count,", ",oracle,"})
+    CHECK_THAT(csv, Contains(row));
+  CHECK_THAT(csv, !Contains("oracle score"));
+  CHECK(std::filesystem::exists(folder.File("out/points/hypotheses=5,score=msac/estimates.h5")));
+  // The point alone says the same.
+  EvalRequest alone = Request(folder);
+  alone.one_point = true;
+  alone.assignments = {"methods.ransac.hypotheses=50"};
+  alone.output = folder.File("alone");
+  REQUIRE(Evaluate(alone, {}, stop, out) == kExitOk);
+  const std::string line = ",ransac,mAA@0.5deg,", of_alone = ReadFile(folder.File("alone/results.csv"));
+  const auto value = [](const std::string& text, const std::string& key) {
+    const std::size_t at = text.find(key) + key.size();
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  CHECK(value(of_alone, line) == value(csv, ",ransac hypotheses=50,mAA@0.5deg,"));
+}
+
+TEST_CASE("an interrupted sweep goes on where it was, and points that are there stay") {
+  const TemporaryFolder folder;
+  std::ostringstream out;
+  const std::atomic<bool> stopped{true}, stop{false};
+  CHECK(Evaluate(Request(folder), {}, stopped, out) == kExitInterrupted);
+  CHECK_FALSE(std::filesystem::exists(folder.File("out/results.csv")));
+  REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
+  const std::string point = folder.File("out/points/hypotheses=50,score=msac/problems.csv");
+  const auto written = std::filesystem::last_write_time(point);
+  REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
+  CHECK(std::filesystem::last_write_time(point) == written);
+}
+
+TEST_CASE("a wrong value of a sweep is found before anything runs") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  WriteFileAtomically(request.config_path, std::string(kSwept) + "  x: {type: ransac}\n");
+  std::ostringstream out;
+  request.assignments = {"sweep={settings.base.consensus.score: [msac, masc]}"};
+  CHECK_THROWS_WITH(Evaluate(request, {}, std::atomic<bool>{false}, out), Contains("masc"));
+}
+
+TEST_CASE("shards of a sweep are refused") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  request.shard = "1/2";
+  std::ostringstream out;
+  CHECK_THROWS_WITH(Evaluate(request, {}, std::atomic<bool>{false}, out), Contains("one process"));
+}
+
+}  // namespace
+}  // namespace diffsac
