@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -31,6 +32,14 @@ double Reduce(int max_size, cv::Mat* image) {
   return scale;
 }
 
+/// Whether a JPEG ends before its picture does: OpenCV fills the rest with grey and says nothing. The picture is the
+/// last scan (0xFFDA), up to the end marker (0xFFD9); a thumbnail before it has markers of its own.
+bool IsCutJpeg(const std::string& bytes) {
+  if (!bytes.starts_with("\xFF\xD8")) return false;
+  const std::size_t scan = bytes.rfind("\xFF\xDA");
+  return scan == std::string::npos || bytes.find("\xFF\xD9", scan) == std::string::npos;
+}
+
 }  // namespace
 
 // Calibrations refer to the pixels as stored, so the orientation flag is ignored.
@@ -43,7 +52,7 @@ cv::Mat ReadGrayImage(const std::string& path) {
   } catch (const cv::Exception& e) {
     throw Error(path + ": cannot be read as an image: " + e.err);
   }
-  if (image.empty()) throw Error(path + ": not an image, or truncated");
+  if (image.empty() || IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
   return image;
 }
 

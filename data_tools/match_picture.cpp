@@ -20,7 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kGap = 8, kLegendHeight = 36, kMaxLines = 60;
+constexpr int kGap = 8, kLegendHeight = 36;
+constexpr std::size_t kMaxLines = 60;
 constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
 // Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
 const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kUnknown(230, 150, 40), kWhite(255, 255, 255);
@@ -44,16 +45,19 @@ std::string FindImage(const std::string& folder, const std::string& name) {
   throw Error(folder + ": there is no image " + name);
 }
 
-// The image in grey, a little lighter, so that colours stand out; or white.
-cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
-  if (images.empty()) {
-    if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
-    return {size.height, size.width, CV_8UC3, kWhite};
-  }
-  cv::Mat gray = ReadGrayImage(FindImage(images, name)), light, color;
+// The image in grey, a little lighter, so that colours stand out.
+cv::Mat LightImage(const std::string& path) {
+  cv::Mat gray = ReadGrayImage(path), light, color;
   gray.convertTo(light, CV_8U, 0.7, 60.0);
   cv::cvtColor(light, color, cv::COLOR_GRAY2BGR);
   return color;
+}
+
+// Or white.
+cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
+  if (!images.empty()) return LightImage(FindImage(images, name));
+  if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
+  return {size.height, size.width, CV_8UC3, kWhite};
 }
 
 std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
@@ -122,12 +126,13 @@ class Canvas {
   cv::Mat image_;
 };
 
-void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, Canvas* canvas) {
+void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, std::size_t most_lines,
+          Canvas* canvas) {
   std::vector<Eigen::Index> chosen;
   for (std::size_t i = 0; i < kinds.size(); ++i)
     if (kinds[i] == kind && points.row(static_cast<Eigen::Index>(i)).allFinite())
       chosen.push_back(static_cast<Eigen::Index>(i));
-  const std::size_t lines = std::min<std::size_t>(chosen.size(), kMaxLines);
+  const std::size_t lines = std::min(chosen.size(), most_lines);
   for (std::size_t i = 0; i < lines; ++i) canvas->Line(points, chosen[i * chosen.size() / lines], ColorOf(kind));
   for (Eigen::Index i : chosen) canvas->Point(points, i, ColorOf(kind));
 }
@@ -151,6 +156,12 @@ void DrawLegend(const Example& pair, const PictureCounts& counts, double thresho
   canvas->Legend(pair.id, kWhite);
 }
 
+void WritePicture(const Canvas& canvas, const std::string& path) {
+  std::vector<unsigned char> encoded;
+  cv::imencode(".png", canvas.image(), encoded);
+  WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
+}
+
 }  // namespace
 
 PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
@@ -162,12 +173,27 @@ PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::s
   const cv::Mat first = Background(images, pair.image1, pair.problem.size1);
   const cv::Mat second = Background(images, pair.image2, pair.problem.size2);
   Canvas canvas(first, second);
-  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier}) Draw(pair.problem.points, kinds, kind, &canvas);
+  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier})
+    Draw(pair.problem.points, kinds, kind, kMaxLines, &canvas);
   DrawLegend(pair, counts, threshold_px, &canvas);
-  std::vector<unsigned char> encoded;
-  cv::imencode(".png", canvas.image(), encoded);
-  WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
+  WritePicture(canvas, path);
   return counts;
+}
+
+void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
+                 const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path) {
+  std::vector<Kind> kinds(static_cast<std::size_t>(points.rows()), Kind::kOutlier);
+  for (std::size_t i = 0; i < std::min(kinds.size(), inliers.size()); ++i)
+    if (inliers[i] != 0) kinds[i] = Kind::kInlier;
+  const auto count = static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), Kind::kInlier));
+  Canvas canvas(LightImage(image1), LightImage(image2));
+  Draw(points, kinds, Kind::kOutlier, 0, &canvas);
+  Draw(points, kinds, Kind::kInlier, kMaxLines, &canvas);
+  const std::string lines = count > kMaxLines ? " (lines: " + std::to_string(kMaxLines) + " of them)" : "";
+  canvas.Legend(std::to_string(count) + " inliers" + lines, kInlier);
+  canvas.Legend(std::to_string(kinds.size() - count) + " other matches", kOutlier);
+  canvas.Legend(caption, kWhite);
+  WritePicture(canvas, path);
 }
 
 }  // namespace diffsac

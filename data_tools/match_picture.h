@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "diffsac/data/problem.h"
 
@@ -19,7 +21,11 @@ struct PictureCounts {
 /// `images`: the folder of the images (or of a folder `images`), named as in the pair's id. Empty: white canvases of
 /// the sizes that the pair knows. Matches are drawn where they are stored, without lens distortion. Throws Error:
 /// images or sizes that are missing, a file that cannot be written.
-PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
-                          const std::string& path);
+PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images, const std::string& path);
+
+/// Draws two image files in the same way with the matches of an estimate: its inliers with lines for at most 60 of
+/// them, the others as points, `caption` in the legend. points: N × 4, pixels of the files. Throws Error.
+void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
+                 const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path);
 
 }  // namespace diffsac

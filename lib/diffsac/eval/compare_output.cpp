@@ -1,11 +1,11 @@
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <ostream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/compare_runs.h"
+#include "diffsac/eval/format.h"
 #include "diffsac/eval/html_page.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/report_text.h"
@@ -13,13 +13,6 @@
 
 namespace diffsac {
 namespace {
-
-template <class... Values>
-std::string Format(const char* format, Values... values) {
-  char text[96];
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
-}
 
 std::string NumberText(double value, const char* format) {
   return std::isnan(value) ? kUnknown : Format(format, value);
@@ -55,12 +48,13 @@ Table RowsTable(const RunComparison& comparison) {
 std::string AnswerText(const ProblemRecord& record, const Tolerance& tolerance) {
   if (record.status != Status::kOk) return std::string(ToString(record.status));
   const double error = MainError(record.error, tolerance);
-  return std::isnan(error) ? kUnknown : Format(tolerance.pixels ? "%.2f px" : "%.2f°", error);
+  return std::isnan(error) ? kUnknown : Format("%.2f", error);
 }
 
 Table ChangedTable(const RunComparison& comparison) {
   Table table;
-  table.heading = "problems that changed most";
+  table.heading =
+      std::string("problems that changed most, errors in ") + (comparison.tolerance.pixels ? "pixels" : "degrees");
   table.columns = {"problem", "scene", "condition", "row", "error A", "error B", "inliers A", "inliers B"};
   for (const ChangedProblem& problem : comparison.changed)
     AddRow({problem.id, problem.scene, problem.condition, problem.row, AnswerText(problem.a, comparison.tolerance),

@@ -1,0 +1,126 @@
+// Estimates the model of two images: keypoints, matches, one row of an experiment, a text and a picture.
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+
+#include "data_tools/match_picture.h"
+#include "data_tools/match_two_images.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/memory.h"
+#include "diffsac/core/run_directory.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/pair_truth.h"
+#include "diffsac/eval/command_line.h"
+#include "diffsac/eval/pair_text.h"
+#include "diffsac/eval/selection.h"
+
+namespace {
+
+using namespace diffsac;
+
+constexpr int kExitNoModel = 1;
+
+struct Request {
+  std::vector<std::string> images;
+  std::string task, config_path, method, picture = "matches.png", json;
+  std::vector<std::string> assignments;
+  GivenCalibration calibration;
+  FeatureOptions features;
+  double threshold_px = 0.0;  // 0: the task's
+  MethodContext context;
+  std::uint64_t seed = 0;
+};
+
+void AddOptions(CLI::App* app, Request* request) {
+  app->add_option("images", request->images, "Two image files")->required()->expected(2);
+  app->add_option("--task", request->task, "essential (the default with a calibration), fundamental or homography")
+      ->check(CLI::IsMember({"essential", "fundamental", "homography"}));
+  app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of both images");
+  app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
+  app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
+  app->add_option("--config", request->config_path, "Rows to choose from (default: configs/pair/TASK.yaml)");
+  app->add_option("--method", request->method, "The row (default: the first)");
+  app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
+      ->allow_extra_args(false);
+  app->add_option("--checkpoint", request->context.checkpoint_override, "Replaces the row's network");
+  app->add_option("--threshold-px", request->threshold_px,
+                  "The most that an inlier's residual can be (1; homographies 3)")
+      ->check(CLI::PositiveNumber);
+  app->add_option_function<std::string>(
+         "--features", [request](const std::string& name) { request->features.kind = FeatureKindFromString(name); },
+         "sift, rootsift (the default) or orb")
+      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
+  app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all");
+  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
+  app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
+  app->add_option("--json", request->json, "Also everything as JSON in this file");
+  app->add_option("--device", request->context.device, "auto, cpu or cuda");
+  app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app->add_option("--seed", request->seed, "Of the search");
+}
+
+std::string TaskOf(const Request& request) {
+  const bool calibrated = !request.calibration.file.empty() || request.calibration.focal > 0.0;
+  if (request.task == "essential" && !calibrated)
+    throw Error("an essential matrix needs --calibration, or --focal and --center");
+  if (!request.task.empty()) return request.task;
+  return calibrated ? "essential" : "fundamental";
+}
+
+std::unique_ptr<Method> MethodOf(const Request& request, const std::string& task) {
+  EvalRequest rows;
+  rows.config_path = request.config_path.empty() ? "configs/pair/" + task + ".yaml" : request.config_path;
+  rows.assignments = request.assignments;
+  if (!request.method.empty()) rows.methods = {request.method};
+  const ExperimentOptions experiment = ReadRequest(rows);
+  if (experiment.methods.empty()) throw Error(rows.config_path + ": no methods");
+  return MakeMethod(experiment.methods.front().config, TaskFromString(task), request.context);
+}
+
+int Run(const Request& request) {
+  const std::string task = TaskOf(request);
+  const auto method = MethodOf(request, task);
+  MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration);
+  const double threshold = request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
+  SetTask(TaskFromString(task), threshold, &matched.pair);
+  // Twice: what a library's user waits for is the second time.
+  const double first_call = method->Estimate(matched.pair.problem, request.seed).report.ms_total;
+  const Estimate estimate = method->Estimate(matched.pair.problem, request.seed);
+  const PairTimes times{matched.ms_keypoints, matched.ms_matching, first_call};
+  std::cout << PairText(matched.pair, estimate, times);
+  if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times));
+  if (!request.picture.empty()) {
+    DrawInliers(request.images[0], request.images[1], matched.pair.problem.points, estimate.inliers,
+                matched.pair.id + ", " + task, request.picture);
+    std::cout << "picture: " << request.picture << std::endl;
+  }
+  if (MayBeChance(matched.pair.problem, estimate))
+    LogWarning("no more inliers than matches of unlike images would give: the images may share nothing");
+  return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  KeepFreedMemory();
+  CLI::App app{"The model of two images: a fundamental, essential or homography matrix"};
+  Request request;
+  app.set_version_flag("--version", VersionText("diffsac_pair"));
+  AddOptions(&app, &request);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "diffsac_pair: " << error.what() << std::endl;
+    return kExitBadInput;
+  }
+  try {
+    InitLogging("", false);
+    return Run(request);
+  } catch (const std::exception& error) {
+    std::cerr << "diffsac_pair: " << error.what() << std::endl;
+    return kExitBadInput;
+  }
+}

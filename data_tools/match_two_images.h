@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "data_tools/image_features.h"
+#include "data_tools/image_source.h"
+#include "diffsac/data/problem.h"
+
+namespace diffsac {
+
+/// Two images, matched, with the time that it took.
+struct MatchedImages {
+  Example pair;  ///< Its id is "NAME1-NAME2"; of no task as yet (SetTask); without truth.
+  double ms_keypoints = 0.0, ms_matching = 0.0;
+};
+
+/// Keypoints of both images and their mutual nearest neighbours (MatchPair), as diffsac_prepare finds them. Throws
+/// Error: a file that is no image, or truncated; an image without keypoints; a calibration that is none.
+MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
+                             const GivenCalibration& calibration);
+
+}  // namespace diffsac

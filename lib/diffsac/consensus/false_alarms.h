@@ -1,0 +1,14 @@
+#pragma once
+
+namespace diffsac {
+
+/// log10 of the number of models that points without any structure would give with as many inliers, all minimal sets
+/// tried: (n − γ) C(n, k) C(k, γ) α^(k−γ), the number of false alarms of Moisan and Stival ("A probabilistic criterion
+/// to detect rigid point matches between two images and estimate the fundamental matrix", IJCV 2004). Below 0 the
+/// inliers are more than chance gives; above it the points may have nothing in common.
+///
+/// points: n; inliers: k; minimal_set: γ; share: α, the probability in (0, 1] that a point anywhere is within the
+/// threshold of a model. Infinite where k ≤ γ.
+double LogFalseAlarms(int points, int inliers, int minimal_set, double share);
+
+}  // namespace diffsac

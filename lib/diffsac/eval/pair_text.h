@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/data/problem.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// Milliseconds of what happens before an estimate.
+struct PairTimes {
+  double keypoints = 0.0, matching = 0.0;
+  double first_call = 0.0;  ///< Of the first estimate, in which networks and allocators get ready; 0: not told.
+};
+
+/// Whether an estimate of two images has no more inliers than matches of unlike images would give (LogFalseAlarms):
+/// epipolar lines take a band of the second image, a homography's points a disc. The size of that image must be known.
+bool MayBeChance(const Problem& problem, const Estimate& estimate);
+
+/// What an estimate says of two images, for a terminal: matrix, pose where it has one, inliers, noise, milliseconds by
+/// stage. Without an estimate, why.
+std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);
+
+/// The same as one JSON object, with the inliers' rows.
+std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times);
+
+}  // namespace diffsac

@@ -1,0 +1,57 @@
+# diffsac_pair: two images in, model, pose, inliers, times and a picture out; mistakes.
+. "$(dirname "$0")/common.sh"
+pair() { "$build/bin/diffsac_pair" "$@"; }
+
+# image SHIFT SEED: grey blobs, moved to the right.
+image() {
+  awk -v shift_x="$1" -v seed="$2" 'BEGIN {
+    srand(seed); width = 200; height = 150
+    for (b = 0; b < 140; ++b) { x = rand() * 200; y = rand() * 150; r = 2 + 3 * rand(); h = 240 * rand() - 120
+      for (i = int(y - 3 * r); i <= y + 3 * r; ++i) for (j = int(x - 3 * r); j <= x + 3 * r; ++j)
+        sum[i, j] += h * exp(-((i - y) ^ 2 + (j - x) ^ 2) / (2 * r * r)) }
+    print "P2\n" width, height, 255
+    for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
+      v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
+}
+image 0 3 >"$own/a.pgm"
+image 12 3 >"$own/b.pgm"
+image 0 9 >"$own/other.pgm"
+printf '300 0 100\n0 300 75\n0 0 1\n' >"$own/K.txt"
+
+# A homography of a shift, with the shipped network and without one.
+for method in shipped prosac_scales; do
+  run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --method $method --threads 1 --picture "$own/$method.png" \
+    --json "$own/$method.json"
+  grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; fail "no model"; }
+  grep -q 'milliseconds: keypoints' "$own/out" || fail "no times"
+  expect_file "$own/$method.png" "$own/$method.json"
+  python3 - "$own/$method.json" <<'END' || fail "the JSON does not say the shift"
+import json, sys
+pair = json.load(open(sys.argv[1]))
+h = [x / pair["model"][8] for x in pair["model"]]
+assert pair["status"] == "ok" and not pair["may_be_chance"], pair
+assert abs(h[2] - 12) < 1 and abs(h[5]) < 1, h
+END
+done
+# The essential matrix where there is a calibration; else the fundamental one.
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_scales --picture ""
+grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --method prosac_scales --picture ""
+grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
+# Images that share nothing.
+run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_scales --picture ""
+grep -q 'may share nothing' "$own/out" "$own/err" || { cat "$own/out" "$own/err" >&2; fail "chance was taken for a model"; }
+
+# Mistakes: one line each, and what is there stays.
+echo old >"$own/kept.png"
+head -c 200 "$own/a.pgm" >"$own/cut.pgm"
+expect_error 'cut\.pgm' pair "$own/a.pgm" "$own/cut.pgm" --picture "$own/kept.png"
+expect_error 'none\.jpg: no such file' pair "$own/a.pgm" "$own/none.jpg" --picture "$own/kept.png"
+grep -qx old "$own/kept.png" || fail "an error wrote over a picture"
+expect_error 'needs --calibration' pair "$own/a.pgm" "$own/b.pgm" --task essential
+expect_error 'did you mean' pair "$own/a.pgm" "$own/b.pgm" --method shiped
+expect_error 'images' pair "$own/a.pgm"
+expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line
+expect_error 'nowhere' pair "$own/a.pgm" "$own/b.pgm" --config "$own/nowhere.yaml"
+expect_error 'K2\.txt' pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K2.txt"
+expect_error 'no/picture' pair "$own/a.pgm" "$own/b.pgm" --method prosac_scales --picture "$own/no/picture.png"
