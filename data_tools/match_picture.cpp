@@ -157,8 +157,11 @@ void DrawLegend(const Example& pair, const PictureCounts& counts, double thresho
 }
 
 void WritePicture(const Canvas& canvas, const std::string& path) {
+  const std::string extension = fs::path(path).extension().string();
+  if (extension.empty() || !cv::haveImageWriter(path))
+    throw Error(path + ": expected a name that ends in .png, .jpg or another format of pictures");
   std::vector<unsigned char> encoded;
-  cv::imencode(".png", canvas.image(), encoded);
+  cv::imencode(extension, canvas.image(), encoded);
   WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
 }
 

@@ -24,7 +24,8 @@ struct PictureCounts {
 PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images, const std::string& path);
 
 /// Draws two image files in the same way with the matches of an estimate: its inliers with lines for at most 60 of
-/// them, the others as points, `caption` in the legend. points: N × 4, pixels of the files. Throws Error.
+/// them, the others as points, `caption` in the legend. points: N × 4, pixels of the files. The format is what `path`
+/// ends in. Throws Error.
 void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path);
 

@@ -55,6 +55,12 @@ TEST_CASE("a picture shows the inliers of two images") {
   DrawInliers(views.first, views.second, pair.problem.points, inliers, "caption", path);
   const cv::Mat picture = cv::imread(path);
   CHECK(picture.cols == 2 * 320 + 8);
+  const std::string jpeg = views.folder.File("picture.jpg");
+  DrawInliers(views.first, views.second, pair.problem.points, inliers, "caption", jpeg);
+  CHECK(ReadFile(jpeg).starts_with("\xFF\xD8"));
+  CHECK_THROWS_WITH(
+      DrawInliers(views.first, views.second, pair.problem.points, inliers, "", views.folder.File("p.txt")),
+      Contains("p.txt: expected a name that ends in .png"));
   CHECK_THROWS_WITH(
       DrawInliers(views.first, views.second, pair.problem.points, inliers, "", views.folder.File("no/p.png")),
       Contains("no/p.png"));

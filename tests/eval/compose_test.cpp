@@ -11,9 +11,7 @@ namespace {
 
 using Catch::Contains;
 
-std::string Composed(const std::string& text) {
-  return ComposeExperiment(Config::FromString(text, "x.yaml")).Dump();
-}
+std::string Composed(const std::string& text) { return ComposeExperiment(Config::FromString(text, "x.yaml")).Dump(); }
 
 Config Row(const std::string& text, int index) {
   return ComposeExperiment(Config::FromString(text, "x.yaml")).Sub("methods." + std::to_string(index));
@@ -46,11 +44,13 @@ methods:
 
 TEST_CASE("rows and settings of several files come together by name") {
   const TemporaryFolder folder;
-  WriteFileAtomically(folder.File("rows.yaml"), "settings: {net: {type: diffsac}}\n"
-                                                "methods:\n  a: {use: net, checkpoint: m.pt}\n  o: {type: oracle}\n");
+  WriteFileAtomically(folder.File("rows.yaml"),
+                      "settings: {net: {type: diffsac}}\n"
+                      "methods:\n  a: {use: net, checkpoint: m.pt}\n  o: {type: oracle}\n");
   WriteFileAtomically(folder.File("more.yaml"), "methods:\n  b: {type: ransac}\n");
-  WriteFileAtomically(folder.File("table.yaml"), "include: [rows.yaml, more.yaml]\n"
-                                                 "settings: {net: {copies: 3}}\nmethods: {a: {label: Mine}}\n");
+  WriteFileAtomically(folder.File("table.yaml"),
+                      "include: [rows.yaml, more.yaml]\n"
+                      "settings: {net: {copies: 3}}\nmethods: {a: {label: Mine}}\n");
   Config config = Config::FromFile(folder.File("table.yaml"));
   config.Set("methods.b.hypotheses=7");
   const auto rows = ComposeExperiment(config).Sequence("methods");
@@ -63,8 +63,9 @@ TEST_CASE("rows and settings of several files come together by name") {
 }
 
 TEST_CASE("a list of budgets is a row each, in one series") {
-  const std::string text = "methods:\n  ransac_to: {type: ransac, label: RANSAC to, series: RANSAC, hypotheses: [10, 200]}\n"
-                           "  lo: {type: lo_ransac, label: LO, hypotheses: [10]}\n  one: {type: ransac, hypotheses: 3}\n";
+  const std::string text =
+      "methods:\n  ransac_to: {type: ransac, label: RANSAC to, series: RANSAC, hypotheses: [10, 200]}\n"
+      "  lo: {type: lo_ransac, label: LO, hypotheses: [10]}\n  one: {type: ransac, hypotheses: 3}\n";
   CHECK(Row(text, 0).Text("name") == "ransac_to_10");
   CHECK(Row(text, 1).Text("name") == "ransac_to_200");
   CHECK(Row(text, 1).Text("label") == "RANSAC to 200");
@@ -83,8 +84,9 @@ TEST_CASE("rows are chosen and ordered by name") {
 }
 
 TEST_CASE("values of the experiment stand in texts") {
-  const std::string text = "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
-                           "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.pt\"}}\n";
+  const std::string text =
+      "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
+      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.pt\"}}\n";
   const Config config = ComposeExperiment(Config::FromString(text, "x.yaml"));
   CHECK(config.Text("notes") == "true");
   CHECK(config.Text("data.paths.0") == "data/a");
@@ -99,9 +101,13 @@ TEST_CASE("values of the experiment stand in texts") {
 
 TEST_CASE("the first alternative that is there is put under the experiment") {
   const TemporaryFolder folder;
-  const std::string text = "title: \"\"\nalternatives:\n  - {needs: [" + folder.File("b") + "], title: B, data: {root: b}}\n"
-                           "  - {needs: [" + folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
-  const auto root = [](const std::string& yaml) { return ComposeExperiment(Config::FromString(yaml)).Text("data.root"); };
+  const std::string text = "title: \"\"\nalternatives:\n  - {needs: [" + folder.File("b") +
+                           "], title: B, data: {root: b}}\n"
+                           "  - {needs: [" +
+                           folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
+  const auto root = [](const std::string& yaml) {
+    return ComposeExperiment(Config::FromString(yaml)).Text("data.root");
+  };
   CHECK(root(text) == "b");  // None is there: the first, whose absence is then reported.
   WriteFileAtomically(folder.File("c"), "x");
   CHECK(root(text) == "c");
@@ -141,6 +147,21 @@ TEST_CASE("mistakes in what is put together name the file, the line and the near
   CHECK_THROWS_WITH(Composed("sweep: [0.1]\n"), Contains("x.yaml:1: sweep") && Contains("outlier_ratio"));
   CHECK_THROWS_WITH(Composed("sweep: {a: [1]}\nconditions: []\n"), Contains("x.yaml:1") && Contains("already"));
   CHECK_THROWS_WITH(Composed("alternatives: {data: a}\n"), Contains("x.yaml:1") && Contains("list of maps"));
+}
+
+TEST_CASE("what refers to rows that are not chosen goes with them, what refers to none stays to be found") {
+  const std::string text = R"(
+methods: {a: {type: ransac}, b: {type: ransac, hypotheses: [5, 50]}, c: {type: ransac}}
+rows: [a]
+reference: c
+compare: {a: [b_5, c], c: [a]}
+figures: {bars: [a, b_5, c], qualitative_method: c, qualitative_methods: [b_50, a]}
+paper: {Theirs: {ours: c, "0.1": 0.5}, Other: {ours: a}}
+)";
+  const std::string composed = Composed(text);
+  CHECK_THAT(composed, !Contains("b_5") && !Contains("reference") && !Contains("qualitative_method:") &&
+                           !Contains("\"c\"") && Contains("bars: [a]") && Contains("ours: a") && !Contains("ours: c"));
+  CHECK_THAT(Composed("methods: {a: {}}\nrows: [a]\nfigures: {bars: [x]}"), Contains("x"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -94,7 +95,8 @@ bool IsAvailable(const YamlTree& alternative) {
   const YamlTree* needs = alternative.Find("needs");
   if (needs == nullptr) return true;
   const std::vector<std::string> places = Words(*needs, "needs");
-  return std::any_of(places.begin(), places.end(), [](const std::string& place) { return std::filesystem::exists(place); });
+  return std::any_of(places.begin(), places.end(),
+                     [](const std::string& place) { return std::filesystem::exists(place); });
 }
 
 YamlTree OnAlternative(YamlTree experiment) {
@@ -115,8 +117,7 @@ YamlTree OnAlternative(YamlTree experiment) {
 
 /// A condition for each value of one option of the data.
 YamlTree SweptConditions(const YamlTree& sweep) {
-  if (sweep.kind != TreeKind::kMap || sweep.entries.size() != 1 ||
-      sweep.entries[0].value.kind != TreeKind::kSequence)
+  if (sweep.kind != TreeKind::kMap || sweep.entries.size() != 1 || sweep.entries[0].value.kind != TreeKind::kSequence)
     FailAt(sweep, "sweep", "expected an option of the data and its values, {outlier_ratio: [0.1, 0.2]}");
   const auto& [key, values] = sweep.entries[0];
   YamlTree conditions = ListAt(sweep);
@@ -227,18 +228,55 @@ YamlTree Chosen(const YamlTree& rows, const YamlTree& names) {
   return chosen;
 }
 
-YamlTree ComposeMethods(const YamlTree& methods, YamlTree settings, const YamlTree& names) {
+YamlTree Budgeted(const YamlTree& listed) {
+  YamlTree rows = ListAt(listed);
+  for (const YamlTree& row : listed.items) AddRows(row, &rows);
+  return rows;
+}
+
+/// What `rows` did not choose goes to *gone, by name.
+YamlTree ComposeMethods(const YamlTree& methods, YamlTree settings, const YamlTree& names,
+                        std::set<std::string>* gone) {
   const YamlTree listed = NamedRows(methods);
   if (listed.kind != TreeKind::kSequence) return listed;  // Its reader says what was expected.
   const Settings known(std::move(settings));
-  YamlTree resolved = ListAt(listed), rows = ListAt(listed);
+  YamlTree resolved = ListAt(listed);
   for (const YamlTree& row : listed.items)
     resolved.items.push_back(row.kind == TreeKind::kMap ? known.Resolve(row) : row);
   // A list has its author's order; a map may come from several files.
   if (methods.kind == TreeKind::kMap) resolved = WithOracleLast(std::move(resolved));
-  if (names.kind != TreeKind::kNull) resolved = Chosen(resolved, names);
-  for (const YamlTree& row : resolved.items) AddRows(row, &rows);
+  if (names.kind == TreeKind::kNull) return Budgeted(resolved);
+  for (const YamlTree& row : Budgeted(resolved).items) gone->insert(TextOf(row, "name"));
+  YamlTree rows = Budgeted(Chosen(resolved, names));
+  for (const YamlTree& row : rows.items) gone->erase(TextOf(row, "name"));
   return rows;
+}
+
+/// Of a list of names, or of pairs of names, what has none of these.
+void DropFrom(YamlTree* list, const std::set<std::string>& gone) {
+  if (list == nullptr) return;
+  std::erase_if(list->items, [&](const YamlTree& item) {
+    return gone.count(item.scalar) > 0 || std::any_of(item.items.begin(), item.items.end(), [&](const YamlTree& name) {
+             return gone.count(name.scalar) > 0;
+           });
+  });
+}
+
+void DropKey(const std::string& key, YamlTree* map, const std::set<std::string>& gone) {
+  if (map != nullptr && gone.count(TextOf(*map, key)) > 0) Take(map, key);
+}
+
+/// Takes out what refers to rows that were not chosen.
+void ForgetRows(const std::set<std::string>& gone, YamlTree* root) {
+  if (YamlTree* figures = root->Find("figures")) {
+    DropFrom(figures->Find("bars"), gone);
+    DropFrom(figures->Find("qualitative_methods"), gone);
+    DropKey("qualitative_method", figures, gone);
+  }
+  DropKey("reference", root, gone);
+  DropFrom(root->Find("compare"), gone);
+  if (YamlTree* paper = root->Find("paper"))
+    for (YamlEntry& row : paper->entries) DropKey("ours", &row.value, gone);
 }
 
 /// A single value as a list of one.
@@ -280,8 +318,10 @@ Config ComposeExperiment(const Config& config) {
     if (root.Find("conditions") != nullptr) FailAt(sweep, "sweep", "there are 'conditions' already");
     PutIn(&root, "conditions", SweptConditions(sweep));
   }
-  if (YamlTree* methods = root.Find("methods")) *methods = ComposeMethods(*methods, std::move(settings), names);
+  std::set<std::string> gone;
+  if (YamlTree* methods = root.Find("methods")) *methods = ComposeMethods(*methods, std::move(settings), names, &gone);
   if (YamlTree* compare = root.Find("compare")) *compare = PairsOf(*compare);
+  ForgetRows(gone, &root);
   if (YamlTree* groups = root.Find("scene_groups"))
     for (YamlEntry& group : groups->entries) group.value = ListOf(std::move(group.value));
   return composed;

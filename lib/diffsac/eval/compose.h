@@ -20,7 +20,8 @@ namespace diffsac {
 ///                  a list of rows with names is valid too
 ///   hypotheses     of a row, as a list [10, 100]: a row each, NAME_10 and NAME_100, labels LABEL 10 and LABEL 100, which
 ///                  are a `series` in the pictures of budgets, by the name LABEL unless the row says another
-///   rows           names of `methods`: only these, in this order; without it all, of a map the oracle last
+///   rows           names of `methods`: only these, in this order; without it all, of a map the oracle last. What the
+///                  experiment says of the others elsewhere (compare, figures, paper, reference) goes with them
 ///   compare        {a: [b, c]} for [[a, b], [a, c]]
 ///
 /// Throws Error (file, line, nearest name).
