@@ -8,6 +8,7 @@
 #include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "data_tools/number_file.h"
+#include "data_tools/write_scene.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/pair_truth.h"
@@ -152,18 +153,9 @@ PrepareResult WriteAdelaideRmf(const PairsRequest& request, const std::atomic<bo
   for (const auto& [kind, scene] : {std::pair(AdelaideCorrespondences::kLabelled, name),
                                     std::pair(AdelaideCorrespondences::kTentative, name + "_sift")}) {
     if (kind == AdelaideCorrespondences::kTentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
-    const std::string folder = (fs::path(request.output) / scene).string();
-    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
-      LogInfo(folder + ": already there");
-      result.already_there += 1;
-      continue;
-    }
-    const CorrespondenceSet set = ReadAdelaideRmf(request.input, kind);
-    result.finished = !stop;
+    WriteScene(
+        request, scene, [&] { return ReadAdelaideRmf(request.input, kind); }, stop, &result);
     if (stop) break;
-    WriteCorrespondences(folder, set);
-    LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
-    result.written += 1;
   }
   return result;
 }

@@ -145,4 +145,25 @@ std::vector<DescriptorMatch> MatchMutually(const DescriptorMatrix& first, const 
   return matches;
 }
 
+Eigen::VectorXd MatchRatios(const DescriptorMatrix& first, const DescriptorMatrix& second,
+                            const MatchIndices& matches) {
+  Eigen::VectorXd ratios(matches.rows());
+  DescriptorMatrix queries, similarity;
+  for (Eigen::Index start = 0; start < matches.rows(); start += kBlockRows) {
+    const Eigen::Index rows = std::min(kBlockRows, matches.rows() - start);
+    queries.resize(rows, first.cols());
+    for (Eigen::Index r = 0; r < rows; ++r) queries.row(r) = first.row(matches(start + r, 0));
+    similarity.noalias() = queries * second.transpose();
+    for (Eigen::Index r = 0; r < rows; ++r) {
+      TwoNearest nearest;
+      nearest.best_index = matches(start + r, 1);
+      similarity(r, nearest.best_index) = -std::numeric_limits<float>::infinity();
+      similarity.row(r).maxCoeff(&nearest.next_index);
+      if (second.rows() < 2) nearest.next_index = -1;
+      ratios[start + r] = Ratio(first, matches(start + r, 0), second, nearest, DescriptorDistance::kEuclidean);
+    }
+  }
+  return ratios;
+}
+
 }  // namespace diffsac

@@ -40,7 +40,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--format", request->format, "What the images and their truth come as")
       ->required()
       ->check(CLI::IsMember(diffsac::Registry<diffsac::ImageFormat>::Instance().Names()));
-  app->add_option("--input", request->input, "Folder of the images and their truth")->required();
+  app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database, hloc: a file")->required();
   app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
   app->add_option("--sequence", request->sequence, "KITTI: the sequence, as 00");
@@ -51,9 +51,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--pairs-file", choice.pairs_file, "A text file with the names of two images in each line");
   app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
-  app->add_option("--calibration", calibration.file, "poses, images: a file with the 3x3 matrix K of all images");
-  app->add_option("--focal", calibration.focal, "poses, images: focal length of all images, in pixels");
-  app->add_option("--center", calibration.center, "poses, images: principal point, as 320,240")->delimiter(',');
+  app->add_option("--calibration", calibration.file, "poses, images, hloc: a file with the 3x3 matrix K of all images");
+  app->add_option("--focal", calibration.focal, "poses, images, hloc: focal length of all images, in pixels");
+  app->add_option("--center", calibration.center, "poses, images, hloc: principal point, as 320,240")->delimiter(',');
   diffsac::PrepareOptions& options = request->options;
   app->add_option_function<std::string>(
          "--features",
@@ -61,7 +61,8 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
          "sift, rootsift (the default) or orb")
       ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
   app->add_option("--import-descriptors", options.import_descriptors,
-                  "Keypoints and descriptors from this HDF5 file, as hloc writes it");
+                  "Keypoints and descriptors from this HDF5 file, as hloc writes it; hloc: of these keypoints");
+  app->add_flag("--ratios", request->ratios, "colmap_database: ratios of the matches, from the stored descriptors");
   app->add_option("--max-keypoints", options.features.max_keypoints, "The strongest of an image; 0: all");
   app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");

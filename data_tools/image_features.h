@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/image_pair.h"
 #include "diffsac/geometry/points.h"
 
@@ -78,5 +79,9 @@ struct DescriptorMatch {
 /// Equally near rows: the lower index.
 std::vector<DescriptorMatch> MatchMutually(const DescriptorMatrix& first, const DescriptorMatrix& second,
                                            DescriptorDistance distance = DescriptorDistance::kEuclidean);
+
+/// The ratio of given matches: the distance of a match over that to the nearest other row of `second`, at most 1. Rows
+/// are of unit length.
+Eigen::VectorXd MatchRatios(const DescriptorMatrix& first, const DescriptorMatrix& second, const MatchIndices& matches);
 
 }  // namespace diffsac

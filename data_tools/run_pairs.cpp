@@ -15,6 +15,7 @@ void CheckRequest(const PairsRequest& request, const ImageFormat& format) {
   if (format.takes_sequence && request.sequence.empty())
     throw Error("--sequence is needed for " + request.format + " (00, 01, ...)");
   if (!format.takes_sequence && !request.sequence.empty()) throw Error("--sequence is not for " + request.format);
+  if (request.ratios && !format.takes_ratios) throw Error("--ratios is not for " + request.format);
   if (!request.choice.IsAll() && format.write)
     throw Error(request.input + ": the pairs of this format cannot be chosen");
 }

@@ -1,51 +1,20 @@
 #include "data_tools/imported_features.h"
 
-#include <H5Cpp.h>
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "data/data_test_util.h"
+#include "data_tools/feature_file_test_util.h"
+#include "data_tools/image_test_util.h"
 #include "data_tools/run_pairs.h"
 #include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/hdf5_numbers.h"
-#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 const std::atomic<bool> kNeverStop{false};
-
-// A file as hloc writes it.
-class FeatureFile {
- public:
-  explicit FeatureFile(const std::string& path) : file_(path, H5F_ACC_TRUNC) {}
-
-  void Put(const std::string& name, const Eigen::MatrixXd& values, bool is_vector = false) {
-    const Rows rows = values;
-    std::vector<hsize_t> shape = {static_cast<hsize_t>(rows.rows()), static_cast<hsize_t>(rows.cols())};
-    if (is_vector) shape = {static_cast<hsize_t>(rows.size())};
-    H5::LinkCreatPropList links;
-    H5Pset_create_intermediate_group(links.getId(), 1);
-    const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-    const hid_t data =
-        H5Dcreate2(file_.getId(), name.c_str(), H5T_IEEE_F32LE, space.getId(), links.getId(), H5P_DEFAULT, H5P_DEFAULT);
-    H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data());
-    H5Dclose(data);
-  }
-
- private:
-  H5::H5File file_;
-};
-
-void Write(const std::string& path, const std::function<void(FeatureFile&)>& fill) {
-  const std::lock_guard lock(Hdf5Mutex());
-  FeatureFile file(path);
-  fill(file);
-}
 
 }  // namespace
 
@@ -55,7 +24,7 @@ TEST_CASE("imported features: names, both ways to lie, the strongest") {
   keypoints << 1, 2, 30, 40, 319, 239.5;
   descriptors << 1, 0, 0, 0, 0, 3, 4, 0, 0, 0, 0, 2;
   const Eigen::Vector3d scores(0.1, 0.9, 0.5);
-  Write(folder / "f.h5", [&](FeatureFile& file) {
+  WriteFeatureFile(folder / "f.h5", [&](FeatureFile& file) {
     file.Put("a.jpg/keypoints", keypoints);
     file.Put("a.jpg/descriptors", descriptors.transpose());
     file.Put("a.jpg/scores", scores, true);
@@ -89,7 +58,7 @@ TEST_CASE("imported features: names, both ways to lie, the strongest") {
   CHECK(Has(error("missing.jpg", size), "f.h5: there is no group missing.jpg"));
   CHECK(Has(error("a.jpg", {640, 480}), "f.h5: a.jpg/image_size: the image is 640x480"));
   CHECK(Has(error("db/images/b.jpg", {100, 100}), "b.jpg/keypoints: keypoint 2 lies outside the 100x100 image"));
-  Write(folder / "bad.h5", [&](FeatureFile& file) {
+  WriteFeatureFile(folder / "bad.h5", [&](FeatureFile& file) {
     file.Put("none/descriptors", descriptors);
     file.Put("half/keypoints", keypoints);
     file.Put("shape/keypoints", Eigen::MatrixXd::Zero(3, 3));
@@ -131,7 +100,7 @@ TEST_CASE("pairs from imported features are those from the same features found h
   std::vector<ImageFeatures> features;
   for (const char* name : {"1", "2"})
     features.push_back(ExtractFeatures(request.input + "/" + name + ".png", request.options.features));
-  Write(folder / "f.h5", [&](FeatureFile& file) {
+  WriteFeatureFile(folder / "f.h5", [&](FeatureFile& file) {
     for (int i = 0; i < 2; ++i) {
       const std::string name = std::to_string(i + 1) + ".png";
       file.Put(name + "/keypoints", features[i].positions);

@@ -140,7 +140,8 @@ struct CorrespondenceScene::Impl {
         homography(path, "Hgt.h5"),
         sizes(path, "sizes.h5"),
         descriptors(path, "descriptors.h5"),
-        labels(path, "labels.h5") {}
+        labels(path, "labels.h5"),
+        match_indices(path, "match_indices.h5") {}
 
   // All that this thread does with HDF5, closing included, happens under the lock.
   static void Destroy(std::unique_ptr<Impl> impl) {
@@ -148,9 +149,9 @@ struct CorrespondenceScene::Impl {
     impl.reset();
   }
 
-  std::array<LazyFile*, 11> Files() {
+  std::array<LazyFile*, 12> Files() {
     return {&matches,     &quality,    &calibration, &rotations,   &translations, &essential,
-            &fundamental, &homography, &sizes,       &descriptors, &labels};
+            &fundamental, &homography, &sizes,       &descriptors, &labels,       &match_indices};
   }
 
   void ReadProblem(const std::string& id, Problem* problem);
@@ -162,7 +163,7 @@ struct CorrespondenceScene::Impl {
   CorrespondenceOptions options;
   std::vector<std::string> pairs;
   LazyFile matches, quality, calibration, rotations, translations, essential, fundamental, homography, sizes,
-      descriptors, labels;
+      descriptors, labels, match_indices;
 };
 
 Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count) {
@@ -281,6 +282,20 @@ Example CorrespondenceScene::Read(std::int64_t index) const {
   impl_->ReadProblem(example.id, &example.problem);
   impl_->ReadTruth(example, &example.truth);
   return example;
+}
+
+MatchIndices CorrespondenceScene::ReadMatchIndices(const std::string& id, Eigen::Index num_matches) const {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  LazyFile& file = impl_->match_indices;
+  const Numbers numbers = file.Read(id);
+  const auto count = static_cast<hsize_t>(num_matches);
+  if (numbers.shape != std::vector<hsize_t>{count, 2})
+    throw Error(file.Place(id) + ": expected " + std::to_string(count) + "x2, found " + ShapeText(numbers));
+  for (const double value : numbers.values)
+    if (!(value >= 0.0 && value < 2147483648.0)) throw Error(file.Place(id) + ": expected rows of keypoints, 0, 1, ...");
+  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>>(numbers.values.data(), num_matches, 2)
+      .cast<std::int32_t>();
 }
 
 void CorrespondenceScene::CloseFiles() const {

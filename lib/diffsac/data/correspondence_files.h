@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -10,6 +11,9 @@
 #include "diffsac/data/problem.h"
 
 namespace diffsac {
+
+/// Rows of two lists of keypoints, image 1's and image 2's, for each match.
+using MatchIndices = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
 /// How a scene in the layout of the CVPR 2020 RANSAC tutorial is read.
 struct CorrespondenceOptions {
@@ -28,6 +32,8 @@ struct CorrespondenceOptions {
 ///   sizes.h5         h1 w1 h2 w2
 ///   descriptors.h5   N × 2d: image 1, then image 2
 ///   labels.h5        N integers: 0 an outlier, k ≥ 1 an inlier of structure k
+///   match_indices.h5 N × 2 integers: which keypoints of image 1 and 2, counted from 0 in the lists that the matches came
+///                    from; for those who go back there, and read by ReadMatchIndices alone
 ///
 /// A file that is there must hold every pair. E and F that are not stored are derived from what is (CompleteTruth).
 /// A pair's id may have another form than "img1-img2" where no R.h5 asks for images (the tutorial's homographies).
@@ -52,6 +58,8 @@ class CorrespondenceScene {
   /// matrices, ε = 1 px, without model, pose and inliers (SetTask in data/pair_truth.h). Throws Error for an index out
   /// of range as well.
   Example Read(std::int64_t index) const;
+  /// The rows of match_indices.h5 for a pair of `num_matches`. Throws Error where there is no such file as well.
+  MatchIndices ReadMatchIndices(const std::string& id, Eigen::Index num_matches) const;
   /// Closes the files until the next pair is read.
   void CloseFiles() const;
 
@@ -68,6 +76,8 @@ struct CorrespondenceSet {
   /// The N × 2d descriptors of a pair, asked for one after the other so that all need not be in memory at once.
   /// Not set: `problem.descriptors` of the pairs.
   std::function<DescriptorMatrix(std::size_t)> descriptors;
+  /// The keypoints behind the matches, of each pair; empty: not known.
+  std::vector<MatchIndices> match_indices;
 };
 
 /// Writes a folder that CorrespondenceScene reads back without loss. A file is written when all pairs have what it

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 using Shape = std::vector<hsize_t>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",          "Egt.h5",
-                                  "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5"};
+constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",           "Egt.h5",
+                                  "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5", "match_indices.h5"};
 
 // One flat file that is being written, with a data set for each call. It holds the library's lock only while it calls
 // the library, so that what asks for the values may read other files.
@@ -155,6 +155,7 @@ class SceneWriter {
   void WriteCameras() const;
   void WriteDescriptors() const;
   void WriteLabels() const;
+  void WriteMatchIndices() const;
 
   std::string folder_;
   const CorrespondenceSet& set_;
@@ -256,6 +257,19 @@ void SceneWriter::WriteLabels() const {
       });
 }
 
+void SceneWriter::WriteMatchIndices() const {
+  if (set_.match_indices.empty()) return;
+  const std::size_t count = set_.pairs.size();
+  bool fits = set_.match_indices.size() == count;
+  for (std::size_t i = 0; fits && i < count; ++i)
+    fits = set_.match_indices[i].rows() == set_.pairs[i].problem.points.rows();
+  if (!fits) throw Error(Path("match_indices.h5") + ": expected two keypoints for each match of each pair");
+  WriteFile("match_indices.h5", [&](FlatFile& file) {
+    for (std::size_t i = 0; i < count; ++i)
+      file.Put(set_.pairs[i].id, set_.match_indices[i].data(), {static_cast<hsize_t>(set_.match_indices[i].rows()), 2});
+  });
+}
+
 void SceneWriter::WriteAll() const {
   WriteInputs();
   WriteCameras();
@@ -263,6 +277,7 @@ void SceneWriter::WriteAll() const {
   WriteModel("Fgt.h5", &GroundTruth::fundamental);
   WriteModel("Hgt.h5", &GroundTruth::homography);
   WriteLabels();
+  WriteMatchIndices();
   WriteDescriptors();
   WriteMatches();
 }
