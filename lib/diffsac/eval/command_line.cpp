@@ -163,6 +163,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   ExperimentOptions experiment = ReadRequest(request);
   int code = kExitOk;
   if (!MakeReady(request, &experiment, out, &code)) return code;
+  CheckColmapExport(experiment, request.colmap);
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
   if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
@@ -183,6 +184,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     WriteWhole(results, request, folder, out);
   else
     WriteShard(results, Setup(request), folder, out);
+  if (!results.partial) ExportColmap(results, request.colmap, out);
   if (results.partial) LogWarning("interrupted: partial results are in " + folder);
   return results.partial ? kExitInterrupted : kExitOk;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/eval/export_colmap.h"
 #include "diffsac/eval/runner.h"
 #include "diffsac/methods/registry.h"
 
@@ -31,6 +32,7 @@ struct EvalRequest {
   bool update = false;         ///< --update: nothing is done where the folder holds the results already
   std::string page;            ///< --page: a page with tables and pictures; empty: none
   std::string page_command;    ///< --page-command: how the page says that it was made
+  ColmapExport colmap;         ///< --export-colmap, --export-overwrite
   MethodContext context;       ///< --checkpoint, --device, --threads (0: as configured)
   /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
   ProcessGroup* group = nullptr;

@@ -1,0 +1,160 @@
+#include "diffsac/eval/export_colmap.h"
+
+#include <Eigen/LU>
+#include <map>
+#include <memory>
+#include <ostream>
+
+#include "diffsac/colmap/two_view_geometries.h"
+#include "diffsac/core/status.h"
+#include "diffsac/core/typed_options.h"
+#include "diffsac/data/correspondences_dataset.h"
+#include "diffsac/data/pair_filter.h"
+#include "diffsac/data/pair_scenes.h"
+#include "diffsac/geometry/two_view.h"
+
+namespace diffsac {
+namespace {
+
+constexpr const char* kDataType = "correspondences";
+
+template <class Item, class NameOf>
+std::string Names(const std::vector<Item>& items, NameOf name_of) {
+  std::string names;
+  for (const Item& item : items) names += (names.empty() ? "" : ", ") + name_of(item);
+  return names;
+}
+
+// A pair with what lies behind its matches.
+struct SourcePair {
+  Example example;        // as it stands in the files
+  std::vector<int> rows;  // which of its matches the problem had, in the problem's order
+  MatchIndices keypoints;
+};
+
+// The correspondence files behind a condition's problems.
+class SourcePairs {
+ public:
+  explicit SourcePairs(const Config& data)
+      : options_(ReadOptions(data, TypedOptions<CorrespondencesOptions>{kDataType, {}}).options) {
+    for (const std::string& path : options_.paths)
+      for (const SceneFolder& folder : FindScenes(path)) {
+        Scene& scene = scenes_[folder.name];
+        if (scene.files)
+          throw Error("--export-colmap: two scenes are named " + folder.name + ": " + scene.files->folder() + " and " +
+                      folder.folder);
+        scene.files = std::make_unique<CorrespondenceScene>(folder.folder);
+        const std::vector<std::string>& pairs = scene.files->pairs();
+        for (std::size_t i = 0; i < pairs.size(); ++i) scene.positions[pairs[i]] = static_cast<std::int64_t>(i);
+      }
+  }
+
+  SourcePair Read(const EstimateRecord& record) const {
+    const Scene& scene = scenes_.at(record.scene);
+    const std::string name = record.id.substr(record.scene.size() + 1);
+    SourcePair pair{scene.files->Read(scene.positions.at(name)), {}, {}};
+    pair.keypoints = scene.files->ReadMatchIndices(name, pair.example.problem.points.rows());
+    pair.example.id = record.id;
+    pair.rows = KeptRows(pair.example, options_.pairs.filter);
+    if (static_cast<int>(pair.rows.size()) != record.points)
+      throw Error(scene.files->folder() + ": " + name + ": its matches are others than those of the run");
+    return pair;
+  }
+
+ private:
+  struct Scene {
+    std::unique_ptr<CorrespondenceScene> files;
+    std::map<std::string, std::int64_t> positions;
+  };
+
+  CorrespondencesOptions options_;
+  std::map<std::string, Scene> scenes_;
+};
+
+// The models, for matches in our pixels.
+void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
+  const Eigen::Matrix3d model = AsMatrix(record.model);
+  geometry->motion = record.pose;
+  if (task == Task::kEssential) {
+    const CameraPair& cameras = problem.cameras.value();
+    geometry->configuration = ColmapConfiguration::kCalibrated;
+    geometry->essential = model;
+    geometry->fundamental = FundamentalInColmapPixels(cameras.K2.inverse().transpose() * model * cameras.K1.inverse());
+  } else if (task == Task::kFundamental) {
+    geometry->configuration = ColmapConfiguration::kUncalibrated;
+    geometry->fundamental = FundamentalInColmapPixels(model);
+  } else {
+    geometry->configuration = ColmapConfiguration::kPlanarOrPanoramic;
+    geometry->homography = HomographyInColmapPixels(model);
+  }
+}
+
+// Images of a database by the names that pairs have.
+class ImageIds {
+ public:
+  explicit ImageIds(const ColmapDatabase& database) : path_(database.path()) {
+    for (const auto& [id, name] : PairNames(database)) ids_[name] = id;
+  }
+  std::int64_t Of(const std::string& name, const std::string& pair) const {
+    const auto found = ids_.find(name);
+    if (found == ids_.end())
+      throw Error(path_ + ": it has no image '" + name + "' of the pair " + pair + ": is the pair from this database?");
+    return found->second;
+  }
+
+ private:
+  std::string path_;
+  std::map<std::string, std::int64_t> ids_;
+};
+
+ColmapGeometry GeometryOf(Task task, const EstimateRecord& record, const SourcePair& pair, const ImageIds& ids) {
+  ColmapGeometry geometry;
+  geometry.pair = {ids.Of(pair.example.image1, record.id), ids.Of(pair.example.image2, record.id)};
+  if (record.status != Status::kOk) return geometry;
+  SetModels(task, record, pair.example.problem, &geometry);
+  geometry.inliers.resize(static_cast<Eigen::Index>(record.inliers.size()), 2);
+  for (std::size_t i = 0; i < record.inliers.size(); ++i)
+    geometry.inliers.row(static_cast<Eigen::Index>(i)) = pair.keypoints.row(pair.rows.at(record.inliers[i]));
+  return geometry;
+}
+
+}  // namespace
+
+void CheckColmapExport(const ExperimentOptions& experiment, const ColmapExport& target) {
+  if (target.database.empty()) return;
+  if (!experiment.estimates) throw Error("--export-colmap needs estimates: true in the experiment");
+  if (!IsTwoView(experiment.task))
+    throw Error("--export-colmap is for tasks of two views, not for " + ToString(experiment.task));
+  if (experiment.methods.size() != 1)
+    throw Error("--export-colmap writes the estimates of one row; choose it with --methods: " +
+                Names(experiment.methods, [](const MethodRow& row) { return row.name; }));
+  if (experiment.conditions.size() != 1)
+    throw Error("--export-colmap writes the estimates of one condition, but the experiment has " +
+                Names(experiment.conditions, [](const Condition& condition) { return condition.name; }));
+  const Config& data = experiment.conditions[0].data;
+  if (const std::string type = data.Has("type") ? data.Text("type") : ""; type != kDataType)
+    throw Error(data.Where("type") + ": --export-colmap needs data of type correspondences, not " + type);
+  const ColmapDatabase database(target.database);
+}
+
+void ExportColmap(const ExperimentResults& results, const ColmapExport& target, std::ostream& out) {
+  if (target.database.empty()) return;
+  const ExperimentOptions& experiment = results.experiment;
+  const SourcePairs source(experiment.conditions.at(0).data);
+  const ColmapDatabase database(target.database, SqliteDatabase::Access::kWrite);
+  const ImageIds ids(database);
+  std::vector<ColmapGeometry> geometries;
+  for (const EstimateRecord& record : results.cells.at(0).estimates)
+    geometries.push_back(GeometryOf(experiment.task, record, source.Read(record), ids));
+  WriteGeometries(database, geometries, target.overwrite);
+  std::int64_t verified = 0, inliers = 0;
+  for (const ColmapGeometry& geometry : geometries) {
+    if (geometry.inliers.rows() < kColmapMinInliers) continue;
+    verified += 1;
+    inliers += geometry.inliers.rows();
+  }
+  out << target.database << ": " << verified << " of " << geometries.size() << " pairs verified, " << inliers
+      << " inliers" << std::endl;
+}
+
+}  // namespace diffsac
