@@ -52,11 +52,14 @@ int main(int argc, char** argv) {
   app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
   app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
   app.add_option("--output", request.output, "Run folder (default: runs/<name>)");
-  auto* update = app.add_flag("--update", request.update, "Nothing is done where the run folder holds these results already");
+  auto* update =
+      app.add_flag("--update", request.update, "Nothing is done where the run folder holds these results already");
   auto* page = app.add_option("--page", request.page, "Also a page with tables and pictures (docs/results/NAME.md)");
   app.add_option("--page-command", request.page_command, "What the page says that it was written by")->needs(page);
-  auto* database = app.add_option("--export-colmap", request.colmap.database, "COLMAP database that gets the verified matches");
-  app.add_flag("--export-overwrite", request.colmap.overwrite, "Replaces two-view geometries that it has")->needs(database);
+  auto* database =
+      app.add_option("--export-colmap", request.colmap.database, "COLMAP database that gets the verified matches");
+  app.add_flag("--export-overwrite", request.colmap.overwrite, "Replaces two-view geometries that it has")
+      ->needs(database);
   update->excludes(database);
   app.add_option("--device", request.context.device, "auto, cpu or cuda");
   app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);

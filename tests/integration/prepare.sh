@@ -76,7 +76,7 @@ expect_error 'list.txt' "${some[@]}" --scene a --import-descriptors "$own/list.t
 expect_error 'intrinsic' prepare pairs --format poses --input "$own/some" --output "$own/scenes"
 expect_error 'transforms.json' prepare pairs --format nerf --input "$own/some" --output "$own/scenes"
 mkdir "$own/empty"
-for format in images strecha colmap nerf poses homographies adelaidermf; do
+for format in images strecha colmap nerf poses homographies adelaidermf colmap_database hloc; do
   expect_error 'empty' prepare pairs --format "$format" --input "$own/empty" --output "$own/scenes"
 done
 

@@ -159,6 +159,8 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     CompareFolders(request.compare, request.output, out);
     return kExitOk;
   }
+  if (IsSweep(request) && !request.colmap.database.empty())
+    throw Error("--export-colmap is for one run, and a sweep is several");
   if (IsSweep(request)) return EvaluateSweep(request, trace, stop, out);
   ExperimentOptions experiment = ReadRequest(request);
   int code = kExitOk;
