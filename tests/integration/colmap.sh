@@ -28,8 +28,12 @@ colmaps=$(sql "SELECT sum(rows) FROM two_view_geometries")
 sql "DELETE FROM two_view_geometries" >/dev/null
 run_expecting 0 "${verify[@]}" "$database"
 grep -q 'database.db: 6 of 6 pairs verified' "$own/out" || { cat "$own/out" >&2; fail "pairs are missing"; }
-ours=$(sql "SELECT sum(rows) FROM two_view_geometries WHERE config = 2")
-((10 * ours > 9 * colmaps)) || fail "$ours inliers where COLMAP finds $colmaps"
+# Uncalibrated ones by F, calibrated ones by E.
+for task in "fundamental 3" "essential 2"; do
+  run_expecting 0 "${verify[@]}" "$database" --export-overwrite --set "task=${task% *}"
+  ours=$(sql "SELECT sum(rows) FROM two_view_geometries WHERE config = ${task#* }")
+  ((10 * ours > 9 * colmaps)) || fail "$ours inliers by ${task% *} where COLMAP finds $colmaps"
+done
 
 mkdir "$own/model"
 run_expecting 0 colmap mapper --database_path "$database" --image_path "$own/images" --output_path "$own/model" --Mapper.num_threads 1
