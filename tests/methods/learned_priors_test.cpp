@@ -45,4 +45,43 @@ TEST_CASE("points count by the network, by the ratio or by both") {
   CHECK(ScoreWith(PriorSource::kRatio, example, 0.4f) == Approx(network));
 }
 
+TEST_CASE("the inlier head's sets are drawn by the network, by the ratio or by both") {
+  const auto sets = [](PriorSource source, const Example& example, bool reversed) {
+    DiffsacOptions options;
+    options.guide = SetGuide::kInlierHead;
+    options.copies = 20;
+    options.selection = SetSelection::kGumbel;
+    options.draws_by = source;
+    Prediction prediction;
+    const auto points = static_cast<std::size_t>(example.problem.points.rows());
+    for (std::size_t i = 0; i < points; ++i) prediction.weights.push_back((i < points / 2) != reversed ? 0.9f : 1e-6f);
+    const DiffsacMethod method(TinyNetwork(Task::kLine), options, 1);
+    return method.EstimateFrom(SolverSpace(example.problem), prediction, 3).minimal_sets;
+  };
+  Example example = TinyExamples(Task::kLine, 1)[0];
+  const auto points = static_cast<int>(example.problem.points.rows());
+  example.problem.quality.resize(points);
+  for (int i = 0; i < points; ++i) example.problem.quality[i] = i % 2 == 0 ? 0.3 : 1.0;
+  const auto share = [&](const auto& drawn, auto&& fits) {
+    int count = 0, all = 0;
+    for (const auto& set : drawn)
+      for (const int point : set) {
+        count += fits(point);
+        ++all;
+      }
+    return static_cast<double>(count) / all;
+  };
+  const auto first_half = [&](int point) { return point < points / 2; };
+  const auto even = [](int point) { return point % 2 == 0; };
+  CHECK(share(sets(PriorSource::kNetwork, example, false), first_half) == 1.0);
+  CHECK(sets(PriorSource::kRatio, example, false) == sets(PriorSource::kRatio, example, true));
+  CHECK(share(sets(PriorSource::kRatio, example, false), even) > 0.9);
+  const auto both = sets(PriorSource::kBoth, example, false);
+  CHECK(share(both, first_half) > 0.95);
+  CHECK(share(both, even) > 0.8);
+  // Without a ratio the network says all.
+  example.problem.quality.resize(0);
+  CHECK(sets(PriorSource::kBoth, example, false) == sets(PriorSource::kNetwork, example, false));
+}
+
 }  // namespace diffsac

@@ -121,6 +121,12 @@ std::string EstimateText(const EstimateRecord& estimate) {
   return text;
 }
 
+std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
+  std::vector<std::string> names;
+  for (const Condition& condition : experiment.conditions) names.push_back(condition.name);
+  return names;
+}
+
 }  // namespace
 
 std::string ResultsCsv(const Report& report) {
@@ -194,6 +200,9 @@ void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
   WriteFileAtomically(folder + "/results.json", ResultsJson(report));
+  if (!report.results.reliability.empty())
+    WriteFileAtomically(folder + "/reliability.csv",
+                        ReliabilityCsv(report.results.reliability, ConditionNames(report.results.experiment)));
   WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
   WriteFileAtomically(folder + "/table.tex", LatexReport(report));

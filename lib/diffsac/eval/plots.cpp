@@ -169,6 +169,7 @@ void DrawFigures(const Report& report, const std::string& folder) {
   PlotBars(report, folder);
   PlotBudget(report, folder);
   PlotTime(report, folder);
+  PlotReliability(report.results, folder);
   DrawExamples(report.results, folder);
 }
 

@@ -12,6 +12,7 @@
 #include "diffsac/eval/estimates.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/eval/reliability.h"
 #include "diffsac/eval/shard.h"
 #include "diffsac/methods/method.h"
 
@@ -68,6 +69,9 @@ struct ExperimentResults {
   std::vector<KeptFit> fits;
   std::string fits_label;             ///< The method of `fits` (lines, planes).
   std::vector<KeptTrace> traces;      ///< At most one.
+  /// Of the probabilities that rows' networks give, and of those by the matching ratio, conditions outside; rows that say the
+  /// same as one before them are left out. Empty without truth, and where shards were joined.
+  std::vector<ReliabilityCurve> reliability;
   bool partial = false;               ///< An interrupt stopped the run.
   Shard shard;                        ///< Which problems these are.
   std::vector<std::size_t> problems;  ///< By condition: how many there are, those of other shards included.

@@ -8,6 +8,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/oracle.h"
 
 namespace diffsac {
@@ -75,11 +76,15 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 struct Outcome {
   ProblemRecord record;
   EstimateRecord estimate;
+  Reliability reliability;
 };
 
 Outcome OutcomeOf(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
-  return {MakeRecord(experiment, example, estimate),
-          experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{}};
+  Outcome outcome{MakeRecord(experiment, example, estimate),
+                  experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
+                  {}};
+  outcome.reliability.Add(estimate.inlier_probabilities, example.truth.inliers);
+  return outcome;
 }
 
 /// Everything that one cell's loop needs.
@@ -123,7 +128,7 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
   }
 }
 
-void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell) {
+void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell, ReliabilityCurve* curve) {
   std::vector<Outcome> outcomes(positions.size());
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
   if (!positions.empty() && !Stopped(run.inputs)) run.EstimateOne(run.examples[positions.front()]);
@@ -134,6 +139,7 @@ void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell
   }
   for (Outcome& outcome : outcomes) {
     if (!outcome.record.done) continue;
+    if (!outcome.reliability.empty()) curve->scenes[outcome.record.scene].Add(outcome.reliability);
     cell->records.push_back(std::move(outcome.record));
     if (run.experiment.estimates) cell->estimates.push_back(std::move(outcome.estimate));
   }
@@ -240,11 +246,32 @@ std::vector<Example> LoadExamples(const ExperimentOptions& experiment, std::size
 // A group without a scene is most likely a misspelt name, but data that is not here may have it.
 void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Example>& examples) {
   for (const auto& [group, scenes] : experiment.scene_groups) {
-    const bool used = std::any_of(examples.begin(), examples.end(), [&](const Example& example) {
-      return experiment.GroupOf(example.scene) == group;
-    });
+    const bool used = std::any_of(examples.begin(), examples.end(),
+                                  [&](const Example& example) { return experiment.GroupOf(example.scene) == group; });
     if (!used && !examples.empty()) LogWarning("scene_groups: no scene of the data is in '" + group + "'");
   }
+}
+
+/// Unless it says nothing, or what another says already.
+void AddReliability(ReliabilityCurve curve, ExperimentResults* results) {
+  const auto same = [&](const ReliabilityCurve& other) {
+    return other.condition == curve.condition && other.scenes == curve.scenes;
+  };
+  auto& curves = results->reliability;
+  if (!curve.scenes.empty() && std::none_of(curves.begin(), curves.end(), same)) curves.push_back(std::move(curve));
+}
+
+/// That of the probabilities by the matching ratio, to compare those of networks with.
+void AddRatioReliability(const ExperimentOptions& experiment, std::size_t condition,
+                         const std::vector<Example>& examples, ExperimentResults* results) {
+  ReliabilityCurve curve{"by the matching ratio", condition, {}};
+  for (const Example& example : examples) {
+    const Eigen::VectorXf of_ratio = example.problem.quality.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
+    Reliability one;
+    one.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
+    if (!one.empty()) curve.scenes[experiment.GroupOf(example.scene)].Add(one);
+  }
+  AddReliability(std::move(curve), results);
 }
 
 void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
@@ -258,13 +285,18 @@ void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, 
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
     const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
     Cell cell{condition, m, {}, {}};
-    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell);
+    ReliabilityCurve curve{row.label, condition, {}};
+    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell, &curve);
+    AddReliability(std::move(curve), results);
     if (!cell.records.empty()) results->cells.push_back(std::move(cell));
     if (inputs.shard.index != 1) continue;  // Pictures of examples are the first shard's.
     if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))
       KeepFits(run, condition, m, results);
     if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
   }
+  const bool learned = std::any_of(results->reliability.begin(), results->reliability.end(),
+                                   [&](const ReliabilityCurve& curve) { return curve.condition == condition; });
+  if (learned) AddRatioReliability(experiment, condition, examples, results);
 }
 
 }  // namespace

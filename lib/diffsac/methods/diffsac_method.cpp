@@ -66,12 +66,16 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::Copies(const Guidance& guide) c
 }
 
 std::unique_ptr<HypothesisSource> DiffsacMethod::Head(const Guidance& guide, const char* stream) const {
-  return std::make_unique<TemperedSource>(guide.prediction.weights, guide.set_size, options_.temperature,
-                                          guide.rng.Fork(stream));
+  const Eigen::VectorXf weights =
+      InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).cast<float>();
+  return std::make_unique<TemperedSource>(std::span(weights.data(), static_cast<std::size_t>(weights.size())),
+                                          guide.set_size, options_.temperature, guide.rng.Fork(stream));
 }
 
 std::unique_ptr<HypothesisSource> DiffsacMethod::Extra(const Guidance& guide) const {
-  const auto& quality = guide.space.problem().quality;
+  Eigen::VectorXd quality = guide.space.problem().quality;
+  if (quality.size() > 0 && options_.draws_by == PriorSource::kBoth)
+    quality = 1.0 - InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).array();
   const bool by_quality = options_.extra_source == SourceKind::kProsac && quality.size() == guide.space.points().rows();
   SourceOptions extra;
   extra.source = by_quality ? SourceKind::kProsac : SourceKind::kUniform;

@@ -21,6 +21,10 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("head_sets", head_sets, Within(0, 10000))
       .OnlyIf(diffusion || head_sets == 0, by_diffusion)
       .Help("so many sets more from the inlier head, after those of the copies");
+  b.Field("draws_by", draws_by)
+      .OnlyIf(!diffusion || head_sets > 0, "guide: inlier_head, or head_sets above 0")
+      .Help(
+          "by whose probabilities the inlier head's sets are drawn; both, their geometric mean, also orders PROSAC's");
   const bool drawn = !diffusion || selection != SetSelection::kMaximum || head_sets > 0;
   b.Field("temperature", temperature, Positive())
       .OnlyIf(drawn, "selection: probabilistic or gumbel, or sets from the inlier head")

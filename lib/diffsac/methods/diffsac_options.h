@@ -44,6 +44,8 @@ struct DiffsacOptions : LearnedOptions {
   SetSelection selection = SetSelection::kMaximum;
   /// So many sets more from the inlier head, after those of the copies: of a budget of 20, 10 and 10 are more diverse.
   int head_sets = 0;
+  /// By whose probabilities the inlier head's sets are drawn; kBoth also orders the points for PROSAC's extra sets.
+  PriorSource draws_by = PriorSource::kNetwork;
   /// Of drawn sets; [first, last]: the copies go from the first to the last in equal ratios, so that some keep to the
   /// likeliest points and others look further, as PROSAC's growing sets do. The inlier head's sets go through ten such
   /// temperatures again and again.

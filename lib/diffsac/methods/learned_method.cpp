@@ -19,16 +19,16 @@ PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
   return PointFeatures(options, network.task);
 }
 
-/// By point, of the ratio's (empty: unknown) and the network's.
-Eigen::VectorXd Priors(const Eigen::VectorXd& of_ratio, const std::vector<float>& of_network, PriorSource source) {
+}  // namespace
+
+Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source) {
   const Eigen::VectorXd network =
       Eigen::Map<const Eigen::VectorXf>(of_network.data(), static_cast<Eigen::Index>(of_network.size())).cast<double>();
-  if (of_ratio.size() == 0 || source == PriorSource::kNetwork) return network;
+  if (problem.quality.size() != problem.points.rows() || source == PriorSource::kNetwork) return network;
+  const Eigen::VectorXd of_ratio = problem.quality.unaryExpr(&InlierProbabilityOfRatio);
   if (source == PriorSource::kRatio) return of_ratio;
   return (of_ratio.array() * network.array()).sqrt();
 }
-
-}  // namespace
 
 void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("feature_hypotheses", feature_hypotheses)
@@ -121,7 +121,7 @@ ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Predict
   const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
   ConsensusHints hints = KnownOf(space, options_.consensus);
   if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
-    hints.inlier_priors = Priors(hints.inlier_priors, prediction.weights, options_.inlier_prior_of);
+    hints.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
   if (options_.feature_hypotheses) hints.models = prediction.features.models;
   if (options_.weighted_fit)
     hints.fit_weights =

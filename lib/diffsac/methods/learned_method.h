@@ -56,6 +56,9 @@ struct Prediction {
   std::vector<float> weights;  ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
 };
 
+/// By point, of a problem's ratios (where it has them) and what a network says.
+Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source);
+
 /// The core of every learned row: features → network, for a batch of problems at once → a source of minimal sets →
 /// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
 ///
