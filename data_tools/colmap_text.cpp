@@ -32,12 +32,19 @@ double ColmapLines::Number(std::string_view word) const {
   return value;
 }
 
-std::string ColmapModelFolder(const std::string& folder) {
+std::string FindColmapModel(const std::string& folder, const std::string& extension) {
   for (const char* name : {"", "colmap_ground_truth", "sparse/0", "sparse"}) {
     const fs::path candidate = fs::path(folder) / name;
-    if (fs::exists(candidate / "cameras.txt") && fs::exists(candidate / "images.txt")) return candidate.string();
+    if (fs::exists(candidate / ("cameras" + extension)) && fs::exists(candidate / ("images" + extension)))
+      return candidate.string();
   }
-  throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
+  return "";
+}
+
+std::string ColmapModelFolder(const std::string& folder) {
+  const std::string found = FindColmapModel(folder, ".txt");
+  if (found.empty()) throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
+  return found;
 }
 
 }  // namespace diffsac

@@ -26,7 +26,10 @@ class ColmapLines {
   int number_ = 0;
 };
 
-/// Where a text model is: the folder itself, colmap_ground_truth, sparse/0 or sparse in it. Throws Error.
+/// Where a model is whose files end so, ".txt" or ".bin": the folder itself, colmap_ground_truth, sparse/0 or sparse in
+/// it; empty when there is none.
+std::string FindColmapModel(const std::string& folder, const std::string& extension);
+/// Where a text model is. Throws Error.
 std::string ColmapModelFolder(const std::string& folder);
 
 }  // namespace diffsac

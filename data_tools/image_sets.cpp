@@ -84,9 +84,12 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("sequence", pairs.sequence).Help("of KITTI");
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
   b.Field("every", pairs.choice.every, AtLeast(1)).Help("only every so many images");
+  b.Field("pairs_file", pairs.choice.pairs_file).Help("the pairs: the names of two images in each line; empty: all");
   b.Field("focal", pairs.calibration.focal, AtLeast(0)).Help("of images without calibration, pixels");
   b.Field("center", pairs.calibration.center).Help("principal point, pixels");
   b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
+  b.Field("max_image_size", pairs.options.features.max_image_size, AtLeast(0))
+      .Help("larger images are reduced to this side, pixels; 0: never");
   b.Field("max_pairs", pairs.options.max_pairs, AtLeast(0)).Help("at most so many a scene, evenly spaced; 0: all");
   b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
   b.Field("max_disagreement_deg", pairs.options.max_disagreement_deg, AtLeast(0))

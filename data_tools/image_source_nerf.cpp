@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
@@ -100,14 +101,27 @@ RigidMotion ReadTransform(const Json& frame, const std::string& place) {
   return WorldToCamera(values, place);
 }
 
-// Some files name images without their extension.
+// Some files name images without their extension, or in a folder that was left out when they were published.
 std::string ImagePath(const fs::path& folder, const std::string& file) {
   const fs::path path = (folder / file).lexically_normal();
   std::error_code code;
-  if (fs::exists(path, code)) return path.string();
-  for (const char* extension : {".png", ".jpg", ".jpeg"})
-    if (fs::exists(path.string() + extension, code)) return path.string() + extension;
+  for (const fs::path& candidate : {path, folder / path.filename()})
+    for (const char* extension : {"", ".png", ".jpg", ".jpeg"})
+      if (fs::exists(candidate.string() + extension, code)) return candidate.string() + extension;
   throw Error(path.string() + ": no such file");
+}
+
+// Some images were reduced after their calibration: of the same shape, but for what rounding did to it.
+void FitTo(const ImageSize& size, LensCamera* camera) {
+  const double w = camera->size.width, h = camera->size.height;
+  if (w == 0.0 || h == 0.0 || std::abs(w * size.height - h * size.width) > std::max(w, h)) return;
+  const double x = size.width / w, y = size.height / h;
+  camera->K.row(0) *= x;
+  camera->K.row(1) *= y;
+  // The first pixel's centre moves: COLMAP's pixels begin at its corner.
+  camera->K(0, 2) += 0.5 * (x - 1.0);
+  camera->K(1, 2) += 0.5 * (y - 1.0);
+  camera->size = size;
 }
 
 std::string FilePathOf(const Json& frame) {
@@ -141,7 +155,9 @@ ImageSource ReadNerf(const std::string& folder) {
     const auto read = [&] {
       if (file.empty()) throw Error(place + ": expected file_path");
       const std::string path = ImagePath(json.parent_path(), file);
-      return SourceImage{ImageName(path), path, CameraReader(all, frame, place).Read(), ReadTransform(frame, place)};
+      LensCamera camera = CameraReader(all, frame, place).Read();
+      FitTo(ReadImageSize(path), &camera);
+      return SourceImage{ImageName(path), path, camera, ReadTransform(frame, place)};
     };
     AddImage(ImageName(file), read, &source);
   }

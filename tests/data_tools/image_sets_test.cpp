@@ -62,7 +62,12 @@ TEST_CASE("the shipped sets can be read, and none of what is asked for is an err
   SetsRequest request;
   request.config = DIFFSAC_SOURCE_DIR "/configs/sets.yaml";
   request.data = folder.path();
-  CHECK(ReadImageSets(request.config).size() > 15);
+  const std::vector<ImageSet> sets = ReadImageSets(request.config);
+  CHECK(sets.size() > 28);
+  for (const ImageSet& set : sets) {
+    INFO(set.name);
+    CHECK(std::filesystem::exists(std::string(DIFFSAC_SOURCE_DIR "/") + set.pairs.choice.pairs_file));
+  }
   const std::atomic<bool> stop{false};
   CHECK_THROWS_WITH(PrepareSets(request, stop), Contains("none of the sets"));
   request.only = {"nobody"};

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "data/data_test_util.h"
-#include "data_tools/number_file.h"
 #include "data_tools/image_test_util.h"
+#include "data_tools/number_file.h"
 
 namespace diffsac {
 namespace {
@@ -227,6 +227,20 @@ TEST_CASE("NeRF: OpenGL's axes, calibration for all or a frame, frames that are 
   write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
         "\"camera_angle_x\": 1.5707963267948966, \"w\": 10, \"h\": 8");
   CHECK((ReadNerf(root).images[0].camera->K - Calibration(5, 5, 4.5, 3.5)).norm() < 1e-12);
+
+  // Images of half the calibration's size, and beside the file instead of in a folder.
+  std::filesystem::copy(root + "/images/0001.jpg", root + "/0007.jpg");
+  write(frame("images/0007.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
+        "\"fl_x\": 1000, \"fl_y\": 1020, \"cx\": 10, \"cy\": 8, \"w\": 20, \"h\": 16");
+  const ImageSource reduced = ReadNerf(root);
+  REQUIRE(reduced.images.size() == 2);
+  CHECK(reduced.images[1].path == root + "/0007.jpg");
+  CHECK((reduced.images[1].camera->K - Calibration(500, 510, 4.5, 3.5)).norm() < 1e-12);
+  CHECK(reduced.images[1].camera->size == ImageSize{10, 8});
+  // Another shape is no reduced image, but a mistake that the check of sizes names.
+  write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
+        "\"fl_x\": 1000, \"cx\": 10, \"cy\": 8, \"w\": 20, \"h\": 8");
+  CHECK(ReadNerf(root).images[0].camera->size == ImageSize{20, 8});
 
   const auto left_out = [&](const std::string& third) {
     write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix) + "," + third, calibration);
