@@ -86,7 +86,7 @@ compare() {
   for task in essential fundamental; do
     start=$(seconds "$work/prepare.log" "$bin/diffsac_prepare" pairs --format colmap_database --input "$work/$task.db" \
       --output "$work/pairs" --scene "$1" --overwrite --threads 1)
-    time=$(seconds "$work/$task.log" "$bin/diffsac_eval" --config configs/colmap.yaml --set "task=$task" --set "data.paths=[$work/pairs/$1]" \
+    time=$(seconds "$work/$task.log" "$bin/diffsac_eval" --config configs/colmap/verify.yaml --set "task=$task" --set "data.paths=[$work/pairs/$1]" \
       --output "$work/run_$task" --threads 1 --export-colmap "$work/$task.db")
     map "$1" "$task" "$(total_seconds "$work/run_$task/problems.csv") | $start | $time"
   done

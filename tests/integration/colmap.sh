@@ -10,7 +10,7 @@ database="$own/database.db"
 # sql STATEMENT: runs it on the database and prints what it gives.
 sql() { python3 -c 'import sqlite3, sys
 with sqlite3.connect(sys.argv[1]) as database: print(*[" ".join(map(str, row)) for row in database.execute(sys.argv[2])], sep="\n")' "$database" "$1"; }
-verify=(evaluate --config configs/colmap.yaml --set "data.paths=[$own/pairs]" --output "$own/run" --threads 1 --export-colmap)
+verify=(evaluate --config configs/colmap/verify.yaml --set "data.paths=[$own/pairs]" --output "$own/run" --threads 1 --export-colmap)
 
 mkdir "$own/images"
 for i in 4 5 6 7; do ln -s "$photos/DSC_000$i.JPG" "$own/images/"; done

@@ -46,8 +46,9 @@ SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(p
   } catch (const Error&) {
     // COLMAP's databases keep a journal beside them even for readers, which a read-only folder does not allow. Where
     // nobody has left one, the file alone is all of the database.
+    const int error = sqlite3_errcode(handle());
     const bool has_journal = fs::exists(path + "-wal", code) && fs::file_size(path + "-wal", code) > 0;
-    if (sqlite3_errcode(handle()) != SQLITE_CANTOPEN || has_journal) throw;
+    if ((error != SQLITE_CANTOPEN && error != SQLITE_READONLY) || has_journal) throw;
     Open(UriOf(path) + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
   }
 }
