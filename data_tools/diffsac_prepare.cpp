@@ -67,6 +67,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--descriptors", options.descriptors, "Write descriptors.h5 as well");
+  app->add_flag("!--no-thumbnails", options.thumbnails, "No small copies of the images for reports (thumbnails.h5)");
   app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");

@@ -90,6 +90,7 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
   b.Field("max_image_size", pairs.options.features.max_image_size, AtLeast(0))
       .Help("larger images are reduced to this side, pixels; 0: never");
+  b.Field("thumbnails", pairs.options.thumbnails).Help("whether small copies of the images are kept for reports");
   b.Field("max_pairs", pairs.options.max_pairs, AtLeast(0)).Help("at most so many a scene, evenly spaced; 0: all");
   b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
   b.Field("max_disagreement_deg", pairs.options.max_disagreement_deg, AtLeast(0))

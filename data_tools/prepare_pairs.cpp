@@ -9,6 +9,7 @@
 
 #include "data_tools/feature_store.h"
 #include "data_tools/match_pair.h"
+#include "data_tools/thumbnail.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -18,6 +19,7 @@
 #include "diffsac/data/pair_scenes.h"
 #include "diffsac/data/pair_truth.h"
 #include "diffsac/data/refined_truth.h"
+#include "diffsac/data/thumbnails.h"
 
 namespace diffsac {
 namespace {
@@ -106,6 +108,7 @@ class Preparation {
   void LeaveOut(const std::string& problem);
   bool MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const;
   bool WriteScene(const SourceScene& scene);
+  void WriteThumbnailsOf(const std::vector<Example>& pairs, const std::string& folder) const;
   bool IsKept(const MatchedPair& matched) const;
   CorrespondenceSet Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
                             std::vector<std::size_t>* kept) const;
@@ -210,6 +213,25 @@ CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<Mat
   return set;
 }
 
+// Of the images that the pairs name.
+void Preparation::WriteThumbnailsOf(const std::vector<Example>& pairs, const std::string& folder) const {
+  fs::remove(fs::path(folder) / kThumbnailsFile);
+  if (!options_.thumbnails) return;
+  std::set<std::string> named;
+  for (const Example& pair : pairs) named.insert({pair.image1, pair.image2});
+  std::vector<std::string> names;
+  std::vector<const SourceImage*> images;
+  for (const SourceImage& image : source_.images) {
+    if (!named.contains(image.name)) continue;
+    names.push_back(image.name);
+    images.push_back(&image);
+  }
+  std::vector<std::string> bytes(images.size());
+  ParallelFor(static_cast<std::int64_t>(images.size()), options_.threads,
+              [&](std::int64_t i) { bytes[i] = ThumbnailOf(*images[i]); });
+  WriteThumbnails(folder, names, [&](std::size_t i) { return bytes[i]; });
+}
+
 bool Preparation::WriteScene(const SourceScene& asked) {
   SourceScene scene = asked;
   std::erase_if(scene.pairs, [&](const SourcePair& pair) { return broken_[pair.image1] || broken_[pair.image2]; });
@@ -231,6 +253,7 @@ bool Preparation::WriteScene(const SourceScene& asked) {
   // Before the first word of the new recipe is there, the old files must be incomplete.
   fs::remove(fs::path(folder) / "matches.h5");
   WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(asked, options_));
+  WriteThumbnailsOf(set.pairs, folder);
   WriteCorrespondences(folder, set);
   LogInfo(folder + ": " + std::to_string(kept.size()) + " of " + std::to_string(asked.pairs.size()) + " pairs");
   result_.written += 1;

@@ -11,6 +11,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/data/correspondence_files.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/thumbnails.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {
@@ -186,11 +187,16 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
     };
     CHECK(distance(best) < distance(worst));
   }
-  // Without descriptors in the same folder: theirs are gone.
+  // The images' small copies; without them and without descriptors in the same folder: both are gone.
+  const std::string image = one.Read(0).image1;
+  CHECK(ReadThumbnail(folder / "one/s", image).starts_with("\xff\xd8"));
+  CHECK(ReadThumbnail(folder / "one/s", image) == ReadThumbnail(folder / "four/s", image));
+  request.options.thumbnails = false;
   request.options.descriptors = false;
   request.options.overwrite = true;
   REQUIRE(RunPairs(request, kNeverStop).finished);
   CHECK(!fs::exists(folder / "four/s/descriptors.h5"));
+  CHECK(!fs::exists(folder / "four/s/thumbnails.h5"));
   const std::string before = AllBytes(folder / "four/s");
   REQUIRE(RunPairs(request, kNeverStop).finished);
   const CorrespondenceScene again(folder / "four/s");

@@ -33,7 +33,7 @@ std::vector<std::int64_t> PairsOf(std::int64_t size, const PairsOptions& options
 class PairDataset : public Dataset {
  public:
   PairDataset(const std::vector<SceneFolder>& folders, const PairsOptions& options, bool in_memory, std::uint64_t seed)
-      : options_(options), task_(options.task) {
+      : options_(options), task_(options.task), folders_(folders) {
     for (const SceneFolder& folder : folders) AddScene(folder, in_memory);
     if (places_.empty())
       throw Error((folders.empty() ? std::string("correspondences") : folders.front().folder) +
@@ -54,6 +54,12 @@ class PairDataset : public Dataset {
     SetTask(task_, options_.inlier_threshold_px, &example);
     example.index = index;
     return example;
+  }
+
+  std::string FolderOf(const std::string& scene) const override {
+    for (const SceneFolder& folder : folders_)
+      if (folder.name == scene) return folder.folder;
+    return "";
   }
 
  private:
@@ -88,6 +94,7 @@ class PairDataset : public Dataset {
 
   PairsOptions options_;
   Task task_;
+  std::vector<SceneFolder> folders_;
   std::vector<std::shared_ptr<const PairReading>> scenes_;
   std::vector<Place> places_;
   std::vector<std::shared_ptr<const Example>> held_;

@@ -26,4 +26,6 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
 
 Status CheckProblem(const Problem& problem) { return CheckSpace(SolverSpace(problem), {problem.task}); }
 
+std::string Dataset::FolderOf(const std::string&) const { return ""; }
+
 }  // namespace diffsac

@@ -104,6 +104,8 @@ class Dataset {
   virtual Task task() const = 0;
   virtual std::int64_t size() const = 0;
   virtual Example Get(std::uint64_t index) const = 0;
+  /// Where the files of a scene are; empty for data that has none, and for other scenes.
+  virtual std::string FolderOf(const std::string& scene) const;
 };
 
 }  // namespace diffsac

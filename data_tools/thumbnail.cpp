@@ -1,0 +1,46 @@
+#include "data_tools/thumbnail.h"
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "diffsac/data/thumbnails.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kQuality = 80;  // Of the JPEG.
+
+bool IsDistorted(const LensCamera& camera) {
+  return camera.k1 != 0.0 || camera.k2 != 0.0 || camera.p1 != 0.0 || camera.p2 != 0.0;
+}
+
+// `scale`: pixels of the small image per pixel of the file.
+cv::Mat WithoutDistortion(const cv::Mat& small, const LensCamera& camera, double scale) {
+  cv::Mat from(small.size(), CV_32FC2);
+  for (int y = 0; y < small.rows; ++y)
+    for (int x = 0; x < small.cols; ++x) {
+      const Eigen::Vector2d pixel((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5), seen = camera.Distort(pixel);
+      from.at<cv::Vec2f>(y, x) = {static_cast<float>((seen.x() + 0.5) * scale - 0.5),
+                                  static_cast<float>((seen.y() + 0.5) * scale - 0.5)};
+    }
+  cv::Mat straight;
+  cv::remap(small, straight, from, cv::noArray(), cv::INTER_LINEAR);
+  return straight;
+}
+
+}  // namespace
+
+std::string ThumbnailOf(const SourceImage& image) {
+  // Matches are in the pixels of the file, whatever its orientation flag says.
+  cv::Mat picture = cv::imread(image.path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  if (picture.empty()) return "";
+  const double scale = std::min(1.0, static_cast<double>(kThumbnailSize) / std::max(picture.cols, picture.rows));
+  if (scale < 1.0) cv::resize(picture, picture, {}, scale, scale, cv::INTER_AREA);
+  if (image.camera && IsDistorted(*image.camera)) picture = WithoutDistortion(picture, *image.camera, scale);
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace diffsac

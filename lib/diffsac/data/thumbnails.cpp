@@ -1,0 +1,71 @@
+#include "diffsac/data/thumbnails.h"
+
+#include <H5Cpp.h>
+
+#include <filesystem>
+#include <mutex>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_numbers.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Put(const H5::H5File& file, const std::string& image, const std::string& bytes) {
+  const hsize_t count = bytes.size();
+  const std::lock_guard lock(Hdf5Mutex());
+  const H5::DataSet data = file.createDataSet(image, H5::PredType::STD_U8LE, H5::DataSpace(1, &count));
+  data.write(bytes.data(), H5::PredType::NATIVE_UINT8);
+}
+
+/// Opened, used and closed under the lock.
+template <class Call>
+auto Locked(Call call) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  return call();
+}
+
+}  // namespace
+
+void WriteThumbnails(const std::string& folder, const std::vector<std::string>& images,
+                     const std::function<std::string(std::size_t)>& jpeg) {
+  const std::string path = (fs::path(folder) / kThumbnailsFile).string();
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    try {
+      H5::H5File file = Locked([&] { return H5::H5File(temporary, H5F_ACC_TRUNC); });
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        const std::string bytes = jpeg(i);  // May read other files: not under the lock.
+        if (!bytes.empty()) Put(file, images[i], bytes);
+      }
+      Locked([&] { return file.close(), true; });
+    } catch (const H5::Exception& e) {
+      throw Error("cannot write '" + path + "': " + Describe(e));
+    }
+  });
+}
+
+std::string ReadThumbnail(const std::string& folder, const std::string& image) {
+  const std::string path = (fs::path(folder) / kThumbnailsFile).string();
+  std::error_code code;
+  if (folder.empty() || image.empty() || !fs::exists(path, code)) return "";
+  const std::string place = path + ": " + image;
+  return Locked([&] {
+    try {
+      const H5::H5File file(path, H5F_ACC_RDONLY);
+      if (!file.nameExists(image)) return std::string();
+      const H5::DataSet data = file.openDataSet(image);
+      if (data.getTypeClass() != H5T_INTEGER) throw Error(place + ": expected the bytes of a JPEG file");
+      std::string bytes(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()), '\0');
+      if (!bytes.empty()) data.read(bytes.data(), H5::PredType::NATIVE_UINT8);
+      return bytes;
+    } catch (const H5::Exception& e) {
+      throw Error(place + ": damaged or truncated: " + Describe(e));
+    }
+  });
+}
+
+}  // namespace diffsac
