@@ -1,55 +1,16 @@
 #include <algorithm>
-#include <cmath>
 
-#include "diffsac/eval/bootstrap.h"
 #include "diffsac/eval/gnuplot.h"
+#include "diffsac/eval/plot_series.h"
 #include "diffsac/eval/plot_texts.h"
 #include "diffsac/eval/plots.h"
 
 namespace diffsac {
 namespace {
 
-// One cluster of bars, one a row.
-struct Cluster {
-  std::string label;
-  std::vector<ConfidenceInterval> bars;
-};
-
-ConfidenceInterval Height(const Report& report, std::size_t condition, std::size_t method, const ErrorOf& error_of) {
-  const Cell* cell = report.results.Find(condition, method);
-  if (cell == nullptr) return {std::nan(""), std::nan(""), std::nan("")};
-  if (!error_of) return report.Of(*cell).accuracy;
-  const Tolerance tolerance = report.results.experiment.tolerance();
-  return BootstrapMean(SceneAccuracies(*cell, tolerance, error_of), BootstrapRng(report.results));
-}
-
-// Lines and planes: a cluster a condition. Poses: two a condition, rotation and translation.
-std::vector<Cluster> Clusters(const Report& report, const std::vector<std::size_t>& rows) {
-  const ExperimentResults& results = report.results;
-  std::vector<Cluster> clusters;
-  const bool poses = JudgesPoses(results);
-  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
-    const std::string label = results.experiment.conditions[c].label;
-    const auto add = [&](const std::string& name, const ErrorOf& error_of) {
-      Cluster cluster{name, {}};
-      for (const std::size_t row : rows) cluster.bars.push_back(Height(report, c, row, error_of));
-      const bool known = std::any_of(cluster.bars.begin(), cluster.bars.end(),
-                                     [](const ConfidenceInterval& bar) { return !std::isnan(bar.mean); });
-      if (known) clusters.push_back(std::move(cluster));
-    };
-    if (poses) {
-      add(label + ", R", [](const EstimateError& error) { return error.rotation_deg; });
-      add(label + ", t", [](const EstimateError& error) { return error.translation_deg; });
-    } else {
-      add(label, {});
-    }
-  }
-  return clusters;
-}
-
-std::string Data(const std::vector<Cluster>& clusters) {
+std::string Data(const std::vector<BarCluster>& clusters) {
   std::string text = "$bars << EOD\n";
-  for (const Cluster& cluster : clusters) {
+  for (const BarCluster& cluster : clusters) {
     text += GnuplotText(cluster.label);
     for (const ConfidenceInterval& bar : cluster.bars)
       text += " " + GnuplotNumber(bar.mean) + " " + GnuplotNumber(bar.low) + " " + GnuplotNumber(bar.high);
@@ -63,9 +24,8 @@ std::string Data(const std::vector<Cluster>& clusters) {
 bool PlotBars(const Report& report, const std::string& folder) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
-  std::vector<std::size_t> rows;
-  for (const std::string& name : experiment.figures.bars) rows.push_back(experiment.RowOf(name));
-  const std::vector<Cluster> clusters = Clusters(report, rows);
+  const std::vector<std::size_t> rows = BarRows(experiment);
+  const std::vector<BarCluster> clusters = BarClusters(report, rows);
   if (rows.empty() || clusters.empty()) return false;
   std::string script = Data(clusters) + "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
                        AccuracyAxes(results, experiment.condition_label) +

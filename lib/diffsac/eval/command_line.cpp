@@ -16,6 +16,7 @@
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/page.h"
 #include "diffsac/eval/plots.h"
+#include "diffsac/eval/report_html.h"
 #include "diffsac/eval/report_text.h"
 #include "diffsac/eval/run_sweep.h"
 #include "diffsac/eval/selection.h"
@@ -75,6 +76,7 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
   WriteResults(report, folder);
   KeepEstimates(results, folder);
   if (!results.partial) DrawFigures(report, folder);
+  WriteReport(report, folder);
   if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }

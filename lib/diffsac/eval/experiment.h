@@ -111,6 +111,7 @@ struct ExperimentOptions {
   std::string notes;                          ///< A paragraph under the table.
   Missing missing = Missing::kError;
   bool estimates = true;  ///< Whether estimates.h5 is written (docs/estimates.md).
+  bool report = true;     ///< Whether report.html is written (docs/report.md).
   std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);

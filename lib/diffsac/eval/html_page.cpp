@@ -20,6 +20,8 @@ namespace {
 constexpr const char* kPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
+constexpr std::size_t kMostColumnsWithIntervals = 6;
+
 /// The number that a cell begins with: "+0.21 [...]", "1.5e-3", "85 %". Nothing for other texts, as for "3 views".
 std::optional<double> NumberOf(const std::string& cell) {
   if (cell.empty() || std::isspace(static_cast<unsigned char>(cell.front()))) return std::nullopt;
@@ -59,7 +61,8 @@ std::string RowMarkup(const Table::Row& row, const std::vector<bool>& numeric) {
     if (!classes.empty()) html += " class=\"" + classes + "\"";
     const auto value = numeric[c] ? NumberOf(row.cells[c]) : std::nullopt;
     if (value) html += " data-value=\"" + GnuplotNumber(*value) + "\"";
-    html += ">" + CellMarkup(row.cells[c]) + (c == 0 ? "</th>" : "</td>");
+    const bool interval = c < row.intervals.size() && !row.intervals[c].empty();
+    html += ">" + CellMarkup(interval ? row.cells[c] + " " + row.intervals[c] : row.cells[c]) + (c == 0 ? "</th>" : "</td>");
   }
   return html + "</tr>\n";
 }
@@ -139,7 +142,9 @@ void HtmlPage::AddWarning(const std::string& text) {
 void HtmlPage::AddTable(const Table& table, const std::string& note) {
   std::vector<bool> numeric;
   for (std::size_t c = 0; c < table.columns.size(); ++c) numeric.push_back(IsNumeric(table, c));
-  body_ += "<div class=\"table\"><table class=\"sortable\">\n";
+  // Intervals stand below their values where they would make the table too wide.
+  const bool wide = table.columns.size() > kMostColumnsWithIntervals;
+  body_ += std::string("<div class=\"table\"><table class=\"sortable") + (wide ? " wide" : "") + "\">\n";
   if (!table.heading.empty()) body_ += "<caption>" + HtmlText(table.heading) + "</caption>\n";
   body_ += HeadMarkup(table, numeric);
   for (const bool paper : {false, true}) {

@@ -1,13 +1,11 @@
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/logging.h"
+#include "diffsac/eval/match_kinds.h"
+#include "diffsac/eval/pair_images.h"
 #include "diffsac/eval/plots.h"
 
 namespace diffsac {
@@ -23,64 +21,13 @@ constexpr double kTitleScale = 0.62, kTextScale = 0.5;
 const cv::Scalar kWhite(255, 255, 255), kBlack(32, 32, 32), kBlank(238, 238, 238);  // blue, green, red
 const cv::Scalar kRight(60, 160, 0), kWrong(20, 20, 220), kMissed(240, 190, 120), kOther(160, 160, 160);
 
-enum class MatchKind { kOther, kMissed, kRight, kWrong };
-
-// What the estimate makes of a match, and whether that is so.
 MatchKind KindOf(const KeptFit& fit, Eigen::Index i) {
-  const auto at = static_cast<std::size_t>(i);
-  const auto& truth = fit.example.truth.inliers;
-  const bool found = at < fit.estimate.inliers.size() && fit.estimate.inliers[at] != 0;
-  if (at >= truth.size()) return found ? MatchKind::kRight : MatchKind::kOther;
-  if (found) return truth[at] ? MatchKind::kRight : MatchKind::kWrong;
-  return truth[at] ? MatchKind::kMissed : MatchKind::kOther;
+  return KindOfMatch(fit.estimate.inliers, fit.example.truth.inliers, static_cast<std::size_t>(i));
 }
-
-struct MatchCounts {
-  int right = 0, wrong = 0, missed = 0;
-};
 
 MatchCounts Count(const KeptFit& fit) {
-  MatchCounts counts;
-  for (Eigen::Index i = 0; i < fit.example.problem.points.rows(); ++i) {
-    const MatchKind kind = KindOf(fit, i);
-    counts.right += kind == MatchKind::kRight;
-    counts.wrong += kind == MatchKind::kWrong;
-    counts.missed += kind == MatchKind::kMissed;
-  }
-  return counts;
-}
-
-// The file of an image by the scene's folder, whatever its extension; empty when there is none.
-std::string ImageFile(const std::vector<ImageFolder>& folders, const std::string& scene, const std::string& image) {
-  namespace fs = std::filesystem;
-  for (const ImageFolder& folder : folders) {
-    if (::fnmatch(folder.scenes.c_str(), scene.c_str(), 0) != 0) continue;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder.folder, error))
-      if (entry.path().stem() == image && cv::haveImageReader(entry.path().string())) return entry.path().string();
-    LogWarning("no image '" + image + "' in " + folder.folder + ": its matches are drawn on an empty canvas");
-  }
-  return "";
-}
-
-// "scene/img1-img2"
-std::pair<std::string, std::string> ImageNames(const std::string& id) {
-  const std::string pair = id.substr(id.rfind('/') + 1);
-  const std::size_t dash = pair.find('-');
-  if (dash == std::string::npos) return {};
-  return {pair.substr(0, dash), pair.substr(dash + 1)};
-}
-
-// The extent of the canvas: the image's size, or else the box of its points from (0, 0) on.
-ImageSize SizeOf(const ImageSize& known, const PointMatrix& points, int column) {
-  if (known.known()) return known;
-  ImageSize size{1, 1};
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!points.row(i).allFinite()) continue;
-    size.width = std::max(size.width, static_cast<int>(std::min(points(i, column), 1e5)) + 1);
-    size.height = std::max(size.height, static_cast<int>(std::min(points(i, column + 1), 1e5)) + 1);
-  }
-  return size;
+  return CountMatches(fit.estimate.inliers, fit.example.truth.inliers,
+                      static_cast<std::size_t>(fit.example.problem.points.rows()));
 }
 
 // One image in the picture: where its corner is, and how its pixels are scaled.
@@ -181,10 +128,10 @@ void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Pane
 cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   const Problem& problem = fit.example.problem;
-  const auto [image1, image2] = ImageNames(fit.example.id);
+  const auto [image1, image2] = ImageNames(fit.example);
   const auto& folders = experiment.figures.images;
-  Panel left = MakePanel(ImageFile(folders, fit.example.scene, image1), SizeOf(problem.size1, problem.points, 0));
-  Panel right = MakePanel(ImageFile(folders, fit.example.scene, image2), SizeOf(problem.size2, problem.points, 2));
+  Panel left = MakePanel(ImageFile(folders, fit.example.scene, image1), CanvasSize(problem.size1, problem.points, 0));
+  Panel right = MakePanel(ImageFile(folders, fit.example.scene, image2), CanvasSize(problem.size2, problem.points, 2));
   left.origin = {kGap, kTitleHeight};
   right.origin = {left.image.cols + 2 * kGap, kTitleHeight};
   cv::Mat canvas(kTitleHeight + std::max(left.image.rows, right.image.rows) + kGap,

@@ -10,6 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
+#include "diffsac/eval/report_html.h"
 #include "diffsac/eval/report_text.h"
 
 namespace diffsac {
@@ -165,6 +166,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   KeepEstimates(results, folder);
   CopyPictures(first, folder);
   DrawFigures(report, folder);
+  WriteReport(report, folder);
   out << MarkdownReport(report) << std::endl;
 }
 

@@ -84,6 +84,16 @@ void AddCosts(const ExperimentResults& results, std::size_t method, bool with_co
   if (with_counts) row->cells.push_back(CountText(results, method));
 }
 
+// The 95 % interval of a cell's mAA, which is a mean over scenes.
+std::string IntervalText(const Report& report, const MetricColumn& column, std::size_t method) {
+  const Cell* cell = report.results.Find(column.condition, method);
+  const bool known = cell != nullptr && column.scene == "mean" &&
+                     column.metric == MetricName("mAA", report.results.experiment.tolerance());
+  if (!known || std::isnan(report.Of(*cell).accuracy.low)) return "";
+  const ConfidenceInterval& interval = report.Of(*cell).accuracy;
+  return "[" + Fixed(interval.low, column.digits) + ", " + Fixed(interval.high, column.digits) + "]";
+}
+
 void AddMethodRows(const Report& report, const MetricTable& shown, bool with_counts, Table* table) {
   const ExperimentResults& results = report.results;
   std::vector<NumberRow> numbers;
@@ -96,9 +106,12 @@ void AddMethodRows(const Report& report, const MetricTable& shown, bool with_cou
     for (const MetricColumn& column : shown.columns) {
       number_row.values.push_back(report.Metric(column.condition, m, column.scene, column.metric));
       row.cells.push_back(Fixed(number_row.values.back(), column.digits));
+      row.intervals.resize(row.cells.size());
+      row.intervals.back() = IntervalText(report, column, m);
     }
     if (shown.costs) AddCosts(results, m, with_counts, &row);
     row.best.resize(row.cells.size());
+    row.intervals.resize(row.cells.size());
     table->rows.push_back(std::move(row));
     numbers.push_back(std::move(number_row));
   }

@@ -1,46 +1,18 @@
 #include "diffsac/eval/plots.h"
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "diffsac/eval/gnuplot.h"
+#include "diffsac/eval/plot_series.h"
 #include "diffsac/eval/plot_texts.h"
 
 namespace diffsac {
 namespace {
 
-double CellAccuracy(const Report& report, std::size_t condition, std::size_t method) {
-  return report.Metric(condition, method, "mean", MetricName("mAA", report.results.experiment.tolerance()));
-}
-
-struct Point {
-  double x = 0.0;
-  double y = 0.0;
-};
-
-// One curve: its data block and how it is drawn.
-struct Curve {
-  std::string label;
-  std::string style;
-  std::vector<Point> points;
-};
-
-std::string Block(const std::string& name, const std::vector<Point>& points) {
+std::string Block(const std::string& name, const std::vector<CurvePoint>& points) {
   std::string text = "$" + name + " << EOD\n";
-  for (const Point& point : points) text += GnuplotNumber(point.x) + " " + GnuplotNumber(point.y) + "\n";
+  for (const CurvePoint& point : points) text += GnuplotNumber(point.x) + " " + GnuplotNumber(point.y) + "\n";
   return text + "EOD\n";
-}
-
-std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& curves) {
-  std::string blocks, command = "plot ";
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const std::string name = prefix + std::to_string(i);
-    blocks += Block(name, curves[i].points);
-    command += (i == 0 ? "" : ", \\\n  ") + ("$" + name) + " using 1:2 " + curves[i].style + " title " +
-               GnuplotText(curves[i].label);
-  }
-  return blocks + command + "\n";
 }
 
 // Colours repeat after seven series; the marks do not before fourteen.
@@ -54,72 +26,31 @@ constexpr int kKeyWidth = 260;  // In pixels.
 constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
 constexpr const char* kReferenceStyle = "with lines dt 3 lw 2 lc rgb \"#666666\"";
 
-std::string RowStyle(const MethodRow& row, std::size_t index) {
-  if (row.type == "oracle") return kCeilingStyle;
-  return row.Competes() ? SeriesStyle(index, row.type == "diffsac") : kReferenceStyle;
+std::string StyleOf(const Curve& curve) {
+  if (curve.kind == CurveKind::kCeiling) return kCeilingStyle;
+  if (curve.kind == CurveKind::kReference) return kReferenceStyle;
+  return SeriesStyle(curve.colour, curve.kind == CurveKind::kStrong);
 }
 
-// The lines of one condition's panel against a cost; the ceiling spans the whole axis.
-std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const std::string& cost) {
-  std::vector<Curve> curves;
-  const ExperimentOptions& experiment = report.results.experiment;
-  const auto& methods = experiment.methods;
-  double low = 1e300, high = 0.0;
-  for (const BudgetSeries& series : experiment.figures.budget) {
-    Curve curve{series.label, SeriesStyle(curves.size(), curves.empty()), {}};
-    for (const std::string& name : series.methods) {
-      for (std::size_t m = 0; m < methods.size(); ++m) {
-        if (methods[m].name != name) continue;
-        const Point point{report.Metric(condition, m, "mean", cost), CellAccuracy(report, condition, m)};
-        // The axis is logarithmic: what cost nothing has no place on it.
-        if (!(point.x > 0.0) || std::isnan(point.y)) continue;
-        curve.points.push_back(point);
-        low = std::min(low, point.x);
-        high = std::max(high, point.x);
-      }
-    }
-    std::sort(curve.points.begin(), curve.points.end(), [](Point a, Point b) { return a.x < b.x; });
-    if (!curve.points.empty()) curves.push_back(std::move(curve));
+std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& curves) {
+  std::string blocks, command = "plot ";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::string name = prefix + std::to_string(i);
+    blocks += Block(name, curves[i].points);
+    command += (i == 0 ? "" : ", \\\n  ") + ("$" + name) + " using 1:2 " + StyleOf(curves[i]) + " title " +
+               GnuplotText(curves[i].label);
   }
-  for (std::size_t m = 0; m < methods.size() && !curves.empty(); ++m) {
-    const double ceiling = CellAccuracy(report, condition, m);
-    if (methods[m].type == "oracle" && !std::isnan(ceiling))
-      curves.push_back({methods[m].label, kCeilingStyle, {{low, ceiling}, {high, ceiling}}});
-  }
-  return curves;
-}
-
-std::vector<Curve> ConditionCurves(const Report& report) {
-  std::vector<Curve> curves;
-  const ExperimentOptions& experiment = report.results.experiment;
-  for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
-    const MethodRow& row = experiment.methods[m];
-    Curve curve{row.label, RowStyle(row, curves.size()), {}};
-    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-      const Point point{experiment.conditions[c].value.value_or(std::nan("")), CellAccuracy(report, c, m)};
-      if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
-    }
-    if (curve.points.size() >= 2) curves.push_back(std::move(curve));
-  }
-  return curves;
+  return blocks + command + "\n";
 }
 
 // `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
 bool PlotCost(const Report& report, const std::string& folder, const std::string& cost, const std::string& x_label,
               const std::string& name) {
   const ExperimentResults& results = report.results;
-  struct Panel {
-    std::size_t condition = 0;
-    std::vector<Curve> curves;
-  };
-  std::vector<Panel> panels;
+  const std::vector<CostPanel> panels = CostPanels(report, cost);
   std::size_t richest = 0;
-  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
-    Panel panel{c, CostCurves(report, c, cost)};
-    if (panel.curves.empty()) continue;
-    panels.push_back(std::move(panel));
-    if (panels.back().curves.size() > panels[richest].curves.size()) richest = panels.size() - 1;
-  }
+  for (std::size_t i = 0; i < panels.size(); ++i)
+    if (panels[i].curves.size() > panels[richest].curves.size()) richest = i;
   if (panels.empty()) return false;
   const int count = static_cast<int>(panels.size()), width = 80 + 380 * count + kKeyWidth;
   const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;

@@ -14,6 +14,8 @@ struct Table {
     std::vector<std::string> cells;  ///< As many as columns; the first is the method's label.
     std::vector<bool> best;          ///< As many as columns: to be set in bold.
     bool from_paper = false;
+    /// As many as columns, or none: what stands behind a value in report.html, "[0.45, 0.57]"; empty for no interval.
+    std::vector<std::string> intervals = {};
   };
   std::string heading;
   std::vector<std::string> columns;

@@ -46,15 +46,15 @@ std::string LatexText(const std::string& text) {
   return out;
 }
 
-std::string Setting(const ExperimentResults& results) {
+}  // namespace
+
+std::string ReportSetting(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   std::size_t most = 0;
   for (const Cell& cell : results.cells) most = std::max(most, cell.records.size());
   return std::to_string(most) + " problems a condition (" + experiment.condition_label + "), seed " +
          std::to_string(experiment.seed);
 }
-
-}  // namespace
 
 std::string MarkdownTable(const Table& table) {
   std::vector<std::vector<std::string>> lines = {table.columns};
@@ -100,15 +100,11 @@ std::string LatexTable(const Table& table) {
   return text + "\\bottomrule\n\\end{tabular}\n";
 }
 
-std::string MarkdownReport(const Report& report) {
+std::string ReportNotes(const Report& report) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
-  std::string text = "# " + (experiment.title.empty() ? experiment.name : experiment.title) + "\n\n";
-  if (results.partial) text += "**Partial results: the run was interrupted.**\n\n";
-  text += Setting(results) + ". Best in bold; references that are told more than the points (oracle) do not compete.\n";
-  for (const Table& table : report.tables) text += "\n## " + table.heading + "\n\n" + MarkdownTable(table);
-  text +=
-      "\nhypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "
+  std::string text =
+      "hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "
       "problem; both medians over all problems.";
   if (MostScenes(results) > 1)
     text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
@@ -119,6 +115,18 @@ std::string MarkdownReport(const Report& report) {
   text += "\n";
   if (!experiment.paper.empty())
     text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
+  return text;
+}
+
+std::string MarkdownReport(const Report& report) {
+  const ExperimentResults& results = report.results;
+  const ExperimentOptions& experiment = results.experiment;
+  std::string text = "# " + (experiment.title.empty() ? experiment.name : experiment.title) + "\n\n";
+  if (results.partial) text += "**Partial results: the run was interrupted.**\n\n";
+  text += ReportSetting(results) +
+          ". Best in bold; references that are told more than the points (oracle) do not compete.\n";
+  for (const Table& table : report.tables) text += "\n## " + table.heading + "\n\n" + MarkdownTable(table);
+  text += "\n" + ReportNotes(report);
   for (const std::string& row : experiment.left_out) text += "\nLeft out: " + row + ".\n";
   if (!experiment.notes.empty()) text += "\n" + experiment.notes + "\n";
   return text;
@@ -131,7 +139,7 @@ std::string LatexReport(const Report& report) {
   for (const Table& table : report.tables) {
     const std::string title = experiment.title.empty() ? experiment.name : experiment.title;
     text += "\\begin{table}[t]\n\\centering\n\\caption{" + LatexText(title) + ": " + LatexText(table.heading) + ". " +
-            LatexText(Setting(results)) + (results.partial ? ". Partial results" : "") + ".}\n" + LatexTable(table) +
+            LatexText(ReportSetting(results)) + (results.partial ? ". Partial results" : "") + ".}\n" + LatexTable(table) +
             "\\end{table}\n";
   }
   return text;

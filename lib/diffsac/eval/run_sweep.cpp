@@ -12,6 +12,7 @@
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/page.h"
 #include "diffsac/eval/plots.h"
+#include "diffsac/eval/report_html.h"
 #include "diffsac/eval/report_text.h"
 #include "diffsac/eval/run_reader.h"
 #include "diffsac/eval/selection.h"
@@ -59,11 +60,13 @@ ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const Eva
   return *first;
 }
 
-void WriteJoined(const ExperimentResults& results, const EvalRequest& request, const std::string& folder,
-                 std::ostream& out) {
+void WriteJoined(ExperimentResults results, const EvalRequest& request, const std::string& folder, std::ostream& out) {
+  // The points may have other data: pictures of pairs are in their own reports.
+  for (Cell& cell : results.cells) cell.estimates.clear();
   const Report report = MakeReport(results);
   WriteResults(report, folder);
   DrawFigures(report, folder);
+  WriteReport(report, folder);
   if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
