@@ -7,7 +7,9 @@
 #include <sstream>
 
 #include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
 #include "diffsac/eval/gnuplot.h"
+#include "diffsac/train/training_report.h"
 
 namespace diffsac {
 
@@ -40,6 +42,17 @@ void MetricsLog::Write() const {
   for (const auto& column : columns_) text += "," + column;
   for (const auto& row : rows_) text += "\n" + row;
   WriteFileAtomically(folder_ + "/metrics.csv", text + "\n");
+}
+
+void MetricsLog::WriteReport() const {
+  try {
+    const std::filesystem::path folder(folder_), config = folder / "config.yaml";
+    const std::string text = std::filesystem::exists(config) ? ReadFile(config.string()) : "";
+    const std::string name = std::filesystem::weakly_canonical(folder).filename().string();
+    WriteFileAtomically((folder / "report.html").string(), TrainingReportHtml("Training of " + name, columns_, rows_, text));
+  } catch (const std::exception& error) {
+    LogWarning(folder_ + ": no report.html: " + error.what());
+  }
 }
 
 void MetricsLog::Draw() const {

@@ -10,7 +10,8 @@ namespace diffsac {
 /// Leaves a cell of metrics.csv empty.
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-/// metrics.csv of a training run, and a picture of it (training_curve.png, through gnuplot when it is there).
+/// metrics.csv of a training run, a picture of it (training_curve.png, through gnuplot when it is there), and a page
+/// (report.html).
 class MetricsLog {
  public:
   /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder.
@@ -19,6 +20,8 @@ class MetricsLog {
   void Append(std::int64_t iteration, const std::vector<double>& values);
   /// Redraws the picture. Does nothing when gnuplot is missing.
   void Draw() const;
+  /// Rewrites the page, with the folder's config.yaml. What goes wrong is a warning in the log.
+  void WriteReport() const;
 
  private:
   void Write() const;

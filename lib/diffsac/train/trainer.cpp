@@ -198,7 +198,9 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
   const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
   if (due(train.log_every)) AppendRow(iteration, data_wait_seconds, accuracies);
   if (due(train.checkpoint_every)) Save("last.pt", true);
-  if (due(train.validate_every)) log_->Draw();
+  if (!due(train.validate_every)) return;
+  log_->Draw();
+  log_->WriteReport();
 }
 
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {

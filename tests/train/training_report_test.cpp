@@ -1,0 +1,25 @@
+#include "diffsac/train/training_report.h"
+
+#include <catch2/catch.hpp>
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+
+TEST_CASE("a training's page has its curves, values and configuration, whatever these hold") {
+  const std::string html = TrainingReportHtml("Training of <x>", {"loss_a", "learning_rate", "mAA@0.5deg"},
+                                              {"10,0.5,0.001,", "20,0.25,0.001,0.4", "30,0.125,0.0005,0.6"},
+                                              "name: </pre><script>alert(1)</script>\n");
+  CHECK_THAT(html, Contains("Training of &lt;x&gt;") && !Contains("<script>alert") && Contains("To iteration 30."));
+  CHECK_THAT(html, Contains(">Training loss<") && Contains(">Validation<") && Contains(">Learning rate<"));
+  CHECK_THAT(html, Contains("<title>mAA@0.5deg: 0.4 at 20</title>") && Contains("<title>loss_a: 0.125 at 30</title>"));
+  CHECK_THAT(html, !Contains("http:") && !Contains("src="));
+}
+
+TEST_CASE("a training that has not measured yet has a page as well") {
+  CHECK_THAT(TrainingReportHtml("t", {"loss"}, {}, ""), Contains("Nothing measured yet."));
+}
+
+}  // namespace
+}  // namespace diffsac
