@@ -61,5 +61,24 @@ TEST_CASE("scenes count alike, whatever their size, and the file has every bin t
   CHECK_THAT(csv, Contains("calibration_error,,,,0.5000,"));
 }
 
+TEST_CASE("rows that say the same are shown once, the ratio last, and shards add up") {
+  const auto curve = [](const std::string& label, std::size_t condition, float p) {
+    ReliabilityCurve made{label, condition, {}};
+    made.scenes["s"].Add(std::vector<float>{p}, std::vector<std::uint8_t>{1});
+    return made;
+  };
+  const std::vector<ReliabilityCurve> all = {curve("a", 0, 0.5f), curve(kRatioLabel, 0, 0.2f),
+                                             curve("b", 0, 0.5f), curve(kRatioLabel, 0, 0.3f),
+                                             curve("c", 0, 0.7f), curve("a", 1, 0.5f)};
+  std::string shown;
+  for (const ReliabilityCurve& one : DistinctCurves(all)) shown += one.label + std::to_string(one.condition) + " ";
+  CHECK(shown == "a0 c0 by the matching ratio0 a1 ");
+  std::vector<ReliabilityCurve> joined;
+  AddCurves({curve("a", 0, 0.5f), curve("a", 1, 0.5f)}, &joined);
+  AddCurves({curve("b", 0, 0.5f), curve("a", 0, 0.55f)}, &joined);
+  REQUIRE(joined.size() == 3);
+  CHECK(joined[0].scenes.at("s").bins()[5].points == 2);
+}
+
 }  // namespace
 }  // namespace diffsac

@@ -142,6 +142,8 @@ ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_all
   results.partial = partial;
   results.shard = {};
   results.cells.clear();
+  results.reliability.clear();
+  for (const ShardContent& shard : shards) AddCurves(shard.results.reliability, &results.reliability);
   results.machine = Machines(shards);
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
     for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {

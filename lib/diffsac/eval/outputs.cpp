@@ -202,7 +202,7 @@ void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/results.json", ResultsJson(report));
   if (!report.results.reliability.empty())
     WriteFileAtomically(folder + "/reliability.csv",
-                        ReliabilityCsv(report.results.reliability, ConditionNames(report.results.experiment)));
+                        ReliabilityCsv(DistinctCurves(report.results.reliability), ConditionNames(report.results.experiment)));
   WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
   WriteFileAtomically(folder + "/table.tex", LatexReport(report));

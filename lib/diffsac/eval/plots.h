@@ -33,8 +33,8 @@ bool PlotMatches(const ExperimentResults& results, const std::string& folder);
 /// `path` (ending in .png). Matches of two views are shown where they are in image 1.
 bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, const std::string& path);
 
-/// What probabilities say against how often it is so (ExperimentResults::reliability), a panel a condition:
-/// `reliability.png`.
+/// What probabilities say against how often it is so (ExperimentResults::reliability), a panel a condition, at
+/// most four, evenly spread: `reliability.png`.
 bool PlotReliability(const ExperimentResults& results, const std::string& folder);
 
 /// Pictures of examples, which need more than records: fits, matches, reverse steps.

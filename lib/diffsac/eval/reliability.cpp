@@ -42,11 +42,14 @@ void Reliability::Add(std::span<const float> probabilities, std::span<const std:
 }
 
 void Reliability::Add(const Reliability& other) {
-  for (std::size_t b = 0; b < bins_.size(); ++b) {
-    bins_[b].points += other.bins_[b].points;
-    bins_[b].predicted += other.bins_[b].predicted;
-    bins_[b].inliers += other.bins_[b].inliers;
-  }
+  for (int b = 0; b < kBins; ++b) Add(b, other.bins_[static_cast<std::size_t>(b)]);
+}
+
+void Reliability::Add(int bin, const Bin& other) {
+  Bin& own = bins_[static_cast<std::size_t>(bin)];
+  own.points += other.points;
+  own.predicted += other.predicted;
+  own.inliers += other.inliers;
 }
 
 bool Reliability::empty() const {
@@ -70,6 +73,32 @@ double ReliabilityCurve::CalibrationError() const {
   double total = 0.0;
   for (const auto& [scene, reliability] : scenes) total += reliability.CalibrationError();
   return total / static_cast<double>(scenes.size());
+}
+
+std::vector<ReliabilityCurve> DistinctCurves(const std::vector<ReliabilityCurve>& curves) {
+  std::vector<ReliabilityCurve> distinct;
+  for (const bool ratio : {false, true})
+    for (const ReliabilityCurve& curve : curves) {
+      if ((curve.label == kRatioLabel) != ratio) continue;
+      const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ReliabilityCurve& other) {
+        const bool both_ratio = ratio && other.label == kRatioLabel;
+        return other.condition == curve.condition && (both_ratio || other.scenes == curve.scenes);
+      });
+      if (!known) distinct.push_back(curve);
+    }
+  std::stable_sort(distinct.begin(), distinct.end(),
+                   [](const ReliabilityCurve& a, const ReliabilityCurve& b) { return a.condition < b.condition; });
+  return distinct;
+}
+
+void AddCurves(const std::vector<ReliabilityCurve>& others, std::vector<ReliabilityCurve>* curves) {
+  for (const ReliabilityCurve& other : others) {
+    auto own = std::find_if(curves->begin(), curves->end(), [&](const ReliabilityCurve& curve) {
+      return curve.label == other.label && curve.condition == other.condition;
+    });
+    if (own == curves->end()) own = curves->insert(own, {other.label, other.condition, {}});
+    for (const auto& [scene, reliability] : other.scenes) own->scenes[scene].Add(reliability);
+  }
 }
 
 std::string ReliabilityCsv(const std::vector<ReliabilityCurve>& curves, const std::vector<std::string>& conditions) {

@@ -24,6 +24,8 @@ class Reliability {
   /// lengths differ (no truth, or no probabilities).
   void Add(std::span<const float> probabilities, std::span<const std::uint8_t> inliers);
   void Add(const Reliability& other);
+  /// The bins of another process.
+  void Add(int bin, const Bin& other);
 
   const std::array<Bin, kBins>& bins() const { return bins_; }
   bool empty() const;
@@ -48,6 +50,15 @@ struct ReliabilityCurve {
   /// The unweighted mean over the scenes.
   double CalibrationError() const;
 };
+
+/// The label of the curve of the probabilities by the matching ratio, on the problems of a row with a network.
+inline constexpr const char* kRatioLabel = "by the matching ratio";
+
+/// Those to show: of a condition each once, and the ratio's last; rows of the same network say the same.
+std::vector<ReliabilityCurve> DistinctCurves(const std::vector<ReliabilityCurve>& curves);
+
+/// Adds another shard's curves to those of the same label and condition.
+void AddCurves(const std::vector<ReliabilityCurve>& others, std::vector<ReliabilityCurve>* curves);
 
 /// reliability.csv: method,condition,scene,low,high,points,predicted,inliers (shares); scene "mean" is the unweighted
 /// mean, and a line `calibration_error` a method and condition.

@@ -10,10 +10,11 @@ std::string BlockName(std::size_t condition, std::size_t curve) {
 }
 
 /// One panel: the diagonal, and a line for each curve of the condition.
-std::string Panel(const ExperimentResults& results, std::size_t condition) {
+std::string Panel(const ExperimentResults& results, const std::vector<ReliabilityCurve>& curves,
+                  std::size_t condition) {
   std::string data, plot = "plot x with lines lc rgb \"#999999\" dt 2 notitle";
   std::size_t shown = 0;
-  for (const ReliabilityCurve& curve : results.reliability) {
+  for (const ReliabilityCurve& curve : curves) {
     if (curve.condition != condition) continue;
     const std::string block = BlockName(condition, shown);
     data += block + " << EOD\n";
@@ -28,20 +29,31 @@ std::string Panel(const ExperimentResults& results, std::size_t condition) {
          plot + "\n";
 }
 
+std::vector<std::size_t> EvenlyChosen(const std::vector<std::size_t>& conditions) {
+  constexpr std::size_t kMost = 4;
+  if (conditions.size() <= kMost) return conditions;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < kMost; ++i) chosen.push_back(conditions[i * (conditions.size() - 1) / (kMost - 1)]);
+  return chosen;
+}
+
 }  // namespace
 
 bool PlotReliability(const ExperimentResults& results, const std::string& folder) {
+  const std::vector<ReliabilityCurve> curves = DistinctCurves(results.reliability);
   std::vector<std::size_t> conditions;
-  for (const ReliabilityCurve& curve : results.reliability)
+  for (const ReliabilityCurve& curve : curves)
     if (conditions.empty() || conditions.back() != curve.condition) conditions.push_back(curve.condition);
   if (conditions.empty()) return false;
+  conditions = EvenlyChosen(conditions);
   const int count = static_cast<int>(conditions.size()), width = 60 + 460 * count;
-  std::string script = "set multiplot layout 1," + std::to_string(count) + " title " +
-                       GnuplotText(PlotTitle(results) + ": how often a match is an inlier, by its probability") +
-                       " font \",13\"\nset xrange [0:1]\nset yrange [0:1]\nset size square\nset grid ls 100\n" +
-                       "set xlabel \"probability\" offset 0,0.5\nset ylabel \"share of true inliers, mean over scenes\"\n" +
-                       "set key below center Left reverse maxcols 1 samplen 2 width -8\n";
-  for (const std::size_t condition : conditions) script += Panel(results, condition);
+  std::string script =
+      "set multiplot layout 1," + std::to_string(count) + " title " +
+      GnuplotText(PlotTitle(results) + ": how often a match is an inlier, by its probability") +
+      " font \",13\"\nset xrange [0:1]\nset yrange [0:1]\nset size square\nset grid ls 100\n" +
+      "set xlabel \"probability\" offset 0,0.5\nset ylabel \"share of true inliers, mean over scenes\"\n" +
+      "set key below center Left reverse maxcols 1 samplen 2 width -8\n";
+  for (const std::size_t condition : conditions) script += Panel(results, curves, condition);
   return DrawPicture(folder, "reliability", script + "unset multiplot\n", width, 560);
 }
 

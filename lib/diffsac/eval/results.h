@@ -69,8 +69,8 @@ struct ExperimentResults {
   std::vector<KeptFit> fits;
   std::string fits_label;             ///< The method of `fits` (lines, planes).
   std::vector<KeptTrace> traces;      ///< At most one.
-  /// Of the probabilities that rows' networks give, and of those by the matching ratio, conditions outside; rows that say the
-  /// same as one before them are left out. Empty without truth, and where shards were joined.
+  /// For each row with a network and condition, where the truth is known: of its probabilities, then of the matching
+  /// ratio's on the same problems. DistinctCurves has what is shown.
   std::vector<ReliabilityCurve> reliability;
   bool partial = false;               ///< An interrupt stopped the run.
   Shard shard;                        ///< Which problems these are.

@@ -76,14 +76,18 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 struct Outcome {
   ProblemRecord record;
   EstimateRecord estimate;
-  Reliability reliability;
+  Reliability of_network, of_ratio;  ///< Empty for rows without a network.
 };
 
 Outcome OutcomeOf(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   Outcome outcome{MakeRecord(experiment, example, estimate),
                   experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
+                  {},
                   {}};
-  outcome.reliability.Add(estimate.inlier_probabilities, example.truth.inliers);
+  if (estimate.inlier_probabilities.empty()) return outcome;
+  outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
+  const Eigen::VectorXf of_ratio = example.problem.quality.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
+  outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
   return outcome;
 }
 
@@ -128,7 +132,8 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
   }
 }
 
-void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell, ReliabilityCurve* curve) {
+void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell, ReliabilityCurve* of_network,
+             ReliabilityCurve* of_ratio) {
   std::vector<Outcome> outcomes(positions.size());
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
   if (!positions.empty() && !Stopped(run.inputs)) run.EstimateOne(run.examples[positions.front()]);
@@ -139,7 +144,9 @@ void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell
   }
   for (Outcome& outcome : outcomes) {
     if (!outcome.record.done) continue;
-    if (!outcome.reliability.empty()) curve->scenes[outcome.record.scene].Add(outcome.reliability);
+    const std::string& scene = outcome.record.scene;
+    if (!outcome.of_network.empty()) of_network->scenes[scene].Add(outcome.of_network);
+    if (!outcome.of_ratio.empty()) of_ratio->scenes[scene].Add(outcome.of_ratio);
     cell->records.push_back(std::move(outcome.record));
     if (run.experiment.estimates) cell->estimates.push_back(std::move(outcome.estimate));
   }
@@ -252,28 +259,6 @@ void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Ex
   }
 }
 
-/// Unless it says nothing, or what another says already.
-void AddReliability(ReliabilityCurve curve, ExperimentResults* results) {
-  const auto same = [&](const ReliabilityCurve& other) {
-    return other.condition == curve.condition && other.scenes == curve.scenes;
-  };
-  auto& curves = results->reliability;
-  if (!curve.scenes.empty() && std::none_of(curves.begin(), curves.end(), same)) curves.push_back(std::move(curve));
-}
-
-/// That of the probabilities by the matching ratio, to compare those of networks with.
-void AddRatioReliability(const ExperimentOptions& experiment, std::size_t condition,
-                         const std::vector<Example>& examples, ExperimentResults* results) {
-  ReliabilityCurve curve{"by the matching ratio", condition, {}};
-  for (const Example& example : examples) {
-    const Eigen::VectorXf of_ratio = example.problem.quality.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
-    Reliability one;
-    one.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
-    if (!one.empty()) curve.scenes[experiment.GroupOf(example.scene)].Add(one);
-  }
-  AddReliability(std::move(curve), results);
-}
-
 void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
                   const Dataset& dataset, const Methods& methods, Progress& progress, ExperimentResults* results) {
   const std::vector<Example> examples = LoadExamples(experiment, condition, dataset, methods, inputs.shard);
@@ -285,18 +270,16 @@ void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, 
     if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
     const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
     Cell cell{condition, m, {}, {}};
-    ReliabilityCurve curve{row.label, condition, {}};
-    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell, &curve);
-    AddReliability(std::move(curve), results);
+    ReliabilityCurve of_network{row.label, condition, {}}, of_ratio{kRatioLabel, condition, {}};
+    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell, &of_network, &of_ratio);
+    for (ReliabilityCurve* curve : {&of_network, &of_ratio})
+      if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
     if (!cell.records.empty()) results->cells.push_back(std::move(cell));
     if (inputs.shard.index != 1) continue;  // Pictures of examples are the first shard's.
     if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))
       KeepFits(run, condition, m, results);
     if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
   }
-  const bool learned = std::any_of(results->reliability.begin(), results->reliability.end(),
-                                   [&](const ReliabilityCurve& curve) { return curve.condition == condition; });
-  if (learned) AddRatioReliability(experiment, condition, examples, results);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 3";
+constexpr const char* kFormat = "diffsac shard 4";
 
 // The text of a record's numbers, in one place for both directions.
 class Fields {
@@ -124,6 +124,36 @@ std::vector<LearnedRow> ReadLearned(const Json& list) {
   return rows;
 }
 
+Json ReliabilityJson(const std::vector<ReliabilityCurve>& curves) {
+  Json list = Json::array();
+  for (const ReliabilityCurve& curve : curves) {
+    Json scenes = Json::array();
+    for (const auto& [scene, reliability] : curve.scenes) {
+      Json bins = Json::array();
+      for (const Reliability::Bin& bin : reliability.bins()) bins.push_back({bin.points, bin.predicted, bin.inliers});
+      scenes.push_back({scene, bins});
+    }
+    list.push_back({curve.label, curve.condition, scenes});
+  }
+  return list;
+}
+
+std::vector<ReliabilityCurve> ReadReliability(const Json& list, std::size_t conditions) {
+  std::vector<ReliabilityCurve> curves;
+  for (const Json& item : list) {
+    ReliabilityCurve curve{item.at(0).get<std::string>(), item.at(1).get<std::size_t>(), {}};
+    if (curve.condition >= conditions) throw Error("no such condition");
+    for (const Json& scene : item.at(2))
+      for (int b = 0; b < Reliability::kBins; ++b) {
+        const Json& bin = scene.at(1).at(static_cast<std::size_t>(b));
+        curve.scenes[scene.at(0).get<std::string>()].Add(
+            b, {bin.at(0).get<double>(), bin.at(1).get<double>(), bin.at(2).get<double>()});
+      }
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
 Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
   ExperimentOptions experiment = results.experiment;
   experiment.threads = 0;
@@ -136,6 +166,7 @@ Json HeaderJson(const ExperimentResults& results, const std::string& setup) {
           {"dataset", results.dataset},
           {"fits_label", results.fits_label},
           {"learned", LearnedJson(results.learned)},
+          {"reliability", ReliabilityJson(results.reliability)},
           {"left_out", experiment.left_out},
           {"git_revision", results.git_revision},
           {"machine", results.machine},
@@ -160,6 +191,7 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
   results.learned = ReadLearned(header.at("learned"));
   for (const LearnedRow& row : results.learned)
     if (row.method >= results.experiment.methods.size()) throw Error("no such row");
+  results.reliability = ReadReliability(header.at("reliability"), results.experiment.conditions.size());
   results.git_revision = header.at("git_revision").get<std::string>();
   results.machine = header.at("machine").get<std::string>();
   return content;
