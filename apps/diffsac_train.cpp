@@ -12,6 +12,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/train/configuration_reference.h"
+#include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"
 
 namespace {
@@ -25,7 +26,7 @@ void RequestStop(int) { stop_requested = true; }
 int main(int argc, char** argv) {
   diffsac::KeepFreedMemory();
   CLI::App app{"Trains DiffSAC and other learned methods"};
-  std::string config_path, output;
+  std::string config_path, output, weights;
   std::vector<std::string> assignments;
   bool resume = false;
   std::string device = "auto";
@@ -44,6 +45,8 @@ int main(int argc, char** argv) {
   app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
   app.add_option("--output", output, "Run folder (default: runs/<name>)");
   app.add_flag("--resume", resume, "Continue from the run folder's last checkpoint");
+  app.add_option("--import", weights, "Take the weights of an HDF5 file (scripts/peers/), do not train")
+      ->excludes("--resume");
   app.add_option("--device", device, "auto, cpu or cuda");
   app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
@@ -61,6 +64,10 @@ int main(int argc, char** argv) {
     request.resume = resume;
     request.device = device;
     request.threads = threads;
+    if (!weights.empty()) {
+      diffsac::ImportNetwork(request, weights);
+      return 0;
+    }
     const auto group = diffsac::JoinProcessGroup(timeout_s);
     request.group = group.get();
     const bool main_process = !group || group->main();

@@ -59,6 +59,26 @@ Problem Enlarged(const Problem& problem, double factor) {
 
 }  // namespace
 
+TEST_CASE("coordinates by the images' sizes where the calibration is not to be used") {
+  for (Task task : {Task::kFundamental, Task::kEssential}) {
+    const Problem problem = MakeExample(task).problem;
+    REQUIRE(problem.cameras);
+    PointFeaturesOptions options;
+    options.kinds = {PointFeature::kCoordinates};
+    options.use_calibration = false;
+    const FeatureSet by_size = PointFeatures(options, task).Compute(problem, Rng(1));
+    Problem uncalibrated = problem;
+    uncalibrated.cameras.reset();
+    uncalibrated.task = Task::kFundamental;  // an essential matrix needs the calibration
+    CHECK(Difference(by_size, Coordinates(uncalibrated)) == 0.0f);
+    CHECK(Difference(by_size, Coordinates(problem)) > 1e-3f);
+  }
+  PointFeaturesOptions options;
+  options.kinds = {PointFeature::kCoordinates};
+  options.use_calibration = false;
+  CHECK_THROWS_WITH(PointFeatures(options, Task::kLine), Catch::Contains("use_calibration is for two views"));
+}
+
 TEST_CASE("two-view features: columns of each kind, side by side in their order") {
   for (Task task : kTasks) {
     const Problem problem = MakeExample(task, 0, 128).problem;

@@ -79,6 +79,28 @@ TEST_CASE("sampling weights are a distribution, and a new network's is uniform")
         1e-6);
 }
 
+TEST_CASE("weights by the sigmoid: the reciprocal is affine in that of the softmax") {
+  NgRansacNetworkOptions options;
+  options.width = 16;
+  options.blocks = 3;
+  NgRansacNetwork softmax(options, kColumns, Rng(1));
+  options.output = NgRansacOutput::kSigmoid;
+  NgRansacNetwork sigmoid(options, kColumns, Rng(1));
+  FillRandomly(softmax);
+  FillRandomly(sigmoid);
+  const auto batch = BatchOf({RandomFeatures(7, kColumns, Rng(2)), RandomFeatures(33, kColumns, Rng(3))});
+  const auto p = Weigh(softmax, batch), q = Weigh(sigmoid, batch);
+  CHECK(MaxDifference(q.sum(1), torch::ones({2})) < 1e-5);
+  CHECK(q[0].slice(0, 7).abs().max().item<float>() == 0.0f);
+  // exp x ∝ p and 1/(1 + exp −x) ∝ q: 1/q = a + b/p with a, b > 0.
+  const auto u = p[1].reciprocal().to(torch::kDouble), v = q[1].reciprocal().to(torch::kDouble);
+  const auto slope = ((u - u.mean()) * (v - v.mean())).sum() / (u - u.mean()).square().sum();
+  const auto offset = v.mean() - slope * u.mean();
+  CHECK(slope.item<double>() > 0.0);
+  CHECK(offset.item<double>() > 0.0);
+  CHECK(MaxDifference((offset + slope * u) / v, torch::ones_like(v)) < 1e-3);
+}
+
 TEST_CASE("context normalisation: mean 0, variance 1 over real points before scale, shift and ReLU") {
   ContextNorm norm(3);
   auto parameters = norm.named_parameters();

@@ -38,8 +38,9 @@ PointMatrix CentredCoordinates(const PointMatrix& points) {
   return scale > 0.0 ? PointMatrix(centred / scale) : centred;
 }
 
-PointMatrix MatchCoordinates(const Problem& problem) {
-  if (problem.cameras) return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);
+PointMatrix MatchCoordinates(const Problem& problem, bool use_calibration) {
+  if (problem.cameras && use_calibration)
+    return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);
   PointMatrix points = problem.points;
   if (problem.size1.known() && problem.size2.known()) {
     CentreImage(problem.size1, 0, &points);

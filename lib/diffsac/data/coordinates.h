@@ -8,9 +8,9 @@ namespace diffsac {
 /// half of the points are equal; 1 where all are).
 PointMatrix CentredCoordinates(const PointMatrix& points);
 
-/// Matches without the images' sizes and focal lengths: K⁻¹ x in each image where the calibration is known; else
-/// (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each image's
-/// points as CentredCoordinates.
-PointMatrix MatchCoordinates(const Problem& problem);
+/// Matches without the images' sizes and focal lengths: K⁻¹ x in each image where the calibration is known (and used);
+/// else (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each
+/// image's points as CentredCoordinates.
+PointMatrix MatchCoordinates(const Problem& problem, bool use_calibration = true);
 
 }  // namespace diffsac

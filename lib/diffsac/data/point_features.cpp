@@ -6,6 +6,7 @@
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/coordinates.h"
 #include "diffsac/data/neighborhood_features.h"
 #include "diffsac/data/preference_features.h"
 #include "diffsac/data/tasks.h"
@@ -52,6 +53,9 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
           "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
           "descriptors are for two views");
   const bool descriptors = Has(PointFeature::kDescriptors), preference = Has(PointFeature::kPreference);
+  b.Field("use_calibration", use_calibration)
+      .OnlyIf(kinds != std::vector{PointFeature::kPreference}, "other kinds than [preference]")
+      .Help("two views: coordinates of the calibrated camera where it is known; else by the images' sizes");
   b.Field("descriptor_size", descriptor_size, Within(1, 4096))
       .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
       .Help("values of one descriptor (128 for SIFT: the paper's 260 columns)");
@@ -78,6 +82,8 @@ PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_
     throw Error(
         "features: coordinates_ratio, neighborhood and coordinates_descriptors are for two views, not for task " +
         ToString(task));
+  if (!IsTwoView(task) && !options_.use_calibration)
+    throw Error("features: use_calibration is for two views, not for task " + ToString(task));
 }
 
 int PointFeatures::width() const {
@@ -114,7 +120,9 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
   PointMatrix coordinates;
   if (columns.coordinates || columns.neighborhood)
     coordinates =
-        DispatchDescription(task_, [&]<class Description>() { return Description::FeatureCoordinates(space); });
+        options_.use_calibration
+            ? DispatchDescription(task_, [&]<class Description>() { return Description::FeatureCoordinates(space); })
+            : MatchCoordinates(problem, false);
   if (columns.coordinates) {
     features.values.leftCols(coordinates.cols()) = coordinates.cast<float>();
     column += PointDimension(task_);

@@ -35,6 +35,8 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
 struct PointFeaturesOptions {
   /// Their columns stand side by side in the order of the enumeration, those of the coordinates once.
   std::vector<PointFeature> kinds = {PointFeature::kPreference};
+  /// Two views: whether coordinates are those of the calibrated camera where it is known; else by the images' sizes.
+  bool use_calibration = true;
   /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
   int descriptor_size = 128;
   /// coordinates_descriptors: whether a problem without any is an error; else its columns are 0, for generated problems
@@ -51,7 +53,7 @@ struct PointFeaturesOptions {
 ///
 /// `coordinates`, D columns: the description's FeatureCoordinates (data/task_description.h). Lines and planes: centred
 /// on the median (CentredCoordinates); two views: so that neither image size nor focal length matters
-/// (MatchCoordinates).
+/// (MatchCoordinates; see use_calibration).
 ///
 /// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0
 /// where the data has none.

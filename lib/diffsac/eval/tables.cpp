@@ -129,17 +129,18 @@ bool HasTruth(const Report& report) {
                      [](const CellReport& cell) { return !std::isnan(cell.accuracy.mean); });
 }
 
-// What the networks of learned rows were made by; their hypotheses are in the first table.
+// What the networks of learned rows were made by (imported ones: by others); their hypotheses are in the first table.
 Table LearnedTable(const ExperimentResults& results) {
   Table table;
   table.heading = "learned rows";
   table.columns = {"method", "parameters", "training problems", "of a run of", "began with"};
   for (const LearnedRow& row : results.learned) {
     const TrainingFacts& facts = row.facts;
-    table.rows.push_back({{results.experiment.methods[row.method].label, std::to_string(facts.parameters),
-                           std::to_string(facts.samples), std::to_string(facts.run_samples),
-                           facts.start.empty() ? kUnknown : facts.start},
-                          std::vector<bool>(5, false)});
+    const auto problems = [&](std::int64_t count) { return facts.samples > 0 ? std::to_string(count) : kUnknown; };
+    table.rows.push_back(
+        {{results.experiment.methods[row.method].label, std::to_string(facts.parameters), problems(facts.samples),
+          problems(facts.run_samples), facts.start.empty() ? kUnknown : facts.start},
+         std::vector<bool>(5, false)});
   }
   return table;
 }

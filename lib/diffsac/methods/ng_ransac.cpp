@@ -13,9 +13,11 @@ void NgRansacNetworkOptions::Bind(OptionsBinder& b) {
   b.Field("features", features).Help("what the network sees of a point");
   b.Field("width", width, Within(4, 4096)).Help("channels");
   b.Field("blocks", blocks, Within(1, 256)).Help("residual blocks of two linear layers each");
+  b.Field("output", output).Help("weights in proportion to exp x, or to 1 / (1 + exp −x) as in the official networks");
 }
 
-NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng) {
+NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng)
+    : kind_(options.output) {
   input_ = register_module("input", nn::Linear(input_width, options.width));
   InitializeLinear(*input_, LinearStart::kDefault, 0.0, rng.Fork("input"));
   for (int i = 0; i < options.blocks; ++i)
@@ -30,6 +32,7 @@ torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
   auto x = torch::relu(input_(batch.features));
   for (auto& block : blocks_) x = block->Forward(x, shares);
   auto logits = output_(x).squeeze(-1).to(torch::kFloat);
+  if (kind_ == NgRansacOutput::kSigmoid) logits = torch::log_sigmoid(logits);
   if (batch.mask.defined()) logits = logits.masked_fill(batch.mask.logical_not(), -1e9);
   return torch::log_softmax(logits, 1);
 }
