@@ -46,13 +46,15 @@ bool IsCutJpeg(const std::string& bytes) {
 cv::Mat ReadGrayImage(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) throw Error(path + ": no such file");
+  // First, for libjpeg would say a line of its own about it.
+  if (IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     throw Error(path + ": cannot be read as an image: " + e.err);
   }
-  if (image.empty() || IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
+  if (image.empty()) throw Error(path + ": not an image, or truncated");
   return image;
 }
 
