@@ -41,3 +41,15 @@ expect_error() {
   grep -qE "^$name: .*($pattern)" "$own/err" || { cat "$own/err" >&2; fail "no '$pattern' in the message: $*"; }
   ! grep -qiE 'terminate called|segmentation|backtrace' "$own/err" || { cat "$own/err" >&2; fail "a crash: $*"; }
 }
+
+# gray_blobs WIDTH HEIGHT BLOBS SEED SHIFT: a PGM image of blobs, moved to the right.
+gray_blobs() {
+  awk -v width="$1" -v height="$2" -v blobs="$3" -v seed="$4" -v shift_x="$5" 'BEGIN {
+    srand(seed)
+    for (b = 0; b < blobs; ++b) { x = rand() * width; y = rand() * height; r = 2 + 3 * rand(); h = 240 * rand() - 120
+      for (i = int(y - 3 * r); i <= y + 3 * r; ++i) for (j = int(x - 3 * r); j <= x + 3 * r; ++j)
+        sum[i, j] += h * exp(-((i - y) ^ 2 + (j - x) ^ 2) / (2 * r * r)) }
+    print "P2\n" width, height, 255
+    for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
+      v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
+}

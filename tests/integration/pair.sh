@@ -3,16 +3,7 @@
 pair() { "$build/bin/diffsac_pair" "$@"; }
 
 # image SHIFT SEED: grey blobs, moved to the right.
-image() {
-  awk -v shift_x="$1" -v seed="$2" 'BEGIN {
-    srand(seed); width = 200; height = 150
-    for (b = 0; b < 140; ++b) { x = rand() * 200; y = rand() * 150; r = 2 + 3 * rand(); h = 240 * rand() - 120
-      for (i = int(y - 3 * r); i <= y + 3 * r; ++i) for (j = int(x - 3 * r); j <= x + 3 * r; ++j)
-        sum[i, j] += h * exp(-((i - y) ^ 2 + (j - x) ^ 2) / (2 * r * r)) }
-    print "P2\n" width, height, 255
-    for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
-      v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
-}
+image() { gray_blobs 200 150 140 "$2" "$1"; }
 image 0 3 >"$own/a.pgm"
 image 12 3 >"$own/b.pgm"
 image 0 9 >"$own/other.pgm"

@@ -3,16 +3,7 @@
 prepare() { "$build/bin/diffsac_prepare" "$@"; }
 
 # image SHIFT: grey blobs, moved to the right.
-image() {
-  awk -v shift_x="$1" 'BEGIN {
-    srand(3); width = 160; height = 120
-    for (b = 0; b < 90; ++b) { x = rand() * 160; y = rand() * 120; r = 2 + 3 * rand(); h = 240 * rand() - 120
-      for (i = int(y - 3 * r); i <= y + 3 * r; ++i) for (j = int(x - 3 * r); j <= x + 3 * r; ++j)
-        sum[i, j] += h * exp(-((i - y) ^ 2 + (j - x) ^ 2) / (2 * r * r)) }
-    print "P2\n" width, height, 255
-    for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
-      v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
-}
+image() { gray_blobs 160 120 90 3 "$1"; }
 
 mkdir "$own/views"
 image 0 >"$own/views/img1.pgm"
