@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
   app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
   app.add_option("--output", output, "Run folder (default: runs/<name>)");
   app.add_flag("--resume", resume, "Continue from the run folder's last checkpoint");
-  app.add_option("--import", weights, "Take the weights of an HDF5 file (scripts/peers/), do not train")
+  app.add_option("--import", weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
       ->excludes("--resume");
   app.add_option("--device", device, "auto, cpu or cuda");
   app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);

@@ -2,7 +2,7 @@
 // variants of a table are run in turn, round after round, and each figure is the median over rounds, so that a machine
 // whose speed drifts changes all of them alike.
 //
-//   diffsac_benchmark --checkpoint models/line/model.pt [--rounds 21] [--threads 1,2]
+//   diffsac_benchmark --checkpoint models/line/model.safetensors [--rounds 21] [--threads 1,2]
 #include <torch/torch.h>
 
 #include <CLI/CLI.hpp>
@@ -185,7 +185,7 @@ void HypothesesTable(const std::vector<Problem>& lines, const std::vector<Proble
 
 int main(int argc, char** argv) {
   CLI::App app{"Speed on this machine"};
-  std::string checkpoint = "models/line/model.pt";
+  std::string checkpoint = "models/line/model.safetensors";
   int rounds = 21;
   std::vector<int> threads = {1, 2};
   app.add_option("--checkpoint", checkpoint, "A line model");

@@ -3,7 +3,7 @@
 // round, so that they hold on a machine whose speed drifts; the least total and the processor's time say what other
 // programs took. Memory is the process's peak during a call of its own.
 //
-//   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.pt] [--points 200,500,2000]
+//   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.safetensors] [--points 200,500,2000]
 //                  [--threads 1,2] [--rounds 15]
 #include <malloc.h>
 #include <torch/torch.h>
@@ -179,14 +179,14 @@ int main(int argc, char** argv) {
   CLI::App app{"Time by stage of one image pair"};
   diffsac::Options options;
   app.add_option("--task", options.task, "fundamental, essential or homography");
-  app.add_option("--checkpoint", options.checkpoint, "A model of the task (default: models/<task>/model.pt)");
+  app.add_option("--checkpoint", options.checkpoint, "A model of the task (default: models/<task>/model.safetensors)");
   app.add_option("--device", options.device, "auto, cpu or cuda");
   app.add_option("--points", options.points, "Numbers of matches")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "Thread counts")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--rounds", options.rounds, "Rounds; figures are medians")->check(CLI::PositiveNumber);
   app.add_option("--copies", options.copies, "κ")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  if (options.checkpoint.empty()) options.checkpoint = "models/" + options.task + "/model.pt";
+  if (options.checkpoint.empty()) options.checkpoint = "models/" + options.task + "/model.safetensors";
   try {
     diffsac::Run(options);
   } catch (const std::exception& error) {

@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
 """The official networks of NG-RANSAC (github.com/vislearn/ngransac, BSD-3, models/*.net) as weights that `diffsac_train --import`
-reads (docs/ng_ransac.md). Not part of the build: needs torch, numpy and h5py of Python.
+reads (docs/ng_ransac.md). Not part of the build: needs torch and numpy of Python.
 
-  scripts/peers/import_ng_ransac.py --task essential weights_e2e_E_rs_r1.00_.net OUT.h5
-  scripts/peers/import_ng_ransac.py --task essential --random 8,2 OUT.h5      # weights of width 8, 2 blocks: the test's example
+  scripts/peers/import_ng_ransac.py --task essential weights_e2e_E_rs_r1.00_.net OUT.safetensors
+  scripts/peers/import_ng_ransac.py --task essential --random 8,2 OUT.safetensors    # weights of width 8, 2 blocks: the test's example
 
 Their network and ours (lib/diffsac/methods/ng_ransac.h) differ in three things that are linear and are multiplied out here: their
 batch normalisation uses stored moments, the matching ratio goes in as it is, and coordinates of a fundamental matrix are in
 units of the longer side, ours of 1.2 longer sides.
 """
 import argparse
+import json
 import os
+import struct
 import sys
 
-import h5py
 import numpy as np
 import torch
 import torch.nn.functional as F
@@ -120,10 +121,24 @@ def example(state, task, matches=60):
         return features.numpy(), log_weights(state, (features.double() * scale + shift).float()).numpy()
 
 
+def write_safetensors(path, tensors, metadata):
+    """The length of a JSON header, the header, then the values of each tensor: 32-bit floats, row-major."""
+    header, data = {"__metadata__": metadata}, b""
+    for name, value in sorted(tensors.items()):
+        begin = len(data)
+        data += np.ascontiguousarray(value, dtype="<f4").tobytes()
+        header[name] = {"dtype": "F32", "shape": list(value.shape), "data_offsets": [begin, len(data)]}
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 8)
+    with open(path + ".part", "wb") as file:
+        file.write(struct.pack("<Q", len(text)) + text + data)
+    os.replace(path + ".part", path)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("weights", nargs="?", help="models/weights_....net of the official repository")
-    parser.add_argument("output", help="an HDF5 file")
+    parser.add_argument("output", help="a safetensors file")
     parser.add_argument("--task", required=True, choices=["essential", "fundamental"], help="what the network was trained for")
     parser.add_argument("--random", metavar="WIDTH,BLOCKS", help="random weights instead of a file's")
     arguments = parser.parse_args()
@@ -131,15 +146,12 @@ def main():
         fail("expected a file of weights, or --random")
     state = random_state(*map(int, arguments.random.split(","))) if arguments.random else read_state(arguments.weights)
     features, expected = example(state, arguments.task)
-    partial = arguments.output + ".part"
-    with h5py.File(partial, "w") as file:
-        file.attrs["method"], file.attrs["task"] = "ng_ransac", arguments.task
-        file.attrs["source"] = os.path.basename(arguments.weights or "random")
-        for name, value in converted(state, arguments.task).items():
-            file[f"weights/{name}"] = value.astype(np.float32)
-        file["example/features"], file["example/log_weights"] = features, expected
-    os.replace(partial, arguments.output)
-    print(f"{arguments.output}: {len(converted(state, arguments.task))} weights")
+    weights = converted(state, arguments.task)
+    tensors = {f"network.{name}": value for name, value in weights.items()}
+    tensors |= {"example.features": features, "example.log_weights": expected}
+    source = os.path.basename(arguments.weights or "random")
+    write_safetensors(arguments.output, tensors, {"method": "ng_ransac", "task": arguments.task, "source": source})
+    print(f"{arguments.output}: {len(weights)} weights")
 
 
 if __name__ == "__main__":

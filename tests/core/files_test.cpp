@@ -25,10 +25,10 @@ TEST_CASE("WriteFileAtomically writes and replaces, leaving nothing else behind"
 
 TEST_CASE("A writer gets a temporary path with the same extension") {
   const TemporaryFolder folder;
-  const std::string file = folder.File("model.pt");
+  const std::string file = folder.File("model.safetensors");
   WriteFileAtomically(file, [&](const std::string& temporary) {
     CHECK(temporary != file);
-    CHECK(std::filesystem::path(temporary).extension() == ".pt");
+    CHECK(std::filesystem::path(temporary).extension() == ".safetensors");
     std::ofstream(temporary) << "weights";
   });
   CHECK(ReadFile(file) == "weights");
@@ -36,7 +36,7 @@ TEST_CASE("A writer gets a temporary path with the same extension") {
 
 TEST_CASE("A writer that fails leaves the old file and no temporary one") {
   const TemporaryFolder folder;
-  const std::string file = folder.File("model.pt");
+  const std::string file = folder.File("model.safetensors");
   WriteFileAtomically(file, "old");
   const auto fail = [](const std::string& temporary) {
     std::ofstream(temporary) << "half";

@@ -46,7 +46,7 @@ TEST_CASE("rows and settings of several files come together by name") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("rows.yaml"),
                       "settings: {net: {type: diffsac}}\n"
-                      "methods:\n  a: {use: net, checkpoint: m.pt}\n  o: {type: oracle}\n");
+                      "methods:\n  a: {use: net, checkpoint: m.safetensors}\n  o: {type: oracle}\n");
   WriteFileAtomically(folder.File("more.yaml"), "methods:\n  b: {type: ransac}\n");
   WriteFileAtomically(folder.File("table.yaml"),
                       "include: [rows.yaml, more.yaml]\n"
@@ -56,7 +56,7 @@ TEST_CASE("rows and settings of several files come together by name") {
   const auto rows = ComposeExperiment(config).Sequence("methods");
   REQUIRE(rows.size() == 3);
   CHECK(rows[0].Text("label") == "Mine");
-  CHECK(rows[0].Text("checkpoint") == "m.pt");
+  CHECK(rows[0].Text("checkpoint") == "m.safetensors");
   CHECK(rows[0].Text("copies") == "3");
   CHECK(rows[1].Text("hypotheses") == "7");
   CHECK(rows[2].Text("name") == "o");  // The ceiling is last, whichever file it comes from.
@@ -86,11 +86,11 @@ TEST_CASE("rows are chosen and ordered by name") {
 TEST_CASE("values of the experiment stand in texts") {
   const std::string text =
       "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
-      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.pt\"}}\n";
+      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.safetensors\"}}\n";
   const Config config = ComposeExperiment(Config::FromString(text, "x.yaml"));
   CHECK(config.Text("notes") == "true");
   CHECK(config.Text("data.paths.0") == "data/a");
-  CHECK(config.Text("methods.0.checkpoint") == "models/essential/essential.pt");
+  CHECK(config.Text("methods.0.checkpoint") == "models/essential/essential.safetensors");
   Config set = Config::FromString(text, "x.yaml");
   set.Set("data_root='/my data'");
   CHECK(ComposeExperiment(set).Text("data.paths.0") == "/my data/a");

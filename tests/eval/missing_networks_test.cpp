@@ -19,9 +19,9 @@ TEST_CASE("a missing network is made by the training of its name, which says wha
   const ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
 data: {type: correspondences, task: line, paths: [runs/pairs/test]}
 methods:
-  a: {type: diffsac, checkpoint: runs/net/checkpoints/best.pt}
-  b: {type: diffsac, checkpoint: runs/nobody/checkpoints/best.pt}
-  c: {type: diffsac, checkpoint: elsewhere/model.pt}
+  a: {type: diffsac, checkpoint: runs/net/checkpoints/best.safetensors}
+  b: {type: diffsac, checkpoint: runs/nobody/checkpoints/best.safetensors}
+  c: {type: diffsac, checkpoint: elsewhere/model.safetensors}
 )"));
   const auto networks = MissingNetworks(experiment, folder.File("configs"));
   REQUIRE(networks.size() == 2);

@@ -40,20 +40,20 @@ const char* kRowWithoutNetwork = R"(
 name: networks
 data: {type: synthetic_line}
 methods:
-  - {name: learned, type: diffsac, label: Learned, checkpoint: there/is/no.pt}
+  - {name: learned, type: diffsac, label: Learned, checkpoint: there/is/no.safetensors}
   - {name: other, type: ransac}
 )";
 
 TEST_CASE("a row without its checkpoint is left out, and named") {
   ExperimentOptions experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
-  CHECK(MissingCheckpoints(experiment) == std::vector<std::string>{"there/is/no.pt"});
+  CHECK(MissingCheckpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
   ExperimentOptions given = experiment;
   CHECK(LeaveOutMissing(true, &given));
   CHECK(given.methods.size() == 2);
   REQUIRE(LeaveOutMissing(false, &experiment));
   REQUIRE(experiment.methods.size() == 1);
   REQUIRE(experiment.left_out.size() == 1);
-  CHECK(experiment.left_out[0] == "Learned (needs there/is/no.pt)");
+  CHECK(experiment.left_out[0] == "Learned (needs there/is/no.safetensors)");
   // Otherwise it stays, and the run fails with the missing file.
   experiment = Read(kRowWithoutNetwork);
   CHECK(LeaveOutMissing(false, &experiment));

@@ -109,7 +109,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   ExperimentResults results = MadeUpResults();
   results.problems = {4, 4};
   results.learned = {{1, {1234, 50, 100, "start"}}};
-  results.experiment.left_out = {"Absent (needs no.pt)"};
+  results.experiment.left_out = {"Absent (needs no.safetensors)"};
   ProblemRecord& record = results.cells[1].records[2];
   record.id = "a \"b\", c\n|\u00e9";
   record.status = Status::kDegenerate;
@@ -137,7 +137,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
   CHECK(MarkdownReport(MakeReport(content.results)) == MarkdownReport(MakeReport(results)));
   CHECK_THAT(MarkdownReport(MakeReport(content.results)),
-             Contains("1234") && Contains("100") && Contains("start") && Contains("Left out: Absent (needs no.pt)."));
+             Contains("1234") && Contains("100") && Contains("start") && Contains("Left out: Absent (needs no.safetensors)."));
 }
 
 TEST_CASE("shards that are not one whole run are one clear line") {

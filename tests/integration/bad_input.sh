@@ -18,14 +18,30 @@ expect_error 'diffsac' evaluate "${table[@]}" --methods difsac --output "$own/ru
 expect_error 'train\.batch_size|batch_size' train "${tiny[@]}" --set train.batch_size=0 --output "$own/run"
 
 # Checkpoints.
-expect_error 'nothere\.pt' evaluate "${table[@]}" --checkpoint "$own/nothere.pt" --output "$own/run"
+expect_error 'nothere\.safetensors' evaluate "${table[@]}" --checkpoint "$own/nothere.safetensors" --output "$own/run"
 size=$(stat -c %s "$tiny_model")
-head -c $((size / 2)) "$tiny_model" >"$own/truncated.pt"
-expect_error 'truncated\.pt' evaluate "${table[@]}" --checkpoint "$own/truncated.pt" --output "$own/run"
-: >"$own/empty.pt"
-expect_error 'empty\.pt' evaluate "${table[@]}" --checkpoint "$own/empty.pt" --output "$own/run"
+head -c $((size / 2)) "$tiny_model" >"$own/truncated.safetensors"
+expect_error 'truncated\.safetensors' evaluate "${table[@]}" --checkpoint "$own/truncated.safetensors" --output "$own/run"
+: >"$own/empty.safetensors"
+expect_error 'empty\.safetensors' evaluate "${table[@]}" --checkpoint "$own/empty.safetensors" --output "$own/run"
 expect_error "$(basename "$tiny_model")" evaluate --config configs/tables/plane.yaml --methods diffsac --limit 2 \
   --checkpoint "$tiny_model" --output "$own/run"
+# An archive as older programs kept networks in, which runs code when LibTorch opens it: its __setstate__ writes the file
+# hostile_was_here. Made in C++ by
+#   torch::jit::Module m("Hostile");  m.register_parameter("x", torch::zeros({1}), false);
+#   m.define("def __getstate__(self):\n  return self.x\n"
+#            "def __setstate__(self, state: Tensor) -> None:\n  torch.save(state, \"hostile_was_here\")\n  self.x = state\n"
+#            "def forward(self, x: Tensor) -> Tensor:\n  return x\n");  m.save("hostile_archive.zip");
+hostile=$source/tests/integration/hostile_archive.zip
+cd "$own"
+expect_error 'hostile_archive\.zip: not a safetensors file: a zip archive.*train again' \
+  evaluate --config "$source/configs/tables/line.yaml" --methods diffsac --limit 2 --checkpoint "$hostile" --output "$own/run"
+expect_error 'a zip archive' train --config "$source/configs/line.yaml" --set "train.start_from=$hostile" --output "$own/start"
+expect_error 'a zip archive' train --config "$source/configs/line.yaml" --import "$hostile" --output "$own/import"
+mkdir -p "$own/resume/checkpoints" && cp "$hostile" "$own/resume/checkpoints/last.safetensors"
+expect_error 'a zip archive' train --config "$source/configs/line.yaml" --resume --output "$own/resume"
+[[ ! -e hostile_was_here ]] || fail "a checkpoint ran code"
+cd "$source"
 expect_error '.' train "${tiny[@]}" --resume --output "$own/never_started"
 
 # Data.
@@ -44,4 +60,4 @@ got=0
 with_full_disk train "${tiny[@]}" --set train.iterations=2 --output "$own/full" >"$own/out" 2>"$own/err" || got=$?
 ((got == 2)) || { cat "$own/err" >&2; fail "a full disk ends training with $got"; }
 grep -q '^diffsac_train: .*checkpoints' "$own/err" || { cat "$own/err" >&2; fail "no clear line about the full disk"; }
-[[ ! -e "$own/full/checkpoints/last.pt" ]] || fail "half a checkpoint was left"
+[[ ! -e "$own/full/checkpoints/last.safetensors" ]] || fail "half a checkpoint was left"

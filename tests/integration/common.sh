@@ -1,7 +1,7 @@
 # Sourced by the tests with: build folder, source folder, work folder. Each test works in a new folder of its own.
 set -euo pipefail
 build=$1 source=$2
-tiny_model="$3/train/run/checkpoints/last.pt"
+tiny_model="$3/train/run/checkpoints/last.safetensors"
 own="$3/$(basename "$0" .sh)"
 rm -rf "$own"
 mkdir -p "$own"

@@ -42,7 +42,7 @@ port=$(free_port)
 start killed 0 "$port" "${training[@]}" --output "$own/parts"; first=$started
 start killed 1 "$port" "${training[@]}" --output "$own/parts"; second=$started
 for ((i = 0; i < 2000; ++i)); do
-  [[ ! -f "$own/parts/checkpoints/last.pt" ]] || break
+  [[ ! -f "$own/parts/checkpoints/last.safetensors" ]] || break
   sleep 0.02
 done
 kill -KILL "$second" || { cat "$own"/killed.?.err >&2; fail "training ended before a process could be killed"; }
@@ -52,15 +52,15 @@ wait "$second" 2>/dev/null || true
 ((status == 2)) || { cat "$own/killed.0.err" >&2; fail "the other process ends with $status"; }
 lines=$(grep -c '^diffsac_train: ' "$own/killed.0.err" || true)
 ((lines == 1)) || { cat "$own/killed.0.err" >&2; fail "$lines lines instead of one"; }
-grep -q '^diffsac_train: process 0 of 2: another process has ended.*last\.pt' "$own/killed.0.err" ||
+grep -q '^diffsac_train: process 0 of 2: another process has ended.*last\.safetensors' "$own/killed.0.err" ||
   { cat "$own/killed.0.err" >&2; fail "no clear line"; }
 run_expecting 0 evaluate --config configs/tables/line.yaml --methods diffsac --limit 2 --device cpu --threads 1 \
-  --checkpoint "$own/parts/checkpoints/last.pt" --output "$own/early"
+  --checkpoint "$own/parts/checkpoints/last.safetensors" --output "$own/early"
 
 both resumed "${training[@]}" --output "$own/parts" --resume
 for run in whole parts; do
   run_expecting 0 evaluate --config configs/tables/line.yaml --methods diffsac --limit 8 --device cpu --threads 1 \
-    --checkpoint "$own/$run/checkpoints/last.pt" --output "$own/eval_$run"
+    --checkpoint "$own/$run/checkpoints/last.safetensors" --output "$own/eval_$run"
 done
 diff <(grep -v ',ms_' "$own/eval_whole/results.csv") <(grep -v ',ms_' "$own/eval_parts/results.csv") ||
   fail "a run that lost a process gives another model"

@@ -57,14 +57,14 @@ expect_error '--page' evaluate "${page[@]}" --shard 1/2
 mkdir -p "$own/there/configs"
 sed 's/^name: .*/name: tiny/' "$3/train/run/config.yaml" >"$own/there/configs/tiny.yaml"
 printf '%s\n' 'name: lines' 'problems: 3' 'missing: leave_out' 'data: {type: synthetic_line, split: test}' 'methods:' \
-  '  ransac: {type: ransac}' '  tiny: {type: diffsac, label: Tiny, checkpoint: runs/tiny/checkpoints/best.pt}' \
-  '  nobody: {type: diffsac, label: Nobody, checkpoint: runs/nobody/checkpoints/best.pt}' >"$own/there/lines.yaml"
+  '  ransac: {type: ransac}' '  tiny: {type: diffsac, label: Tiny, checkpoint: runs/tiny/checkpoints/best.safetensors}' \
+  '  nobody: {type: diffsac, label: Nobody, checkpoint: runs/nobody/checkpoints/best.safetensors}' >"$own/there/lines.yaml"
 (
   cd "$own/there"
   run_expecting 0 evaluate --config lines.yaml --device cpu
   grep -q 'Left out: Tiny (needs runs/tiny' "$own/out" || fail "a row without its network is not named"
   run_expecting 0 evaluate --config lines.yaml --device cpu --threads 1 --train-missing
-  expect_file runs/tiny/checkpoints/best.pt runs/tiny.log
+  expect_file runs/tiny/checkpoints/best.safetensors runs/tiny.log
   grep -q '| Tiny ' "$own/out" || { cat "$own/err"; fail "a row whose network was trained is left out"; }
   grep -q "no training configuration is named 'nobody'" "$own/err" || fail "a network without a training is not named"
 )

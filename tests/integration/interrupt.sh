@@ -16,12 +16,12 @@ kill -INT "$job" || { cat "$own/err" >&2; fail "training ended before it could b
 status=0
 wait "$job" || status=$?
 ((status == 130)) || { cat "$own/err" >&2; fail "an interrupted run ends with $status"; }
-expect_file "$own/parts/checkpoints/last.pt"
+expect_file "$own/parts/checkpoints/last.safetensors"
 run_expecting 0 train "${long[@]}" --resume --output "$own/parts"
 
 for run in whole parts; do
   run_expecting 0 evaluate --config configs/tables/line.yaml --methods diffsac --limit 8 --device cpu --threads 1 \
-    --checkpoint "$own/$run/checkpoints/last.pt" --output "$own/eval_$run"
+    --checkpoint "$own/$run/checkpoints/last.safetensors" --output "$own/eval_$run"
 done
 diff <(grep -v ',ms_' "$own/eval_whole/results.csv") <(grep -v ',ms_' "$own/eval_parts/results.csv") ||
   fail "a resumed run gives another model"

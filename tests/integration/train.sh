@@ -6,4 +6,4 @@ run_expecting 0 train --help
 grep -q -- --resume "$own/out" || fail "--help does not name --resume"
 run_expecting 0 train "${tiny[@]}" --set train.iterations=30 --set train.validate_every=15 \
   --set train.checkpoint_every=10 --output "$own/run"
-expect_file "$own"/run/{config.yaml,metrics.csv,log.txt} "$own"/run/checkpoints/{last,best}.pt
+expect_file "$own"/run/{config.yaml,metrics.csv,log.txt} "$own"/run/checkpoints/{last,best}.safetensors

@@ -19,14 +19,14 @@ namespace {
 struct SavedNetwork {
   std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("diffsac_registry_test_" + std::to_string(::getpid()));
-  std::string path = (folder / "line.pt").string();
+  std::string path = (folder / "line.safetensors").string();
   SavedNetwork() {
     std::filesystem::create_directories(folder);
     const auto network = TinyNetwork(Task::kLine);
     const std::string config = "task: line\nname: tiny\nnetwork:\n" + Indent(WriteOptions(network->options)) +
                                "\ninference: {copies: 7, sampler: {steps: 2}}\n";
-    SaveCheckpoint(path, {config, "r", 5, 1, -1}, *network->denoiser, ExponentialMovingAverage(*network->denoiser, 0.9),
-                   nullptr);
+    SaveCheckpoint(path, {"diffsac", "line", config, "r", 5, 1, -1}, *network->denoiser,
+                   ExponentialMovingAverage(*network->denoiser, 0.9), nullptr);
   }
   ~SavedNetwork() { std::filesystem::remove_all(folder); }
   static std::string Indent(const std::string& text) {
@@ -58,7 +58,7 @@ TEST_CASE("a diffsac row takes its defaults from the checkpoint and overrides th
   };
   CHECK(budget("") == 30 + 7);
   CHECK(budget(", copies: 9") == 30 + 9);
-  CHECK(Make("{type: diffsac, checkpoint: none.pt, copies: 3}", Task::kLine, saved.path) != nullptr);
+  CHECK(Make("{type: diffsac, checkpoint: none.safetensors, copies: 3}", Task::kLine, saved.path) != nullptr);
 }
 
 TEST_CASE("a resolved row has every key that acts, and makes the same method") {
@@ -92,7 +92,7 @@ TEST_CASE("a resolved diffsac row has its checkpoint's inference group under its
 TEST_CASE("a diffsac row that cannot be built is a clear error") {
   const SavedNetwork saved;
   CHECK_THROWS_WITH(Make("{type: diffsac}"), Catch::Contains("checkpoint"));
-  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: none.pt}"), Catch::Contains("none.pt"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: none.safetensors}"), Catch::Contains("none.safetensors"));
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "'}", Task::kPlane),
                     Catch::Contains("line") && Catch::Contains("plane"));
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copie: 3}"), Catch::Contains("copies"));
@@ -106,12 +106,11 @@ TEST_CASE("a key that changes nothing in a diffsac row is an error with its line
         "guide: inlier_head, head_sets: 0, selection: gumbel", "selection: gumbel, intermediate_sets: false",
         "extra_sets: 4, extra_source: prosac", "consensus: {stopping: confidence, max_iterations: 50}"})
     CHECK_NOTHROW(Make(row + keys + "}"));
-  for (const char* keys :
-       {"temperature: 0.5", "guide: inlier_head, sampler: {steps: 1}", "guide: inlier_head, head_sets: 5",
-        "guide: inlier_head, selection: probabilistic", "guide: inlier_head, max_decoded_points: 5",
-        "selection: gumbel, intermediate_sets: true", "unique_sets: false, intermediate_sets: true",
-        "extra_source: prosac", "model: fundamental8", "consensus: {max_iterations: 50}",
-        "consensus: {min_iterations: 5}"}) {
+  for (const char* keys : {"temperature: 0.5", "guide: inlier_head, sampler: {steps: 1}",
+                           "guide: inlier_head, head_sets: 5", "guide: inlier_head, selection: probabilistic",
+                           "guide: inlier_head, max_decoded_points: 5", "selection: gumbel, intermediate_sets: true",
+                           "unique_sets: false, intermediate_sets: true", "extra_source: prosac", "model: fundamental8",
+                           "consensus: {max_iterations: 50}", "consensus: {min_iterations: 5}"}) {
     CAPTURE(keys);
     CHECK_THROWS_WITH(Make("# a row\n" + row + keys + "}"), Catch::Contains("t.yaml:2"));
   }

@@ -193,7 +193,7 @@ TEST_CASE("a checkpoint restores a weight network and refuses another") {
       (std::filesystem::temp_directory_path() / ("diffsac_weights_" + std::to_string(::getpid()))).string();
   auto networks = Networks();
   for (auto& network : networks) {
-    SaveCheckpoint(path, {"", "", 0, 1, -1}, *network, ExponentialMovingAverage(*network, 0.9), nullptr);
+    SaveCheckpoint(path, {}, *network, ExponentialMovingAverage(*network, 0.9), nullptr);
     auto fresh = Networks();
     auto& same = network == networks[0] ? fresh[0] : fresh[1];
     auto& other = network == networks[0] ? fresh[1] : fresh[0];

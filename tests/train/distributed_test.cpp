@@ -93,13 +93,13 @@ TEST_CASE("processes train what one process does with the joint batch") {
     const auto together = folder / std::to_string(size);
     REQUIRE(RunRanks("worker: trains", size, {{"DIFFSAC_TEST_OUTPUT", together}}) == std::vector<int>(size, 0));
     const auto last = [](const std::string& run) {
-      return LoadNetwork(ReadTrainedConfig(run + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
+      return LoadNetwork(ReadTrainedConfig(run + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
     };
     const auto [difference, largest] = Compare(*last(alone)->denoiser, *last(together)->denoiser);
     // Sums of floats in another order, after 20 steps of 0.001.
     INFO(difference << " of " << largest);
     CHECK(difference < 1e-4);
-    CHECK(fs::exists(together + "/checkpoints/best.pt"));
+    CHECK(fs::exists(together + "/checkpoints/best.safetensors"));
     CHECK(fs::exists(together + "/metrics.csv"));
   }
 }
@@ -117,7 +117,7 @@ TEST_CASE("processes train ng_ransac's expected loss as one process does") {
   const auto weights = [&](const std::string& run) {
     const torch::NoGradGuard no_grad;
     const auto last = LoadLearnedWeights<NgRansacNetwork>(
-        ReadTrainedConfig(run + "/checkpoints/last.pt", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
+        ReadTrainedConfig(run + "/checkpoints/last.safetensors", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
     return last->network->Weights({features, {}, {50}});
   };
   const auto expected = weights(alone);

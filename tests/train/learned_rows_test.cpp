@@ -88,7 +88,7 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
 
   // The paper's claim: learned weights find better models than uniform sampling at the same budget.
   const auto weights = LoadLearnedWeights<NgRansacNetwork>(
-      ReadTrainedConfig(output + "/checkpoints/last.pt", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
+      ReadTrainedConfig(output + "/checkpoints/last.safetensors", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
   WeightedMethodOptions options;
   options.hypotheses = 3;
   const WeightedMethod method(weights, options, 1);
@@ -130,7 +130,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   CHECK(Mean(table, "kept_inliers", 91, 100) > 0.5);  // a quarter of the points is left
 
   const auto weights = LoadLearnedWeights<ClnetNetwork>(
-      ReadTrainedConfig(output + "/checkpoints/last.pt", ClnetNetwork::kMethod, Task::kLine), torch::kCPU);
+      ReadTrainedConfig(output + "/checkpoints/last.safetensors", ClnetNetwork::kMethod, Task::kLine), torch::kCPU);
   SyntheticOptions data;
   data.outlier_ratio = {0.7, 0.7};
   data.num_points = 50;
@@ -182,7 +182,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   const auto ng = folder / "ng", cl = folder / "cl";
   REQUIRE(Train(Request(kNgRansac, ng), now) == TrainOutcome::kStopped);
   REQUIRE(Train(Request(kClnet, cl), now) == TrainOutcome::kStopped);
-  const auto path = [](const std::string& run) { return run + "/checkpoints/last.pt"; };
+  const auto path = [](const std::string& run) { return run + "/checkpoints/last.safetensors"; };
   const auto make = [](const std::string& type, const std::string& checkpoint, const std::string& more = "",
                        Task task = Task::kLine, const std::string& override_path = "") {
     return MakeMethod(
@@ -200,8 +200,8 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   CHECK(budget(make("ng_ransac", path(ng), plain + ", hypotheses: 9")) == 20 + 9);
   CHECK(budget(make("clnet", path(cl), plain)) == 20 + 1);  // one weighted fit
   CHECK(budget(make("clnet", path(cl), plain + ", hypotheses: 4")) == 20 + 4 + 1);
-  CHECK(make("ng_ransac", "none.pt", "", Task::kLine, path(ng)) != nullptr);
-  CHECK_THROWS_WITH(make("ng_ransac", "none.pt", "", Task::kLine, path(cl)), Catch::Contains("none.pt"));
+  CHECK(make("ng_ransac", "none.safetensors", "", Task::kLine, path(ng)) != nullptr);
+  CHECK_THROWS_WITH(make("ng_ransac", "none.safetensors", "", Task::kLine, path(cl)), Catch::Contains("none.safetensors"));
   CHECK_THROWS_WITH(make("clnet", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'clnet'"));
   CHECK_THROWS_WITH(make("diffsac", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'diffsac'"));
   CHECK_THROWS_WITH(make("ng_ransac", path(ng), "", Task::kPlane), Catch::Contains("line") && Catch::Contains("plane"));

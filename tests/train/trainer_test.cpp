@@ -63,7 +63,7 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(output), kNever) == TrainOutcome::kFinished);
-  for (const char* name : {"config.yaml", "metrics.csv", "checkpoints/last.pt", "checkpoints/best.pt"})
+  for (const char* name : {"config.yaml", "metrics.csv", "checkpoints/last.safetensors", "checkpoints/best.safetensors"})
     CHECK(fs::exists(output + "/" + name));
   const auto rows = Lines(output + "/metrics.csv");
   REQUIRE(rows.size() == 62);
@@ -71,11 +71,11 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   const auto loss = [&](int row) { return std::stod(rows[row].substr(rows[row].find(',') + 1)); };
   CHECK(loss(60) < 0.8 * loss(1));
   const auto network =
-      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/best.pt", "diffsac", Task::kLine), torch::kCPU);
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/best.safetensors", "diffsac", Task::kLine), torch::kCPU);
   CHECK(network->options.denoiser.width == 16);
-  CHECK(ReadCheckpointInfo(output + "/checkpoints/last.pt").iteration == 60);
+  CHECK(ReadCheckpointInfo(output + "/checkpoints/last.safetensors").iteration == 60);
   const auto facts =
-      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU)->facts;
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU)->facts;
   CHECK(facts.parameters == CountParameters(*network->denoiser));
   CHECK(facts.samples == 240);
   CHECK(facts.run_samples == 240);
@@ -96,7 +96,7 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto outcome = Train(Request(parts, {"train.workers=2"}), stop);
   watcher.join();
   REQUIRE(outcome == TrainOutcome::kStopped);
-  const auto stopped_at = ReadCheckpointInfo(parts + "/checkpoints/last.pt").iteration;
+  const auto stopped_at = ReadCheckpointInfo(parts + "/checkpoints/last.safetensors").iteration;
   CHECK(stopped_at < 60);
   auto request = Request(parts, {"train.workers=2"});
   request.resume = true;
@@ -105,8 +105,8 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
   REQUIRE(a.size() == b.size());
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
-  const auto x = LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
-  const auto y = LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.pt", "diffsac", Task::kLine), torch::kCPU);
+  const auto x = LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto y = LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
   for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
     CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
 }
@@ -117,8 +117,8 @@ TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") 
   CHECK_THROWS_WITH(
       Train(Request(output, {"train.learning_rate=1e37", "train.checkpoint_every=1", "train.warmup_iterations=0"}),
             kNever),
-      Catch::Contains("not finite") && Catch::Contains("last.pt"));
-  const auto path = output + "/checkpoints/last.pt";
+      Catch::Contains("not finite") && Catch::Contains("last.safetensors"));
+  const auto path = output + "/checkpoints/last.safetensors";
   REQUIRE(fs::exists(path));
   CHECK(ReadCheckpointInfo(path).iteration >= 1);
 }

@@ -84,7 +84,7 @@ TEST_CASE("two-view networks train and their checkpoints load for their own task
     const std::string header = ReadFile(output + "/metrics.csv");
     CHECK(header.find(task == "homography" ? "mAA@20px" : "mAA@10deg") != std::string::npos);
 
-    const std::string checkpoint = output + "/checkpoints/last.pt";
+    const std::string checkpoint = output + "/checkpoints/last.safetensors";
     const auto network = LoadNetwork(ReadTrainedConfig(checkpoint, "diffsac", TaskFromString(task)), torch::kCPU);
     REQUIRE(network->options.features.kinds.size() == 1);
     CHECK(network->options.features.Has(PointFeature::kRatio));

@@ -97,7 +97,7 @@ bool TrainNetworks(const std::vector<MissingNetwork>& networks) {
     }
     const fs::path run = fs::path(network.checkpoint).parent_path().parent_path();
     std::vector<std::string> command = {program.string(), "--config", network.config, "--output", run.string()};
-    if (fs::exists(run / "checkpoints" / "last.pt")) command.push_back("--resume");
+    if (fs::exists(run / "checkpoints" / "last.safetensors")) command.push_back("--resume");
     fs::create_directories(run);
     const std::string log = run.string() + ".log";
     LogInfo("training " + network.config + ", log in " + log);

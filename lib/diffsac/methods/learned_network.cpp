@@ -2,8 +2,12 @@
 
 #include <torch/torch.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <limits>
 
+#include "diffsac/core/safetensors_header.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
@@ -12,38 +16,44 @@
 namespace diffsac {
 namespace {
 
-// The one place that reads old keys. Until models had names, `labels.fundamental_points` and
-// `inference.fundamental_points` said by 7 or 8 which minimal sets a fundamental matrix is solved from (for other tasks
-// they said nothing): 8 is now `model: fundamental8`. The old keys themselves stay; readers of stored options pass over
-// them.
-void ReplaceOldKeys(Config* config) {
-  const char* key = "inference.fundamental_points";
-  const bool eight = config->Has(key) && config->Text(key) == "8" && config->Has("task") &&
-                     config->Text("task") == kModelName<Fundamental>;
-  if (eight && !config->Has("model")) config->Set(std::string("model=") + kModelName<Fundamental8>);
-}
-
-Config ConfigOf(const CheckpointInfo& info, const std::string& checkpoint) {
-  Config config = Config::FromString(info.config, checkpoint + " (its configuration)");
-  ReplaceOldKeys(&config);
-  return config;
-}
-
-// NAME of models/NAME/model.pt and runs/NAME/checkpoints/best.pt.
+// NAME of models/NAME/model.safetensors and runs/NAME/checkpoints/best.safetensors.
 std::string NetworkName(const std::string& checkpoint) {
   auto folder = std::filesystem::path(checkpoint).parent_path();
   if (folder.filename() == "checkpoints") folder = folder.parent_path();
   return folder.filename().string();
 }
 
+// A file may say what overflows.
+std::int64_t Product(std::int64_t a, std::int64_t b) {
+  std::int64_t product = 0;
+  return __builtin_mul_overflow(a, b, &product) ? std::numeric_limits<std::int64_t>::max() : product;
+}
+
+std::int64_t CountOf(const Config& config, const char* key) {
+  if (!config.Has(key)) return 0;
+  const std::string text = config.Text(key);
+  std::int64_t count = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  if (error != std::errc() || end != text.data() + text.size() || count < 0)
+    throw Error(config.Where(key) + ": expected a whole number");
+  return count;
+}
+
 TrainingFacts FactsOf(const CheckpointInfo& info, const Config& config) {
   const Config train = config.Sub("train");
-  const auto number = [&](const char* key) { return train.Has(key) ? std::stoll(train.Text(key)) : 0LL; };
+  const std::int64_t batch = CountOf(train, "batch_size");
   TrainingFacts facts;
-  facts.samples = info.iteration * number("batch_size");
-  facts.run_samples = number("iterations") * number("batch_size");
+  facts.samples = Product(info.iteration, batch);
+  facts.run_samples = Product(CountOf(train, "iterations"), batch);
   if (train.Has("start_from")) facts.start = NetworkName(train.Text("start_from"));
   return facts;
+}
+
+Task TaskOf(const CheckpointInfo& info, const std::string& checkpoint) {
+  const auto names = TaskNames();
+  if (std::find(names.begin(), names.end(), info.task) == names.end())
+    throw Error(checkpoint + ": trained for a task that is not known: " + Shown(info.task));
+  return TaskFromString(info.task);
 }
 
 std::string TextOr(const Config& config, const char* key, const char* absent) {
@@ -59,20 +69,15 @@ void LearnedNetwork::MoveTo(const torch::Device& target) {
 
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint) {
   const auto info = ReadCheckpointInfo(checkpoint);
-  const auto config = ConfigOf(info, checkpoint);
-  if (!config.Has("task")) throw Error(checkpoint + ": its configuration names no task");
-  return {checkpoint,
-          TextOr(config, "method", "diffsac"),
-          TaskFromString(config.Text("task")),
-          config,
-          TextOr(config, "model", ""),
-          info.seed,
-          FactsOf(info, config)};
+  const auto config = Config::FromString(info.config, checkpoint + " (its configuration)");
+  return {checkpoint, info.method,          TaskOf(info, checkpoint), config, TextOr(config, "model", ""),
+          info.seed,  FactsOf(info, config)};
 }
 
 void CheckTrainedFor(const TrainedConfig& trained, const std::string& method, Task task) {
   if (trained.method != method)
-    throw Error(trained.checkpoint + ": trained by method '" + trained.method + "', this row needs '" + method + "'");
+    throw Error(trained.checkpoint + ": trained by method " + Shown(trained.method) + ", this row needs '" + method +
+                "'");
   if (trained.task != task)
     throw Error(trained.checkpoint + ": trained for task '" + ToString(trained.task) + "', this experiment needs '" +
                 ToString(task) + "'");

@@ -33,7 +33,7 @@ struct LearnedNetwork {
 /// The training configuration that a checkpoint carries, read once for all who ask for something of it.
 struct TrainedConfig {
   std::string checkpoint;  ///< Its file.
-  std::string method;      ///< That trained it: "diffsac" where it does not say.
+  std::string method;      ///< That trained it.
   Task task{};
   Config config;
   std::string model;  ///< By which of the task's models its minimal sets are solved; empty: the task's own.

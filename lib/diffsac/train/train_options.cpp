@@ -32,7 +32,7 @@ void TrainOptions::Bind(OptionsBinder& b, Task task) {
   b.Field("ema_decay", ema_decay, Within(0.0, 1.0)).Help("of the average of weights that is validated and kept");
   b.Field("log_every", log_every, AtLeast(1)).Help("steps between rows of metrics.csv");
   b.Field("validate_every", validate_every, AtLeast(1)).Help("steps between validations");
-  b.Field("checkpoint_every", checkpoint_every, AtLeast(1)).Help("steps between checkpoints/last.pt");
+  b.Field("checkpoint_every", checkpoint_every, AtLeast(1)).Help("steps between checkpoints/last.safetensors");
   b.Field("workers", workers, Within(1, 256)).Help("data threads");
   b.Field("start_from", start_from)
       .Help("a checkpoint of the same architecture, of any task, whose averaged weights training starts from");

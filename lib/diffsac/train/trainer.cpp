@@ -98,7 +98,7 @@ Trainer::Trainer(const TrainRequest& request)
   optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
                                                     torch::optim::AdamOptions(train.learning_rate));
   if (team_.main()) validation_ = std::make_unique<Validation>(options_);
-  info_ = {resolved_, GitRevision(), 0, train.seed, -1.0};
+  info_ = {options_.method, ToString(options_.task), resolved_, GitRevision(), 0, train.seed, -1.0};
   if (request.resume) Resume();
   team_.CheckSame("configurations", resolved_);
   team_.CheckSame("iterations or weights",
@@ -106,7 +106,7 @@ Trainer::Trainer(const TrainRequest& request)
 }
 
 void Trainer::Resume() {
-  const auto path = CheckpointPath("last.pt");
+  const auto path = CheckpointPath("last.safetensors");
   const auto info = LoadCheckpoint(path, learner_->network(), average_.get(), optimizer_.get());
   if (info.config != resolved_)
     throw Error(path +
@@ -115,7 +115,7 @@ void Trainer::Resume() {
   LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
 }
 
-// best.pt is for inference: without the optimiser's state it is half the size.
+// best.safetensors is for inference: without the optimiser's state it is half the size.
 void Trainer::Save(const std::string& name, bool with_optimizer) {
   if (!team_.main()) return;
   SaveCheckpoint(CheckpointPath(name), info_, learner_->network(), *average_,
@@ -134,7 +134,7 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   joint = team_.Sum(std::move(joint));
   if (!std::isfinite(joint.front()))
     throw Error("the loss is not finite at iteration " + std::to_string(iteration) + "; the last good checkpoint is " +
-                CheckpointPath("last.pt") + " (iteration " + std::to_string(info_.iteration) +
+                CheckpointPath("last.safetensors") + " (iteration " + std::to_string(info_.iteration) +
                 "). A smaller train.learning_rate may help");
   loss.total.backward();
   team_.SumGradients(learner_->network().parameters());
@@ -155,9 +155,9 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
     return RunSteps(stop);
   } catch (const GroupLost& lost) {
     // A step changes the network only after the last exchange, so what is here is that of a whole number of steps.
-    Save("last.pt", true);
+    Save("last.safetensors", true);
     throw Error(std::string(lost.what()) + "; training stopped at iteration " + std::to_string(info_.iteration) +
-                ", continue from " + CheckpointPath("last.pt") + " with --resume");
+                ", continue from " + CheckpointPath("last.safetensors") + " with --resume");
   }
 }
 
@@ -169,7 +169,7 @@ std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
   // Where validation is saturated, the longer trained.
   if (mean >= info_.best_validation) {
     info_.best_validation = mean;
-    Save("best.pt", false);
+    Save("best.safetensors", false);
   }
   LogInfo("iteration " + std::to_string(done) + ": validation mAA " + Text("%.4f", mean) + " (best " +
           Text("%.4f", info_.best_validation) + ")");
@@ -197,7 +197,7 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
   const auto due = [&](std::int64_t every) { return done % every == 0 || last; };
   const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
   if (due(train.log_every)) AppendRow(iteration, data_wait_seconds, accuracies);
-  if (due(train.checkpoint_every)) Save("last.pt", true);
+  if (due(train.checkpoint_every)) Save("last.safetensors", true);
   if (!due(train.validate_every)) return;
   log_->Draw();
   log_->WriteReport();
@@ -222,7 +222,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   waited_ = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (team_.Any(stop.load())) {
-      Save("last.pt", true);
+      Save("last.safetensors", true);
       LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
       return TrainOutcome::kStopped;
     }
