@@ -56,8 +56,8 @@ TEST_CASE("scenes count alike, whatever their size, and the file has every bin t
   CHECK(std::isnan(curve.Share(3)));
   CHECK(curve.CalibrationError() == Approx(0.5));
   const std::string csv = ReliabilityCsv({curve}, {"all"});
-  CHECK_THAT(csv, Contains("\"a \"\"row\"\"\",\"all\",mean,0.9,1.0,101,0.9500,0.5000\n"));
-  CHECK_THAT(csv, Contains("\"large\",0.9,1.0,100,0.9500,1.0000\n") && !Contains(",0.3,0.4,"));
+  CHECK_THAT(csv, Contains("\"a \"\"row\"\"\",all,mean,0.9,1.0,101,0.9500,0.5000\n"));
+  CHECK_THAT(csv, Contains(",large,0.9,1.0,100,0.9500,1.0000\n") && !Contains(",0.3,0.4,"));
   CHECK_THAT(csv, Contains("calibration_error,,,,0.5000,"));
 }
 

@@ -70,6 +70,32 @@ TEST_CASE("grouped scenes are one scene") {
     for (const ProblemRecord& record : cell.records) CHECK(record.scene == "lines");
 }
 
+// Says .9 of every point, as a probability or as a weight that is only in proportion to one.
+class SayingMethod : public TwoPointMethod {
+ public:
+  explicit SayingMethod(bool probabilities) : probabilities_(probabilities) {}
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
+    diffsac::Estimate estimate = TwoPointMethod::Estimate(problem, seed);
+    estimate.inlier_probabilities.assign(static_cast<std::size_t>(problem.points.rows()), 0.9f);
+    return estimate;
+  }
+  bool GivesProbabilities() const override { return probabilities_; }
+
+ private:
+  bool probabilities_;
+};
+
+TEST_CASE("weights that are no probabilities have no reliability curve (ng_ransac and clnet had one)") {
+  const RunInputs inputs = {[](const Config& row, Task) {
+                              return std::make_unique<SayingMethod>(row.Text("name") == "first");
+                            },
+                            {},
+                            nullptr};
+  const ExperimentResults results = RunExperiment(SmallExperiment(), inputs);
+  REQUIRE(results.reliability.size() == 2);
+  for (const ReliabilityCurve& curve : results.reliability) CHECK(curve.label == "First");
+}
+
 TEST_CASE("another seed gives other results") {
   ExperimentOptions experiment = SmallExperiment();
   experiment.seed = 4;

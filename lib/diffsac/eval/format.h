@@ -13,4 +13,12 @@ std::string Format(const char* format, Values... values) {
   return text;
 }
 
+/// A field of a CSV file, quoted only when it must be (RFC 4180).
+inline std::string CsvText(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
 }  // namespace diffsac

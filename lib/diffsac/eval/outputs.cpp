@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/format.h"
 #include "diffsac/eval/report_text.h"
 
 namespace diffsac {
@@ -19,14 +20,6 @@ std::string NumberText(double value) {
   char text[40];
   std::snprintf(text, sizeof(text), "%.9g", value);
   return text;
-}
-
-// Quoted only when it must be.
-std::string CsvText(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }

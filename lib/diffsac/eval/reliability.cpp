@@ -21,12 +21,6 @@ double MeanOverScenes(const ReliabilityCurve& curve, int bin, double Reliability
   return scenes > 0.0 ? total / scenes : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 }  // namespace
 
 void Reliability::Add(std::span<const float> probabilities, std::span<const std::uint8_t> inliers) {
@@ -104,7 +98,7 @@ void AddCurves(const std::vector<ReliabilityCurve>& others, std::vector<Reliabil
 std::string ReliabilityCsv(const std::vector<ReliabilityCurve>& curves, const std::vector<std::string>& conditions) {
   std::string text = "method,condition,scene,low,high,points,predicted,inliers\n";
   for (const ReliabilityCurve& curve : curves) {
-    const std::string names = Quoted(curve.label) + "," + Quoted(conditions[curve.condition]) + ",";
+    const std::string names = CsvText(curve.label) + "," + CsvText(conditions[curve.condition]) + ",";
     for (int b = 0; b < Reliability::kBins; ++b) {
       const std::string range = Format("%.1f,%.1f,", 0.1 * b, 0.1 * (b + 1));
       double points = 0.0;
@@ -112,7 +106,7 @@ std::string ReliabilityCsv(const std::vector<ReliabilityCurve>& curves, const st
         const Reliability::Bin& bin = reliability.bins()[static_cast<std::size_t>(b)];
         points += bin.points;
         if (bin.points > 0.0)
-          text += names + Quoted(scene) + "," + range +
+          text += names + CsvText(scene) + "," + range +
                   Format("%.0f,%.4f,%.4f\n", bin.points, bin.predicted / bin.points, bin.inliers / bin.points);
       }
       if (points > 0.0)

@@ -76,15 +76,16 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 struct Outcome {
   ProblemRecord record;
   EstimateRecord estimate;
-  Reliability of_network, of_ratio;  ///< Empty for rows without a network.
+  Reliability of_network, of_ratio;  ///< Empty for rows that give no probabilities.
 };
 
-Outcome OutcomeOf(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
+Outcome OutcomeOf(const ExperimentOptions& experiment, const Method* method, const Example& example,
+                  const Estimate& estimate) {
   Outcome outcome{MakeRecord(experiment, example, estimate),
                   experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
                   {},
                   {}};
-  if (estimate.inlier_probabilities.empty()) return outcome;
+  if (method == nullptr || !method->GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
   outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
   const Eigen::VectorXf of_ratio = example.problem.quality.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
   outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
@@ -109,7 +110,7 @@ void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, 
   ParallelFor(static_cast<std::int64_t>(outcomes->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
     const Example& example = run.examples[positions[i]];
-    (*outcomes)[i] = OutcomeOf(run.experiment, example, run.EstimateOne(example));
+    (*outcomes)[i] = OutcomeOf(run.experiment, run.method, example, run.EstimateOne(example));
     run.progress.Advance();
   });
 }
@@ -127,7 +128,7 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i)
-      (*outcomes)[i] = OutcomeOf(run.experiment, run.examples[positions[i]], estimates[i - first]);
+      (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }

@@ -27,6 +27,7 @@ class DiffsacMethod : public LearnedMethod {
   /// threads: for features and consensus of a batch; the network uses LibTorch's own. Throws Error for options that the
   /// network cannot serve.
   DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, const DiffsacOptions& options, int threads);
+  bool GivesProbabilities() const override { return true; }
 
   /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from.
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;

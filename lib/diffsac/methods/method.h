@@ -60,6 +60,8 @@ class Method {
                                                        std::span<const std::uint64_t> seeds) const;
   /// Problems that a batch should hold; 1 when batching brings nothing.
   virtual int PreferredBatch() const { return 1; }
+  /// Whether `inlier_probabilities` mean what they say, rather than be only in proportion to it.
+  virtual bool GivesProbabilities() const { return false; }
   /// Nothing for rows that don't learn.
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
 };
