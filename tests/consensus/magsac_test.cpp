@@ -6,7 +6,11 @@
 #include <limits>
 
 #include "consensus/score_properties.h"
+#include "diffsac/consensus/model_hooks.h"
+#include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
 
 namespace diffsac {
 namespace {
@@ -100,6 +104,26 @@ TEST_CASE("Weights are finite and end at the threshold") {
     CHECK(loss.Weight(std::numeric_limits<double>::quiet_NaN()) == 0.0);
   }
   CHECK(std::isinf(MagsacLoss(2.0, 1).ExactWeight(0.0)));
+}
+
+TEST_CASE("A Sampson distance has the degrees of freedom that MAGSAC++ reckons with") {
+  const double sigma = 0.7;
+  const Eigen::Matrix3d f = (Eigen::Matrix3d() << 0, -1e-6, 2e-3, 2e-6, 0, -4e-3, -3e-3, 5e-3, 0.4).finished();
+  const Matrix3Parameters model = Eigen::Map<const Matrix3Parameters>(Eigen::Matrix3d(f.transpose()).data());
+  Rng rng(5);
+  double sum = 0.0;
+  const int count = 20000;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d x1(1000 * rng.Uniform(), 1000 * rng.Uniform(), 1.0), line = f * x1;
+    const double x2 = 1000 * rng.Uniform(), y2 = -(line[0] * x2 + line[2]) / line[1];
+    const double point[4] = {x1[0] + sigma * rng.Normal(), x1[1] + sigma * rng.Normal(), x2 + sigma * rng.Normal(),
+                             y2 + sigma * rng.Normal()};
+    sum += std::pow(Fundamental::Residual(model, point) / sigma, 2);
+  }
+  // The mean of chi squared is its degrees of freedom.
+  CHECK(sum / count == Approx(ResidualDof<Fundamental>()).epsilon(0.04));
+  CHECK(ResidualDof<Essential>() == ResidualDof<Fundamental>());
+  CHECK(ResidualDof<Fundamental8>() == ResidualDof<Fundamental>());
 }
 
 }  // namespace

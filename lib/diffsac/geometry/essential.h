@@ -19,6 +19,8 @@ struct Essential {
   static constexpr int kDimension = 4;
   static constexpr int kMinimalSize = 5;
   static constexpr int kMaxSolutions = 10;
+  /// Of a Sampson distance, for MAGSAC++.
+  static constexpr int kResidualDof = 1;
 
   /// The 5-point algorithm (see SolveFivePoints); solutions against the oriented epipolar constraint, or with none of
   /// whose poses the five points lie before both cameras, are left out.

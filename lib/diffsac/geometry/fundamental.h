@@ -17,6 +17,8 @@ struct Fundamental {
   static constexpr int kDimension = 4;
   static constexpr int kMinimalSize = 7;
   static constexpr int kMaxSolutions = 3;
+  /// Of a Sampson distance, for MAGSAC++.
+  static constexpr int kResidualDof = 1;
 
   /// The 7-point algorithm (Hartley and Zisserman, ch. 11.1.2) on normalised points: the real roots of
   /// det(α F₁ + β F₂) = 0 over the null space. Solutions against the oriented epipolar constraint are left out.
