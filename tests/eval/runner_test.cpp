@@ -86,11 +86,9 @@ class SayingMethod : public TwoPointMethod {
 };
 
 TEST_CASE("weights that are no probabilities have no reliability curve (ng_ransac and clnet had one)") {
-  const RunInputs inputs = {[](const Config& row, Task) {
-                              return std::make_unique<SayingMethod>(row.Text("name") == "first");
-                            },
-                            {},
-                            nullptr};
+  int made = 0;
+  const RunInputs inputs = {
+      [&made](const Config&, Task) { return std::make_unique<SayingMethod>(made++ == 0); }, {}, nullptr};
   const ExperimentResults results = RunExperiment(SmallExperiment(), inputs);
   REQUIRE(results.reliability.size() == 2);
   for (const ReliabilityCurve& curve : results.reliability) CHECK(curve.label == "First");
