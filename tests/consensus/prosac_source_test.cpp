@@ -68,10 +68,11 @@ TEST_CASE("Each draw holds the newest point of its subset and better ones") {
   const std::vector<int> sets = DrawSets(source, kSize, kDraws);
   REQUIRE(sets.size() == kDraws * kSize);
   CHECK(std::vector<int>(sets.begin(), sets.begin() + 3) == std::vector<int>{37, 38, 39});
-  int wrong = 0, from_worst = 0, uniform = 0;
+  int wrong = 0, repeated = 0, from_worst = 0, uniform = 0;
   for (int t = 1; t <= kDraws; ++t) {
     const int* set = sets.data() + (t - 1) * kSize;
     const int subset = growth.SubsetSize(t);
+    repeated += std::adjacent_find(set, set + kSize) != set + kSize;
     if (subset <= kPoints) {
       wrong += set[0] != kPoints - subset;
     } else {
@@ -80,6 +81,8 @@ TEST_CASE("Each draw holds the newest point of its subset and better ones") {
     }
   }
   CHECK(wrong == 0);
+  // A fault put in by hand, the others drawn from all of the subset, was seen by no test.
+  CHECK(repeated == 0);
   CHECK(uniform > kDraws / 2);
   CHECK(static_cast<double>(from_worst) / uniform == Approx(3.0 / kPoints).margin(0.01));
 }
