@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <numeric>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/data/hdf5_output.h"
 
 namespace diffsac {
 namespace {
@@ -152,10 +152,8 @@ MatchedImage MatchWithScene(const SourceImage& image, const ImageFeatures& featu
 
 void Write(const std::string& path, const std::vector<MatchedImage>& images) {
   WriteFileAtomically(path, [&](const std::string& temporary) {
-    const std::lock_guard lock(Hdf5Mutex());
-    H5::Exception::dontPrint();
-    try {
-      H5::H5File file(temporary, H5F_ACC_TRUNC);
+    Hdf5Output output(temporary, path);
+    output.Use([&](H5::H5File& file) {
       for (const MatchedImage& image : images) {
         const H5::Group group = file.createGroup(image.name);
         const auto count = static_cast<hsize_t>(image.points.rows());
@@ -164,10 +162,8 @@ void Write(const std::string& path, const std::vector<MatchedImage>& images) {
         WriteNumbers(group, "K", image.K.data(), {3, 3});
         WriteNumbers(group, "pose", image.pose.data(), {3, 4});
       }
-      file.flush(H5F_SCOPE_GLOBAL);
-    } catch (const H5::Exception& e) {
-      throw Error(Describe(e));
-    }
+    });
+    output.Close();
   });
 }
 

@@ -215,7 +215,7 @@ CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<Mat
 
 // Of the images that the pairs name.
 void Preparation::WriteThumbnailsOf(const std::vector<Example>& pairs, const std::string& folder) const {
-  fs::remove(fs::path(folder) / kThumbnailsFile);
+  RemoveFile((fs::path(folder) / kThumbnailsFile).string());
   if (!options_.thumbnails) return;
   std::set<std::string> named;
   for (const Example& pair : pairs) named.insert({pair.image1, pair.image2});
@@ -251,7 +251,7 @@ bool Preparation::WriteScene(const SourceScene& asked) {
   const std::string folder = FolderOf(scene);
   MakeWritableFolder(folder);
   // Before the first word of the new recipe is there, the old files must be incomplete.
-  fs::remove(fs::path(folder) / "matches.h5");
+  RemoveFile((fs::path(folder) / "matches.h5").string());
   WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(asked, options_));
   WriteThumbnailsOf(set.pairs, folder);
   WriteCorrespondences(folder, set);

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <opencv2/core/eigen.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "data_tools/image_source.h"
+#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
@@ -57,14 +58,16 @@ cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, Rng rng) {
 }
 
 void WriteImage(const fs::path& path, const cv::Mat& image) {
-  if (!cv::imwrite(path.string(), image)) throw Error(path.string() + ": cannot be written");
+  std::vector<unsigned char> bytes;
+  cv::imencode(path.extension().string(), image, bytes);
+  WriteFileAtomically(path.string(), std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
-  std::ofstream file(path);
-  file.precision(12);
-  file << matrix << "\n";
-  if (!file.flush()) throw Error(path.string() + ": cannot be written");
+  std::ostringstream text;
+  text.precision(12);
+  text << matrix << "\n";
+  WriteFileAtomically(path.string(), text.str());
 }
 
 }  // namespace
@@ -102,7 +105,7 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
       continue;
     }
     const fs::path folder = fs::path(request.output) / ImageName(path);
-    fs::create_directories(folder);
+    MakeWritableFolder(folder.string());
     WriteImage(folder / "1.png", image);
     for (int view = 2; view <= request.views + 1; ++view) {
       const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));

@@ -1,6 +1,11 @@
 #include "diffsac/core/files.h"
 
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -70,6 +75,57 @@ TEST_CASE("Writing where it cannot be done names path and cause") {
   if (std::filesystem::exists("/dev/full")) {
     CHECK_THROWS_WITH(WriteFileAtomically("/dev/full", "x"), "cannot write '/dev/full': No space left on device");
   }
+}
+
+// A process that is no more: this one's child, waited for.
+pid_t DeadProcess() {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  ::waitpid(child, nullptr, 0);
+  return child;
+}
+
+// What a process that was killed in WriteFileAtomically leaves: it is killed by the writer it calls.
+void BeKilledWriting(const std::string& file) {
+  const pid_t child = ::fork();
+  if (child == 0)
+    WriteFileAtomically(file, [](const std::string& temporary) {
+      std::ofstream(temporary) << "half" << std::flush;
+      ::raise(SIGKILL);
+    });
+  ::waitpid(child, nullptr, 0);
+}
+
+TEST_CASE("What killed processes left goes with the next first file; what others write stays") {
+  const TemporaryFolder other;
+  BeKilledWriting(other.File("a.txt"));
+  BeKilledWriting(other.File("a.txt"));
+  CHECK(other.NumEntries() == 1);  // The second removed what the first left.
+  const std::string dead = std::to_string(DeadProcess()), mine = std::to_string(::getpid());
+  const std::string kept[] = {".b.tmp-" + mine + "-0-elsewhere.txt", ".b.tmp-" + dead + "-0-elsewhere.txt", ".hidden",
+                              ".b.tmp-x", "b.tmp-" + dead + "-0-elsewhere.txt"};
+  for (const std::string& name : kept) std::ofstream(other.File(name)) << "x";
+  const std::string old = ".c.tmp-" + dead + "-0-elsewhere.txt";
+  std::ofstream(other.File(old)) << "x";
+  std::filesystem::last_write_time(other.File(old),
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(25));
+  WriteFileAtomically(other.File("a.txt"), "new");
+  for (const std::string& name : kept) {
+    INFO(name);
+    CHECK(std::filesystem::exists(other.File(name)));
+  }
+  CHECK_FALSE(std::filesystem::exists(other.File(old)));
+  CHECK(other.NumEntries() == 6);
+}
+
+TEST_CASE("RemoveFile removes what is there, and names what it cannot remove") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("a"), "x");
+  RemoveFile(folder.File("a"));
+  RemoveFile(folder.File("a"));
+  RemoveFile(folder.File("none/a"));
+  CHECK(folder.NumEntries() == 0);
+  CHECK_THROWS_WITH(RemoveFile(folder.path()), Contains("cannot remove '" + folder.path()));
 }
 
 TEST_CASE("ReadFile names path and cause") {

@@ -85,7 +85,8 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
   torch::optim::Adam optimizer(a->parameters(), torch::optim::AdamOptions(1e-2));
   OneStep(*a, optimizer);
   average.Update(*a);
-  const CheckpointInfo info{"diffsac", "line", "task: line\n", "abc123", 17, 18446744073709551615ULL, 0.75};
+  const CheckpointInfo info{"diffsac",         "line", "task: line\n", "abc123", 17, 18446744073709551615ULL, 0.75,
+                            {{0.1, 1e-300}, 3}};
   SaveCheckpoint(folder.File("c.safetensors"), info, *a, average, &optimizer);
 
   auto b = MakeDenoiser(SmallOptions("pooled"), 4, Rng(2));
@@ -99,6 +100,8 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
   CHECK(read.iteration == 17);
   CHECK(read.seed == info.seed);
   CHECK(read.best_validation == 0.75);
+  CHECK(read.losses.sums == info.losses.sums);
+  CHECK(read.losses.steps == 3);
   CHECK(other.updates() == 1);
   OneStep(*a, optimizer);
   OneStep(*b, second);  // equal only if Adam's moments came back too
@@ -201,6 +204,8 @@ TEST_CASE("a checkpoint's metadata is checked") {
     CHECK_THAT(with("average_updates", text), Catch::Contains("its average_updates"));
   }
   CHECK_THAT(with("best_validation", "good"), Catch::Contains("its best_validation 'good': expected a number"));
+  for (const char* text : {"", "x", "-1 0.5", "1 y", "1 0.5,"})
+    CHECK_THAT(with("loss_sums", text), Catch::Contains("its loss_sums"));
   for (const char* key : {"format", "version", "method", "task", "config", "git_revision", "iteration", "seed",
                           "best_validation", "average_updates"}) {
     WriteChanged(

@@ -113,6 +113,7 @@ TEST_CASE("two folders are compared on the terminal, as files and as a page") {
     std::filesystem::create_directories(run);
     WriteFileAtomically(run + "/config.yaml", WriteExperiment(results.experiment));
     WriteResults(MakeReport(results), run);
+    EndResults(MakeReport(results), run);
   }
   std::ostringstream out;
   CompareFolders({folder.File("run0"), folder.File("run1/")}, folder.File("out"), out);

@@ -126,9 +126,14 @@ TEST_CASE("all files are written, and a folder that is not there is an error") {
   const TemporaryFolder folder;
   const ExperimentResults results = MadeUpResults();
   WriteResults(MakeReport(results), folder.path());
+  CHECK_FALSE(std::filesystem::exists(folder.File("results.json")));  // Comes last, when pictures and report are there.
+  EndResults(MakeReport(results), folder.path());
   for (const char* name : {"results.json", "results.csv", "problems.csv", "table.csv", "table.md", "table.tex"})
     CHECK_FALSE(ReadFile(folder.File(name)).empty());
   CHECK_THROWS_AS(WriteResults(MakeReport(results), folder.File("absent")), Error);
+  BeginResults(folder.path());
+  CHECK_FALSE(std::filesystem::exists(folder.File("results.json")));
+  CHECK_NOTHROW(BeginResults(folder.File("absent")));
 }
 
 }  // namespace

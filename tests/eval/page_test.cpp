@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
 #include "diffsac/eval/command_line.h"
 #include "eval/eval_fixtures.h"
 
@@ -49,6 +50,29 @@ TEST_CASE("a page has the tables, the pictures and what made it; a run that is t
   CHECK_THAT(Run(request), Contains("mAA@0.5deg"));
   std::filesystem::remove(folder.File("run/table.md"));
   CHECK_THAT(Run(request), Contains("mAA@0.5deg"));
+}
+
+TEST_CASE("a run that broke off does not pass for the one whose results were there before") {
+  const TemporaryFolder folder;
+  EvalRequest request = PageRequest(folder);
+  Run(request);
+  WriteFileAtomically(folder.File("points.csv"), "1,2\nno numbers\n");
+  WriteFileAtomically(folder.File("broken.yaml"),
+                      "name: x\ntask: line\ndata: {type: point_sets, task: line, paths: [" + folder.File("points.csv") +
+                          "], inlier_threshold: 0.1}\nmethods: {ransac: {type: ransac, hypotheses: 20}}\n");
+  EvalRequest broken = request;
+  broken.config_path = folder.File("broken.yaml");
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  CHECK_THROWS_AS(Evaluate(broken, {}, stop, out), Error);
+  CHECK_FALSE(std::filesystem::exists(folder.File("run/results.json")));
+  CHECK_THAT(ReadFile(folder.File("run/config.yaml")), Contains("points.csv"));
+  CHECK_THAT(Run(request), Contains("mAA@0.5deg"));
+  // Killed after the tables, before pictures and report.
+  std::filesystem::remove(folder.File("run/results.json"));
+  std::filesystem::remove(folder.File("run/report.html"));
+  CHECK_THAT(Run(request), Contains("mAA@0.5deg"));
+  CHECK(std::filesystem::exists(folder.File("run/report.html")));
 }
 
 TEST_CASE("two pictures of matches are on a page, from first to last, and all others") {

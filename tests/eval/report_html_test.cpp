@@ -199,12 +199,13 @@ TEST_CASE("lines and planes have their fits") {
   }
 }
 
-TEST_CASE("a report that is not wanted is removed, one that fails is a warning") {
+TEST_CASE("a report that is not wanted is removed, one that cannot be written is an error") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();
   WriteReport(MakeReport(results), folder.path());
   CHECK(std::filesystem::exists(folder.File(kReportFile)));
-  CHECK_NOTHROW(WriteReport(MakeReport(results), folder.File("nowhere/at/all")));
+  CHECK_THROWS_WITH(WriteReport(MakeReport(results), folder.File("nowhere/at/all")),
+                    Contains("nowhere/at/all/report.html"));
   results.experiment.report = false;
   WriteReport(MakeReport(results), folder.path());
   CHECK_FALSE(std::filesystem::exists(folder.File(kReportFile)));

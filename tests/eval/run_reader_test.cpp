@@ -18,6 +18,7 @@ void WriteRun(const ExperimentResults& results, const std::string& folder) {
   std::filesystem::create_directories(folder);
   WriteFileAtomically(folder + "/config.yaml", WriteExperiment(results.experiment));
   WriteResults(MakeReport(results), folder);
+  EndResults(MakeReport(results), folder);
 }
 
 TEST_CASE("a run's folder reads back as the results that were written") {

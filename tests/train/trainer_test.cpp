@@ -111,6 +111,34 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
     CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
 }
 
+TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
+  const TemporaryFolder folder;
+  const auto whole = folder / "whole", parts = folder / "parts";
+  const std::vector<std::string> changes = {"train.log_every=9", "train.iterations=30"};
+  REQUIRE(Train(Request(whole, changes), kNever) == TrainOutcome::kFinished);
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {  // The checkpoint of step 10 is one step after a row.
+    while (!fs::exists(parts + "/checkpoints/last.safetensors"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = true;
+  });
+  const auto outcome = Train(Request(parts, changes), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  auto request = Request(parts, changes);
+  request.resume = true;
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
+  CHECK(ReadFile(whole + "/checkpoints/last.safetensors") == ReadFile(parts + "/checkpoints/last.safetensors"));
+
+  // Killed between the last checkpoint and the report: resuming has no step to do, and still leaves what a run leaves.
+  fs::remove(parts + "/report.html");
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  CHECK(fs::exists(parts + "/report.html"));
+}
+
 TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") {
   const TemporaryFolder folder;
   const auto output = folder / "run";

@@ -4,12 +4,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 
+#include "diffsac/core/left_over.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -61,18 +61,6 @@ class RemovedUnlessKept {
  private:
   std::string path_;
 };
-
-/// An unused name in the folder of `path`, hidden and with the same extension.
-std::string TemporaryBeside(const fs::path& path) {
-  static std::atomic<unsigned> next{0};
-  for (;;) {
-    const std::string name = "." + path.stem().string() + ".tmp-" + std::to_string(::getpid()) + "-" +
-                             std::to_string(next++) + path.extension().string();
-    const std::string temporary = (path.parent_path() / name).string();
-    struct stat info;
-    if (::lstat(temporary.c_str(), &info) != 0) return temporary;
-  }
-}
 
 void WriteAll(int descriptor, std::string_view content, const std::string& path) {
   while (!content.empty()) {
@@ -161,6 +149,10 @@ std::string ReadFile(const std::string& path) {
     if (count == 0) return content;
     content.append(buffer, static_cast<std::size_t>(count));
   }
+}
+
+void RemoveFile(const std::string& path) {
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT && errno != ENOTDIR) FailWithErrno("remove", path);
 }
 
 void MakeWritableFolder(const std::string& path) {

@@ -7,7 +7,8 @@
 namespace diffsac {
 
 /// Writes a whole file or leaves the old one: temporary file beside it, fsync, rename. Throws Error naming the path
-/// and the cause (full disk, read-only folder). A symbolic link stays one; a device or pipe is written in place.
+/// and the cause (full disk, read-only folder). A symbolic link stays one; a device or pipe is written in place. What a
+/// process that was killed left beside it goes with the next one's first file there.
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
 /// The same for a library that writes to a path itself: `write` gets the temporary path (same extension).
@@ -16,6 +17,9 @@ void WriteFileAtomically(const std::string& path, const std::function<void(const
 
 /// Throws Error naming the path and the cause.
 std::string ReadFile(const std::string& path);
+
+/// Removes a file if it is there. Throws Error naming the path and the cause.
+void RemoveFile(const std::string& path);
 
 /// Creates a folder and its parents, and checks that files can be written there. Throws Error otherwise.
 void MakeWritableFolder(const std::string& path);

@@ -2,13 +2,12 @@
 
 #include <array>
 #include <filesystem>
-#include <mutex>
 #include <set>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/data/hdf5_output.h"
 
 namespace diffsac {
 namespace {
@@ -20,25 +19,10 @@ using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",           "Egt.h5",
                                   "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5", "match_indices.h5"};
 
-// One flat file that is being written, with a data set for each call. It holds the library's lock only while it calls
-// the library, so that what asks for the values may read other files.
+// One flat file that is being written, with a data set for each call.
 class FlatFile {
  public:
-  explicit FlatFile(const std::string& path) {
-    const std::lock_guard lock(Hdf5Mutex());
-    H5::Exception::dontPrint();
-    file_ = H5::H5File(path, H5F_ACC_TRUNC);
-  }
-  ~FlatFile() {
-    const std::lock_guard lock(Hdf5Mutex());
-    try {
-      file_.close();
-    } catch (const H5::Exception&) {
-      // An error is on its way already: Close was not reached.
-    }
-  }
-  FlatFile(const FlatFile&) = delete;
-  FlatFile& operator=(const FlatFile&) = delete;
+  FlatFile(const std::string& file, const std::string& path) : output_(file, path) {}
 
   void Put(const std::string& key, const double* values, const Shape& shape) {
     Put(key, values, shape, H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE);
@@ -54,39 +38,24 @@ class FlatFile {
     Put(key, rows.data(), {3, 3});
   }
 
-  // Closing by the destructor would hide a full disk.
-  void Close() {
-    const std::lock_guard lock(Hdf5Mutex());
-    file_.flush(H5F_SCOPE_GLOBAL);
-    file_.close();
-  }
+  void Close() { output_.Close(); }
 
  private:
-  template <class Value>
-  void Put(const std::string& key, const Value* values, const Shape& shape, const H5::PredType& stored,
+  void Put(const std::string& key, const void* values, const Shape& shape, const H5::PredType& stored,
            const H5::PredType& native) {
-    const std::lock_guard lock(Hdf5Mutex());
-    const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-    const H5::DataSet data = file_.createDataSet(key, stored, space);
-    hsize_t count = 1;
-    for (hsize_t size : shape) count *= size;
-    if (count > 0) data.write(values, native);
+    output_.Put(key, stored, native, values, shape);
   }
 
-  H5::H5File file_;
+  Hdf5Output output_;
 };
 
 // One file, whole or not at all.
 template <class Fill>
 void WriteFlatFile(const std::string& path, Fill fill) {
   WriteFileAtomically(path, [&](const std::string& temporary) {
-    try {
-      FlatFile file(temporary);
-      fill(file);
-      file.Close();
-    } catch (const H5::Exception& e) {
-      throw Error("cannot write '" + path + "': " + Describe(e));
-    }
+    FlatFile file(temporary, path);
+    fill(file);
+    file.Close();
   });
 }
 
@@ -186,11 +155,7 @@ void SceneWriter::CheckPairs() const {
 }
 
 void SceneWriter::RemoveEarlierFiles() const {
-  for (const char* name : kFiles) {
-    std::error_code code;
-    fs::remove(Path(name), code);
-    if (code) throw Error("cannot remove '" + Path(name) + "': " + code.message());
-  }
+  for (const char* name : kFiles) RemoveFile(Path(name));
 }
 
 void SceneWriter::WriteMatches() const {

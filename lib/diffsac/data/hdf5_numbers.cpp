@@ -34,8 +34,14 @@ Numbers ReadNumbers(const H5::Attribute& source, const std::string& place) { ret
 
 void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape) {
   const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space);
+  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space, WithoutTimes());
   if (space.getSimpleExtentNpoints() > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
+}
+
+H5::DSetCreatPropList WithoutTimes() {
+  H5::DSetCreatPropList properties;
+  H5Pset_obj_track_times(properties.getId(), false);
+  return properties;
 }
 
 std::string ShapeText(const Numbers& numbers) {

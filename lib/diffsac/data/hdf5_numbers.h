@@ -24,6 +24,9 @@ Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
 /// A data set of doubles, row-major. Throws H5::Exception.
 void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape);
 
+/// How a data set is created that does not say when it was: the same content is then the same file.
+H5::DSetCreatPropList WithoutTimes();
+
 /// "3x4", or "a single number".
 std::string ShapeText(const Numbers& numbers);
 

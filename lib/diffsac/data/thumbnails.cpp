@@ -8,18 +8,12 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/data/hdf5_output.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-void Put(const H5::H5File& file, const std::string& image, const std::string& bytes) {
-  const hsize_t count = bytes.size();
-  const std::lock_guard lock(Hdf5Mutex());
-  const H5::DataSet data = file.createDataSet(image, H5::PredType::STD_U8LE, H5::DataSpace(1, &count));
-  data.write(bytes.data(), H5::PredType::NATIVE_UINT8);
-}
 
 /// Opened, used and closed under the lock.
 template <class Call>
@@ -35,16 +29,13 @@ void WriteThumbnails(const std::string& folder, const std::vector<std::string>& 
                      const std::function<std::string(std::size_t)>& jpeg) {
   const std::string path = (fs::path(folder) / kThumbnailsFile).string();
   WriteFileAtomically(path, [&](const std::string& temporary) {
-    try {
-      H5::H5File file = Locked([&] { return H5::H5File(temporary, H5F_ACC_TRUNC); });
-      for (std::size_t i = 0; i < images.size(); ++i) {
-        const std::string bytes = jpeg(i);  // May read other files: not under the lock.
-        if (!bytes.empty()) Put(file, images[i], bytes);
-      }
-      Locked([&] { return file.close(), true; });
-    } catch (const H5::Exception& e) {
-      throw Error("cannot write '" + path + "': " + Describe(e));
+    Hdf5Output file(temporary, path);
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const std::string bytes = jpeg(i);
+      if (!bytes.empty())
+        file.Put(images[i], H5::PredType::STD_U8LE, H5::PredType::NATIVE_UINT8, bytes.data(), {bytes.size()});
     }
+    file.Close();
   });
 }
 

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
@@ -19,6 +20,7 @@ constexpr const char* kVersion = "2";
 constexpr const char* kNetwork = "network.";
 constexpr const char* kAverage = "average.";
 constexpr const char* kOptimizer = "optimizer.";
+constexpr const char* kLossSums = "loss_sums";
 
 bool HasPart(const SafetensorsFile& file, const char* prefix) {
   const auto first = file.tensors().lower_bound(prefix);
@@ -39,8 +41,7 @@ SafetensorsFile Open(const std::string& path) {
 }
 
 template <class T>
-T Number(const SafetensorsFile& file, const char* key) {
-  const std::string& text = file.Text(key);
+T NumberOf(const std::string& text, const SafetensorsFile& file, const char* key) {
   T value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
@@ -48,10 +49,28 @@ T Number(const SafetensorsFile& file, const char* key) {
   return value;
 }
 
+template <class T>
+T Number(const SafetensorsFile& file, const char* key) {
+  return NumberOf<T>(file.Text(key), file, key);
+}
+
 std::int64_t Count(const SafetensorsFile& file, const char* key) {
   const auto count = Number<std::int64_t>(file, key);
   if (count < 0) throw Error(file.path() + ": its " + key + " is negative");
   return count;
+}
+
+// "3 0.5 0.25": steps, then the sums.
+LossSums ReadLossSums(const SafetensorsFile& file) {
+  LossSums losses;
+  if (!file.HasText(kLossSums)) return losses;
+  std::istringstream text(file.Text(kLossSums));
+  std::string word;
+  text >> word;
+  losses.steps = NumberOf<std::int64_t>(word, file, kLossSums);
+  while (text >> word) losses.sums.push_back(NumberOf<double>(word, file, kLossSums));
+  if (losses.steps < 0) throw Error(file.path() + ": its " + kLossSums + " have a negative number of steps");
+  return losses;
 }
 
 CheckpointInfo ReadInfo(const SafetensorsFile& file) {
@@ -63,12 +82,19 @@ CheckpointInfo ReadInfo(const SafetensorsFile& file) {
   info.iteration = Count(file, "iteration");
   info.seed = Number<std::uint64_t>(file, "seed");
   info.best_validation = Number<double>(file, "best_validation");
+  info.losses = ReadLossSums(file);
   return info;
 }
 
 std::string TextOf(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+std::string TextOf(const LossSums& losses) {
+  std::string text = std::to_string(losses.steps);
+  for (const double sum : losses.sums) text += " " + TextOf(sum);
   return text;
 }
 
@@ -93,7 +119,10 @@ void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const t
   writer.AddText("average_updates", std::to_string(average.updates()));
   AddTensors(kNetwork, network, network.parameters(), &writer);
   AddTensors(kAverage, network, average.shadow(), &writer);
-  if (optimizer != nullptr) AddOptimizer(network, *optimizer, &writer);
+  if (optimizer != nullptr) {
+    writer.AddText(kLossSums, TextOf(info.losses));
+    AddOptimizer(network, *optimizer, &writer);
+  }
   writer.Write(path);
 }
 

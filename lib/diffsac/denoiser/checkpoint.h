@@ -5,10 +5,17 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "diffsac/denoiser/exponential_moving_average.h"
 
 namespace diffsac {
+
+/// Sums of the parts of the loss over the steps since the last row of metrics.
+struct LossSums {
+  std::vector<double> sums;
+  std::int64_t steps = 0;
+};
 
 /// What a checkpoint says about itself.
 struct CheckpointInfo {
@@ -19,6 +26,7 @@ struct CheckpointInfo {
                                ///< (seed, iteration), so this is the whole random state.
   std::uint64_t seed = 0;
   double best_validation = -1;  ///< Best validation mAA so far, −1 before the first.
+  LossSums losses = {};         ///< Only where training can resume; none in files of earlier versions.
 };
 
 // A checkpoint is a safetensors file (core/safetensors.h; docs/reliability.md): tensors `network.*`, `average.*` and,

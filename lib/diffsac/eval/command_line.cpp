@@ -77,6 +77,7 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
   KeepEstimates(results, folder);
   if (!results.partial) DrawFigures(report, folder);
   WriteReport(report, folder);
+  EndResults(report, folder);
   if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
@@ -177,9 +178,10 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   std::optional<RunDirectory> run;
   if (request.group == nullptr || request.group->main()) {
     // Before the work, so that a read-only folder is not found out afterwards.
+    BeginResults(folder);
     run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),
                 experiment.seed);
-    std::filesystem::remove(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
+    RemoveFile(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
   }
   ExperimentResults results = Run(request, experiment, shard, trace, stop);
   if (request.group != nullptr && !JoinShards(*request.group, Setup(request), &results))

@@ -50,7 +50,7 @@ void Put(H5::Group& group, const char* name, const std::vector<Value>& values, h
   std::vector<hsize_t> shape = {columns == 0 ? values.size() : values.size() / columns};
   if (columns > 0) shape.push_back(columns);
   const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  H5::DSetCreatPropList properties;
+  const H5::DSetCreatPropList properties = WithoutTimes();
   if (values.size() > kChunk && columns == 0) {
     properties.setChunk(1, &kChunk);
     properties.setDeflate(4);
@@ -66,7 +66,7 @@ const H5::StrType& TextType() {
 
 void PutTexts(H5::Group& group, const char* name, const std::vector<std::string>& texts) {
   const hsize_t count = texts.size();
-  const H5::DataSet data = group.createDataSet(name, TextType(), H5::DataSpace(1, &count));
+  const H5::DataSet data = group.createDataSet(name, TextType(), H5::DataSpace(1, &count), WithoutTimes());
   std::vector<const char*> pointers;
   for (const std::string& text : texts) pointers.push_back(text.c_str());
   if (count > 0) data.write(pointers.data(), TextType());

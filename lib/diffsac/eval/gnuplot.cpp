@@ -19,21 +19,40 @@ namespace {
 
 constexpr int kNotFound = 127;
 
-// Runs gnuplot in a folder without a shell, so that no path needs quoting. Its messages are of no use to a reader.
-int RunGnuplot(const std::string& folder, const std::vector<std::string>& arguments) {
+// What comes out of a pipe until its other end is closed.
+std::string ReadAll(int descriptor) {
+  std::string content;
+  std::array<char, 1 << 16> buffer;
+  for (;;) {
+    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return content;
+    content.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+// Runs gnuplot in a folder without a shell, so that no path needs quoting. Its messages are of no use to a reader. What
+// it prints comes through a pipe and not through a file: when this process is killed, gnuplot leaves nothing behind.
+int RunGnuplot(const std::string& folder, const std::vector<std::string>& arguments, std::string* printed = nullptr) {
   std::vector<char*> argv = {const_cast<char*>("gnuplot")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return kNotFound;
   const pid_t child = ::fork();
-  if (child < 0) return kNotFound;
   if (child == 0) {
     const int null = ::open("/dev/null", O_RDWR);
     ::dup2(null, STDIN_FILENO);
-    ::dup2(null, STDOUT_FILENO);
+    ::dup2(ends[1], STDOUT_FILENO);
     ::dup2(null, STDERR_FILENO);
     if (::chdir(folder.c_str()) == 0) ::execvp("gnuplot", argv.data());
     ::_exit(kNotFound);
   }
+  ::close(ends[1]);
+  const std::string output = child < 0 ? std::string() : ReadAll(ends[0]);
+  ::close(ends[0]);
+  if (child < 0) return kNotFound;
+  if (printed != nullptr) *printed = output;
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
@@ -59,12 +78,12 @@ bool DrawPicture(const std::string& folder, const std::string& name, const std::
   namespace fs = std::filesystem;
   WriteFileAtomically((fs::path(folder) / (name + ".gp")).string(),
                       Preamble(name, width, height) + script + "\nunset output\n");
-  const std::string temporary = "." + name + ".tmp.png";
-  const int code = RunGnuplot(folder, {"-e", "output='" + temporary + "'", name + ".gp"});
-  std::error_code error;
-  if (code == 0) fs::rename(fs::path(folder) / temporary, fs::path(folder) / (name + ".png"), error);
-  if (code == 0 && !error) return true;
-  fs::remove(fs::path(folder) / temporary, error);
+  std::string picture;
+  const int code = RunGnuplot(folder, {"-e", "output='/dev/stdout'", name + ".gp"}, &picture);
+  if (code == 0 && picture.starts_with("\x89PNG")) {
+    WriteFileAtomically((fs::path(folder) / (name + ".png")).string(), picture);
+    return true;
+  }
   LogWarning("no picture " + name + ".png: " +
              (code == kNotFound ? std::string("gnuplot was not found") : "gnuplot failed on " + name + ".gp"));
   return false;

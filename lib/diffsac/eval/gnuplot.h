@@ -6,8 +6,8 @@ namespace diffsac {
 
 /// Draws `folder/name.png` with gnuplot. The script, with its data in it, stays beside the picture as `name.gp`, so
 /// that `gnuplot name.gp` draws it again. Terminal, fonts and output are set here; `script` draws. `width` and `height`
-/// are in pixels. False, with a warning in the log, when gnuplot is missing or fails; throws Error when the script
-/// cannot be written.
+/// are in pixels. False, with a warning in the log, when gnuplot is missing or fails; throws Error when script or
+/// picture cannot be written.
 bool DrawPicture(const std::string& folder, const std::string& name, const std::string& script, int width, int height);
 
 /// Whether gnuplot can be started.

@@ -171,9 +171,10 @@ bool PlotMatches(const ExperimentResults& results, const std::string& folder) {
   if (!IsTwoView(results.experiment.task)) return false;
   for (const KeptFit& fit : results.fits) {
     const cv::Mat picture = MatchPicture(fit, results);
-    WriteFileAtomically(folder + "/" + FileName(fit, results), [&](const std::string& temporary) {
-      if (!cv::imwrite(temporary, picture)) throw Error(temporary + ": the picture cannot be written");
-    });
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", picture, bytes);
+    WriteFileAtomically(folder + "/" + FileName(fit, results),
+                        std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   }
   return !results.fits.empty();
 }

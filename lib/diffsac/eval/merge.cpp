@@ -162,6 +162,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
     if (shard.results.shard.index == 1) first = shard.name;
   const ExperimentResults results = MergeShards(std::move(shards));
   const std::string folder = output.empty() ? "runs/" + results.experiment.name : output;
+  BeginResults(folder);
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
   const Report report = MakeReport(results);
   WriteResults(report, folder);
@@ -169,6 +170,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   CopyPictures(first, folder);
   DrawFigures(report, folder);
   WriteReport(report, folder);
+  EndResults(report, folder);
   out << MarkdownReport(report) << std::endl;
 }
 

@@ -192,13 +192,18 @@ std::string TablesCsv(const std::vector<Table>& tables) {
 void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
-  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
   if (!report.results.reliability.empty())
     WriteFileAtomically(folder + "/reliability.csv",
                         ReliabilityCsv(DistinctCurves(report.results.reliability), ConditionNames(report.results.experiment)));
   WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
   WriteFileAtomically(folder + "/table.tex", LatexReport(report));
+}
+
+void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }
+
+void EndResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
 }
 
 }  // namespace diffsac

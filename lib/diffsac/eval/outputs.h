@@ -23,7 +23,12 @@ std::string ResultsJson(const Report& report);
 /// with the columns, a line a row, an empty line. Unknown values are empty.
 std::string TablesCsv(const std::vector<Table>& tables);
 
-/// Writes all of these, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
+/// Writes the first two, the tables, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
 void WriteResults(const Report& report, const std::string& folder);
+
+/// A folder holds the run that its config.yaml names when results.json is there: it is removed before anything else is
+/// written, so that an earlier run's does not pass for this one's, and written when all else is there. Throws Error.
+void BeginResults(const std::string& folder);
+void EndResults(const Report& report, const std::string& folder);
 
 }  // namespace diffsac

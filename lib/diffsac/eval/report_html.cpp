@@ -151,15 +151,15 @@ std::string ReportHtml(const Report& report) {
 
 void WriteReport(const Report& report, const std::string& folder) {
   const std::string path = (std::filesystem::path(folder) / kReportFile).string();
+  if (!report.results.experiment.report) return RemoveFile(path);
+  std::string text;
   try {
-    if (report.results.experiment.report) {
-      WriteFileAtomically(path, ReportHtml(report));
-    } else {
-      std::filesystem::remove(path);
-    }
+    text = ReportHtml(report);
   } catch (const std::exception& error) {
     LogWarning("no " + path + ": " + error.what());
+    return RemoveFile(path);
   }
+  WriteFileAtomically(path, text);
 }
 
 }  // namespace diffsac

@@ -14,8 +14,8 @@ inline constexpr const char* kReportFile = "report.html";
 /// (docs/report.md). The conditions' data is read again for the pictures.
 std::string ReportHtml(const Report& report);
 
-/// Writes it into the run's folder, or removes that of an earlier run where the experiment has none. What goes wrong is a
-/// warning in the log: the results are there already.
+/// Writes it into the run's folder, or removes that of an earlier run where the experiment has none. That it
+/// cannot be made is a warning in the log: the results are there already. Throws Error when it cannot be written.
 void WriteReport(const Report& report, const std::string& folder);
 
 }  // namespace diffsac

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <set>
 
+#include "diffsac/core/files.h"
+
 namespace diffsac {
 namespace {
 
@@ -229,7 +231,7 @@ void KeepEstimates(const ExperimentResults& results, const std::string& folder) 
   if (results.experiment.estimates) {
     WriteEstimates(path.string(), EstimatesOf(results));
   } else {
-    std::filesystem::remove(path);
+    RemoveFile(path.string());
   }
 }
 

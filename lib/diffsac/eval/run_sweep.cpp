@@ -67,6 +67,7 @@ void WriteJoined(ExperimentResults results, const EvalRequest& request, const st
   WriteResults(report, folder);
   DrawFigures(report, folder);
   WriteReport(report, folder);
+  EndResults(report, folder);
   if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
@@ -85,7 +86,10 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
   const std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
   const ExperimentOptions first = CheckedPoints(points, request);
   const std::string folder = request.output.empty() ? "runs/" + first.name : request.output;
-  if (!request.needs) RunDirectory(folder, "diffsac_eval", config.Dump() + "\n", first.seed);
+  if (!request.needs) {
+    BeginResults(folder);
+    RunDirectory(folder, "diffsac_eval", config.Dump() + "\n", first.seed);
+  }
   std::vector<ExperimentResults> results;
   for (std::size_t p = 0; p < points.size(); ++p) {
     const EvalRequest one = RequestOf(points[p], request, folder);

@@ -45,14 +45,16 @@ void MetricsLog::Write() const {
 }
 
 void MetricsLog::WriteReport() const {
+  const std::filesystem::path folder(folder_), config = folder / "config.yaml";
+  std::string page;
   try {
-    const std::filesystem::path folder(folder_), config = folder / "config.yaml";
     const std::string text = std::filesystem::exists(config) ? ReadFile(config.string()) : "";
     const std::string name = std::filesystem::weakly_canonical(folder).filename().string();
-    WriteFileAtomically((folder / "report.html").string(), TrainingReportHtml("Training of " + name, columns_, rows_, text));
+    page = TrainingReportHtml("Training of " + name, columns_, rows_, text);
   } catch (const std::exception& error) {
-    LogWarning(folder_ + ": no report.html: " + error.what());
+    return LogWarning(folder_ + ": no report.html: " + error.what());
   }
+  WriteFileAtomically((folder / "report.html").string(), page);
 }
 
 void MetricsLog::Draw() const {

@@ -20,7 +20,8 @@ class MetricsLog {
   void Append(std::int64_t iteration, const std::vector<double>& values);
   /// Redraws the picture. Does nothing when gnuplot is missing.
   void Draw() const;
-  /// Rewrites the page, with the folder's config.yaml. What goes wrong is a warning in the log.
+  /// Rewrites the page, with the folder's config.yaml. That it cannot be made is a warning in
+  /// the log; throws Error when it cannot be written.
   void WriteReport() const;
 
  private:

@@ -53,6 +53,7 @@ class Trainer {
   void Report(std::int64_t iteration, double data_wait_seconds);
   std::vector<double> ValidateWhenDue(std::int64_t done, bool due);
   void AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies);
+  void DrawCurves() const;
   void Save(const std::string& name, bool with_optimizer);
   void Resume();
   std::string CheckpointPath(const std::string& name) const { return directory_.File("checkpoints/" + name); }
@@ -68,8 +69,6 @@ class Trainer {
   std::unique_ptr<torch::optim::Adam> optimizer_;
   std::unique_ptr<Validation> validation_;
   CheckpointInfo info_;
-  std::vector<double> loss_sums_;  // of the learner's parts since the last row of metrics
-  std::int64_t losses_ = 0;
   // Of the process that writes:
   std::optional<MetricsLog> log_;
   std::chrono::steady_clock::time_point window_start_;  // the time of the last row of metrics
@@ -91,7 +90,6 @@ Trainer::Trainer(const TrainRequest& request)
   if (team_.main()) std::filesystem::create_directories(directory_.File("checkpoints"));
   torch::set_num_threads(request.threads > 0 ? request.threads : team_.threads());
   learner_ = MakeLearner(options_, device_, request.threads);
-  loss_sums_.assign(learner_->loss_names().size(), 0.0);
   const auto& train = options_.train;
   if (!train.start_from.empty()) LoadAverage(train.start_from, learner_->network());
   average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), train.ema_decay);
@@ -99,6 +97,7 @@ Trainer::Trainer(const TrainRequest& request)
                                                     torch::optim::AdamOptions(train.learning_rate));
   if (team_.main()) validation_ = std::make_unique<Validation>(options_);
   info_ = {options_.method, ToString(options_.task), resolved_, GitRevision(), 0, train.seed, -1.0};
+  info_.losses.sums.assign(learner_->loss_names().size(), 0.0);
   if (request.resume) Resume();
   team_.CheckSame("configurations", resolved_);
   team_.CheckSame("iterations or weights",
@@ -111,7 +110,12 @@ void Trainer::Resume() {
   if (info.config != resolved_)
     throw Error(path +
                 ": was trained with another configuration; resume with the same one, or choose another --output");
+  const std::size_t parts = info_.losses.sums.size();
   info_ = info;
+  if (info_.losses.sums.empty()) info_.losses = {std::vector<double>(parts, 0.0), 0};
+  if (info_.losses.sums.size() != parts)
+    throw Error(path + ": expected the sums of " + std::to_string(parts) + " losses, found " +
+                std::to_string(info_.losses.sums.size()));
   LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
 }
 
@@ -141,8 +145,8 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(learner_->network().parameters(), train.clip_norm);
   optimizer_->step();
   average_->Update(learner_->network());
-  for (std::size_t i = 0; i < loss_sums_.size(); ++i) loss_sums_[i] += joint[i + 1];
-  ++losses_;
+  for (std::size_t i = 0; i < info_.losses.sums.size(); ++i) info_.losses.sums[i] += joint[i + 1];
+  ++info_.losses.steps;
 }
 
 std::vector<double> Trainer::Validate() {
@@ -180,14 +184,19 @@ void Trainer::AppendRow(std::int64_t iteration, double data_wait_seconds, const 
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - window_start_).count();
   std::vector<double> row;
-  for (double& sum : loss_sums_) row.push_back(std::exchange(sum, 0.0) / losses_);
+  for (double& sum : info_.losses.sums) row.push_back(std::exchange(sum, 0.0) / info_.losses.steps);
   row.push_back(Rate(iteration));
   row.push_back(seconds > 0 ? (data_wait_seconds - waited_) / seconds : 0.0);
   row.insert(row.end(), accuracies.begin(), accuracies.end());
   log_->Append(iteration + 1, row);
-  losses_ = 0;
+  info_.losses.steps = 0;
   window_start_ = std::chrono::steady_clock::now();
   waited_ = data_wait_seconds;
+}
+
+void Trainer::DrawCurves() const {
+  log_->Draw();
+  log_->WriteReport();
 }
 
 void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
@@ -198,9 +207,8 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
   const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
   if (due(train.log_every)) AppendRow(iteration, data_wait_seconds, accuracies);
   if (due(train.checkpoint_every)) Save("last.safetensors", true);
-  if (!due(train.validate_every)) return;
-  log_->Draw();
-  log_->WriteReport();
+  // The last are those of a finished run, also of one that was killed before it had drawn them.
+  if (due(train.validate_every) && !last) DrawCurves();
 }
 
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
@@ -234,6 +242,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
     Report(iteration, items.wait_seconds());
     progress->Advance();
   }
+  if (team_.main()) DrawCurves();
   if (progress) progress->Finish();
   return TrainOutcome::kFinished;
 }
