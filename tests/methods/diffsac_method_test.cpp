@@ -159,6 +159,11 @@ TEST_CASE("a trace has one entry a network call") {
   CHECK(steps.confidences[0].size() == 6 * static_cast<std::size_t>(problem.points.rows()));
   CHECK(steps.timesteps[0] > steps.timesteps[2]);
   CHECK_FALSE(method.Trace(PointsOf({{1, 2}}), 1));
+  // A row that draws from the inlier head takes no step (its pictures showed one).
+  auto drawn = FewSteps();
+  drawn.guide = SetGuide::kInlierHead;
+  drawn.selection = SetSelection::kGumbel;
+  CHECK_FALSE(DiffsacMethod(TinyNetwork(Task::kLine), drawn, 1).Trace(problem, 1));
 }
 
 TEST_CASE("options that need the inlier head say so") {

@@ -49,8 +49,8 @@ bool PlotReliability(const ExperimentResults& results, const std::string& folder
   const int count = static_cast<int>(conditions.size()), width = 60 + 460 * count;
   std::string script =
       "set multiplot layout 1," + std::to_string(count) + " title " +
-      GnuplotText(PlotTitle(results) + ": how often a point is an inlier, by its probability") +
-      " font \",13\"\nset xrange [0:1]\nset yrange [0:1]\nset size square\nset grid ls 100\n" +
+      "\"How often a point is an inlier, by its probability\\n" + GnuplotText(PlotTitle(results)).substr(1) +
+      " font \",12\"\nset xrange [0:1]\nset yrange [0:1]\nset size square\nset grid ls 100\n" +
       "set xlabel \"probability\" offset 0,0.5\nset ylabel \"share of true inliers, mean over scenes\"\n" +
       "set key below center Left reverse maxcols 1 samplen 2 width -8\n";
   for (const std::size_t condition : conditions) script += Panel(results, curves, condition);

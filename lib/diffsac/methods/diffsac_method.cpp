@@ -104,7 +104,7 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guidance& guid
 
 std::optional<ConfidenceSteps> DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
   const SolverSpace space(problem);
-  if (Check(space) != Status::kOk) return std::nullopt;
+  if (options_.guide != SetGuide::kDiffusion || Check(space) != Status::kOk) return std::nullopt;
   const c10::InferenceMode inference;
   const auto features = ComputeFeatures({&space, 1}, {&seed, 1});
   const FeatureSet* row = features.data();

@@ -29,7 +29,8 @@ class DiffsacMethod : public LearnedMethod {
   DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, const DiffsacOptions& options, int threads);
   bool GivesProbabilities() const override { return true; }
 
-  /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from.
+  /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from,
+  /// or where sets are drawn without it.
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
