@@ -17,7 +17,6 @@ namespace {
 
 constexpr const char* kFormat = "diffsac-checkpoint";
 constexpr const char* kVersion = "2";
-constexpr const char* kNetwork = "network.";
 constexpr const char* kAverage = "average.";
 constexpr const char* kOptimizer = "optimizer.";
 constexpr const char* kLossSums = "loss_sums";
@@ -35,7 +34,7 @@ SafetensorsFile Open(const std::string& path) {
     throw Error(path + ": checkpoint version " + Shown(file.Text("version")) + ", this program reads version '" +
                 kVersion + "'");
   for (const auto& [name, tensor] : file.tensors())
-    if (!name.starts_with(kNetwork) && !name.starts_with(kAverage) && !name.starts_with(kOptimizer))
+    if (!name.starts_with(kNetworkTensors) && !name.starts_with(kAverage) && !name.starts_with(kOptimizer))
       throw Error(path + ": tensor " + Shown(name) + ": expected a name with network., average. or optimizer.");
   return file;
 }
@@ -117,7 +116,7 @@ void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const t
   SafetensorsWriter writer;
   AddInfo(info, &writer);
   writer.AddText("average_updates", std::to_string(average.updates()));
-  AddTensors(kNetwork, network, network.parameters(), &writer);
+  AddTensors(kNetworkTensors, network, network.parameters(), &writer);
   AddTensors(kAverage, network, average.shadow(), &writer);
   if (optimizer != nullptr) {
     writer.AddText(kLossSums, TextOf(info.losses));
@@ -132,7 +131,7 @@ CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& networ
                               torch::optim::Adam* optimizer) {
   SafetensorsFile file = Open(path);
   const auto info = ReadInfo(file);
-  ReadTensors(kNetwork, network, network.parameters(), &file);
+  ReadTensors(kNetworkTensors, network, network.parameters(), &file);
   if (average != nullptr) {
     ReadTensors(kAverage, network, average->shadow(), &file);
     average->set_updates(Count(file, "average_updates"));

@@ -35,7 +35,7 @@ void ImportNetwork(const TrainRequest& request, const std::string& path) {
   CheckPurpose(file, options);
   const auto learner = MakeLearner(options, torch::kCPU, 1);
   auto& network = learner->network();
-  ReadTensors("network.", network, network.parameters(), &file);
+  ReadTensors(kNetworkTensors, network, network.parameters(), &file);
   const std::string resolved = WriteTrainConfig(options);
   const RunDirectory directory(request.output, "diffsac_train", resolved, options.train.seed);
   std::filesystem::create_directories(directory.File("checkpoints"));
