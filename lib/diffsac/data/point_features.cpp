@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/make_source.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/coordinates.h"
 #include "diffsac/data/neighborhood_features.h"
@@ -68,6 +68,14 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Field("preference_kept", preference_kept, AtLeast(1))
       .OnlyIf(preference, "kinds: [preference]")
       .Help("how many of the best-scored are kept as columns");
+  b.Field("preference_from", preference_from)
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("`uniform`: random sets; `napsac`: a point and its neighbours, for structures that lie apart");
+  b.Field("preference_choice", preference_choice)
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help(
+          "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
+          "structure takes all columns");
   b.Require(!kinds.empty(), "kinds",
             "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
 }
@@ -99,13 +107,18 @@ int PointFeatures::first_descriptor() const {
   return PointDimension(task_) + (columns.ratio ? 1 : 0) + (columns.neighborhood ? kNeighborhoodColumns : 0);
 }
 
+int PointFeatures::first_preference() const {
+  return options_.Has(PointFeature::kPreference) ? width() - kColumnsPerHypothesis * options_.preference_kept : -1;
+}
+
 FeatureSet PointFeatures::Compute(const SolverSpace& space, Rng rng) const {
   const Problem& problem = space.problem();
   std::vector<int> sets;
   if (ColumnsOf(options_).preference && problem.points.rows() >= MinimalSetSize(task_)) {
-    const auto count = static_cast<int>(problem.points.rows());
-    UniformSource source(count, MinimalSetSize(task_), rng.Fork("preference"));
-    sets = DrawSets(source, MinimalSetSize(task_), options_.preference_draws);
+    SourceOptions draws;
+    if (options_.preference_from == PreferenceDraws::kNapsac) draws.source = SourceKind::kNapsac;
+    const auto source = MakeHypothesisSource(draws, space.points(), MinimalSetSize(task_), rng.Fork("preference"));
+    sets = DrawSets(*source, MinimalSetSize(task_), options_.preference_draws);
   }
   return ComputeFromSets(space, sets);
 }
@@ -144,7 +157,8 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
       WriteDescriptors(problem, options_.descriptor_size, column, &features.values);
     column += 2 * options_.descriptor_size;
   }
-  if (columns.preference) AddPreference(space, sets, options_.preference_kept, column, &features);
+  if (columns.preference)
+    AddPreference(space, sets, {options_.preference_kept, options_.preference_choice}, column, &features);
   return features;
 }
 

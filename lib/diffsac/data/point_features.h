@@ -32,6 +32,24 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
                                                                          "coordinates_descriptors"},
                                                                         {PointFeature::kPreference, "preference"}});
 
+/// Where the minimal sets of preference features come from.
+///   kUniform  "uniform"
+///   kNapsac   "napsac": a point and its neighbours (consensus/napsac_source.h): where structures lie apart, far more of
+///             these sets are of one
+enum class PreferenceDraws { kUniform, kNapsac };
+template <>
+inline constexpr auto kEnumNames<PreferenceDraws> = NamesOf<PreferenceDraws>({{PreferenceDraws::kUniform, "uniform"},
+                                                                              {PreferenceDraws::kNapsac, "napsac"}});
+
+/// Which hypotheses are kept as preference features.
+///   kBest    "best": of highest score
+///   kSpread  "spread": one after another, each the one that adds most to what the earlier ones explain, so that no
+///            structure takes all columns
+enum class PreferenceChoice { kBest, kSpread };
+template <>
+inline constexpr auto kEnumNames<PreferenceChoice> = NamesOf<PreferenceChoice>({{PreferenceChoice::kBest, "best"},
+                                                                                {PreferenceChoice::kSpread, "spread"}});
+
 struct PointFeaturesOptions {
   /// Their columns stand side by side in the order of the enumeration, those of the coordinates once.
   std::vector<PointFeature> kinds = {PointFeature::kPreference};
@@ -45,6 +63,8 @@ struct PointFeaturesOptions {
   /// Preference: how many minimal sets are drawn, and how many of the best-scored are kept as columns (M).
   int preference_draws = 100;
   int preference_kept = 16;
+  PreferenceDraws preference_from = PreferenceDraws::kUniform;
+  PreferenceChoice preference_choice = PreferenceChoice::kBest;
   void Bind(OptionsBinder& b);
   bool Has(PointFeature kind) const;
 };
@@ -72,7 +92,8 @@ struct PointFeaturesOptions {
 ///   3j + 2  the hypothesis's MSAC score / N, the same for all points
 /// Two views: r is the Sampson distance (F; E in normalised coordinates with ε over the mean focal length) or the
 /// symmetric transfer error (H), at most 1e6 ε; of a set's solutions the best counts, all are counted as hypotheses.
-/// With fewer than M distinct hypotheses the missing columns repeat the best one; with none they are 0.
+/// With fewer than M distinct hypotheses the missing columns repeat the best one; with none they are 0. With
+/// `preference_choice: spread` the order is that of the choice, and the first is still the best.
 class PointFeatures {
  public:
   /// Throws Error for kinds that the task has not.
@@ -82,6 +103,8 @@ class PointFeatures {
   /// First column of image 1's descriptor, image 2's stands behind it; -1 without descriptors.
   int first_descriptor() const;
   int descriptor_size() const { return options_.descriptor_size; }
+  /// First column of the preference features, behind which 3·M stand; -1 without any.
+  int first_preference() const;
   /// The problem must have at least γ finite points (callers check; see CheckSpace). rng decides the drawn hypotheses.
   FeatureSet Compute(const SolverSpace& space, Rng rng) const;
   FeatureSet Compute(const Problem& problem, Rng rng) const { return Compute(SolverSpace(problem), rng); }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <numeric>
+#include <queue>
 
 #include "diffsac/data/tasks.h"
 
@@ -96,6 +97,43 @@ std::vector<int> BestDistinct(const Pool& pool, int set_size, int kept) {
   return best;
 }
 
+// One hypothesis after the other, each the one that explains most beyond what those before it explain: the greedy
+// choice for Σ over points of the best MSAC gain, whose gains only fall, so that a bound from an earlier round decides
+// most candidates unseen (Minoux, "Accelerated greedy algorithms for maximizing submodular set functions", 1978).
+template <class Model>
+std::vector<int> Spread(const Eigen::ArrayXXd& axes, double threshold, const Pool& pool, int kept) {
+  const double inverse = 1.0 / (threshold * threshold);
+  Eigen::ArrayXXf gains(axes.rows(), pool.count);
+  for (int h = 0; h < pool.count; ++h)
+    gains.col(h) = (1.0 - Residuals<Model>(axes, pool.models.col(h).data(), threshold).square() * inverse)
+                       .max(0.0)
+                       .template cast<float>();
+  Eigen::ArrayXf covered = Eigen::ArrayXf::Zero(axes.rows());
+  struct Candidate {
+    float gain;
+    int hypothesis;
+    int round;  // in which the gain was reckoned
+    bool operator<(const Candidate& other) const {
+      return gain != other.gain ? gain < other.gain : hypothesis > other.hypothesis;
+    }
+  };
+  std::priority_queue<Candidate> candidates;
+  for (int h = 0; h < pool.count; ++h) candidates.push({gains.col(h).sum(), h, 0});
+  std::vector<int> chosen;
+  while (static_cast<int>(chosen.size()) < kept && !candidates.empty()) {
+    const Candidate top = candidates.top();
+    candidates.pop();
+    const int round = static_cast<int>(chosen.size());
+    if (top.round < round) {
+      candidates.push({(gains.col(top.hypothesis) - covered).max(0.0f).sum(), top.hypothesis, round});
+      continue;
+    }
+    chosen.push_back(top.hypothesis);
+    covered = covered.max(gains.col(top.hypothesis));
+  }
+  return chosen;
+}
+
 // Writes the three columns of each kept hypothesis, from column `first` on.
 template <class Model>
 void WriteColumns(const Eigen::ArrayXXd& axes, double threshold, const Pool& pool, const std::vector<int>& best,
@@ -122,12 +160,16 @@ void WriteColumns(const Eigen::ArrayXXd& axes, double threshold, const Pool& poo
 }
 
 template <class Model>
-void Describe(const SolverSpace& space, const std::vector<int>& sets, int kept, int first, FeatureSet* features) {
+void Describe(const SolverSpace& space, const std::vector<int>& sets, const KeptHypotheses& kept, int first,
+              FeatureSet* features) {
   const Eigen::ArrayXXd axes = space.points().array();  // column-major: a coordinate is contiguous
   Pool pool = SolveSets<Model>(space.points(), sets);
-  ScoreByMsac<Model>(axes, kScoreThresholdFactor * space.threshold(), &pool);
-  const std::vector<int> best = BestDistinct(pool, Model::kMinimalSize, kept);
-  WriteColumns<Model>(axes, space.threshold(), pool, best, kept, first, &features->values);
+  const double score_threshold = kScoreThresholdFactor * space.threshold();
+  ScoreByMsac<Model>(axes, score_threshold, &pool);
+  const std::vector<int> best = kept.choice == PreferenceChoice::kSpread
+                                    ? Spread<Model>(axes, score_threshold, pool, kept.count)
+                                    : BestDistinct(pool, Model::kMinimalSize, kept.count);
+  WriteColumns<Model>(axes, space.threshold(), pool, best, kept.count, first, &features->values);
   features->hypotheses = pool.count;
   for (int h : best) {
     features->models.emplace_back(pool.models.col(h));
@@ -137,7 +179,8 @@ void Describe(const SolverSpace& space, const std::vector<int>& sets, int kept, 
 
 }  // namespace
 
-void AddPreference(const SolverSpace& space, const std::vector<int>& sets, int kept, int first, FeatureSet* features) {
+void AddPreference(const SolverSpace& space, const std::vector<int>& sets, const KeptHypotheses& kept, int first,
+                   FeatureSet* features) {
   DispatchTask(space.problem().task, [&]<class Model>() { Describe<Model>(space, sets, kept, first, features); });
 }
 

@@ -85,6 +85,9 @@ struct GroundTruth {
   std::optional<Eigen::Matrix3d> homography = {};   ///< x2 ~ H x1 in pixels.
   /// N values: 0 an outlier, k ≥ 1 an inlier of structure k (1 alone, or one number a plane).
   std::vector<std::int32_t> labels = {};
+  /// Where several models are true at once: structure k of `labels` at place k − 1. Then `inliers` are those of any of
+  /// them, and `model` is that of most points. Empty: one model, or none.
+  std::vector<ModelParameters> structures = {};
 };
 
 /// One item of a dataset, or one pair of images of a scene.

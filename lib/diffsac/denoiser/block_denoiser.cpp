@@ -4,14 +4,15 @@
 
 namespace diffsac {
 
-BlockDenoiser::BlockDenoiser(const DenoiserOptions& options, int input_width, Rng rng) : FrameDenoiser(options) {
+BlockDenoiser::BlockDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
+    : FrameDenoiser(options, columns) {
   const std::int64_t width = options.width;
   const auto make = [&](Rng block_rng) { return MakePointBlock(options.kind, width, options.neighbors, block_rng); };
-  input_points_ = AddLinear("input_points", input_width, width, rng);
+  input_points_ = AddLinear("input_points", columns.width, width, rng);
   encoder_ = AddBlocks("encoder", options.encoder_layers, rng, make);
   ln_encoder_post_ = AddNorm("ln_encoder");
   if (options.inlier_head) inlier_proj_ = AddLinear("inlier_proj", width, 1, rng, true);
-  input_confidence_ = AddLinear("input_confidence", options.self_conditioning ? 2 : 1, width, rng);
+  AddConfidenceInput(rng);
   auto hidden = AddLinear("time_hidden", width, width, rng), output = AddLinear("time_output", width, width, rng);
   time_mlp_ = [hidden, output](const torch::Tensor& embedding) mutable {
     return output(torch::silu(hidden(embedding)));

@@ -8,7 +8,7 @@ namespace diffsac {
 /// options' `kind` says. Same inputs and outputs as the paper's network.
 class BlockDenoiser : public FrameDenoiser {
  public:
-  BlockDenoiser(const DenoiserOptions& options, int input_width, Rng rng);
+  BlockDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng);
 };
 
 }  // namespace diffsac

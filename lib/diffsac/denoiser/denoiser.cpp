@@ -2,6 +2,7 @@
 
 #include <torch/torch.h>
 
+#include "diffsac/core/status.h"
 #include "diffsac/denoiser/block_denoiser.h"
 #include "diffsac/denoiser/point_transformer.h"
 
@@ -24,6 +25,10 @@ void DenoiserOptions::Bind(OptionsBinder& b) {
       .Help("of a point");
   b.Field("inlier_head", inlier_head)
       .Help("a second output: each point's inlier probability, for the learned refit and the inlier head's sets");
+  b.Field("relation", relation)
+      .Help(
+          "each point also sees how much it agrees with the points that are confident now, for several structures; "
+          "needs features.kinds: [preference]");
   b.Field("self_conditioning", self_conditioning)
       .Help("the previous ĉ_0 is a second input (Chen et al., \"Analog bits\", 2023)");
   b.Require(width % 2 == 0, "width", "an even number");
@@ -32,11 +37,13 @@ void DenoiserOptions::Bind(OptionsBinder& b) {
             "false when encoder_layers is 0 (nothing to read it from)");
 }
 
-std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, int input_width, Rng rng) {
+std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng) {
   CheckOptions(options);
+  if (options.relation && columns.first_preference < 0)
+    throw Error("network.denoiser.relation: needs network.features.kinds with preference");
   if (options.kind == DenoiserKind::kPointTransformer)
-    return std::make_shared<PointTransformer>(options, input_width, rng);
-  return std::make_shared<BlockDenoiser>(options, input_width, rng);
+    return std::make_shared<PointTransformer>(options, columns, rng);
+  return std::make_shared<BlockDenoiser>(options, columns, rng);
 }
 
 std::int64_t CountParameters(const torch::nn::Module& module) {

@@ -17,6 +17,7 @@ struct Context {
   torch::Tensor points;          ///< [B, N, W] conditioning features.
   torch::Tensor mask;            ///< [B, N] bool, undefined when all points are real.
   torch::Tensor inlier_logits;   ///< [B, N] logit of "is an inlier"; undefined without the inlier head.
+  torch::Tensor agreements;      ///< [B, N, M] unit preference vectors, for `relation`; else undefined.
 };
 
 /// What a network's layers are.
@@ -41,6 +42,9 @@ struct DenoiserOptions {
   int layers = 2;           ///< blocks after c_t has entered: computed for each copy and step
   int neighbors = 16;       ///< of a point, dgcnn
   bool inlier_head = true;  ///< a second output: each point's inlier probability, for the learned refit
+  /// Each point also sees how much it agrees with the points that are confident now (PointRelation): what a set of
+  /// points of one structure among several needs. For features with preferences.
+  bool relation = false;
   bool self_conditioning = false;   ///< the previous ĉ_0 is a second input (Chen et al., "Analog bits", 2023)
   void Bind(OptionsBinder& b);
 };
@@ -58,8 +62,16 @@ class Denoiser : public torch::nn::Module {
                                 const torch::Tensor& previous = {}) = 0;
 };
 
-/// Builds a network for features of `input_width` columns; its weights depend on `rng` alone. Throws Error for bad options.
-std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, int input_width, Rng rng);
+/// Where the columns of features stand that a network knows by their meaning.
+struct FeatureColumns {
+  int width = 0;             ///< All of them.
+  int first_preference = -1; ///< Of the preference features, which are the last; -1 without any (PointFeatures).
+  FeatureColumns(int all, int preference = -1) : width(all), first_preference(preference) {}
+};
+
+/// Builds a network for such features; its weights depend on `rng` alone. Throws Error for bad options, and for
+/// `relation` without preferences.
+std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng);
 
 /// Trainable values in a network.
 std::int64_t CountParameters(const torch::nn::Module& module);

@@ -10,12 +10,6 @@ namespace nn = torch::nn;
 
 namespace {
 
-// [B, κ, N] → [B, κ, N, 1], or [.., 2] with the previous prediction (zeros when there is none yet) behind c_t.
-torch::Tensor ConfidenceInput(const torch::Tensor& c_t, const torch::Tensor& previous, bool self_conditioning) {
-  if (!self_conditioning) return c_t.unsqueeze(-1);
-  return torch::stack({c_t, previous.defined() ? previous : torch::zeros_like(c_t)}, -1);
-}
-
 // [B, N] → [B · κ, N]: every copy of a problem has its problem's padding. Undefined stays undefined.
 torch::Tensor MaskOfCopies(const torch::Tensor& mask, std::int64_t copies) {
   return mask.defined() ? mask.repeat_interleave(copies, 0) : mask;
@@ -35,6 +29,26 @@ nn::LayerNorm FrameDenoiser::AddNorm(const char* name) {
   return register_module(name, nn::LayerNorm(nn::LayerNormOptions({options_.width})));
 }
 
+void FrameDenoiser::AddConfidenceInput(const Rng& rng) {
+  int inputs = options_.self_conditioning ? 2 : 1;
+  if (options_.relation) {
+    relation_ = register_module("relation", std::make_shared<PointRelation>());
+    inputs += PointRelation::kOutputs;
+  }
+  input_confidence_ = AddLinear("input_confidence", inputs, options_.width, rng);
+}
+
+// [B, κ, N, inputs]
+torch::Tensor FrameDenoiser::ConfidenceInput(const Context& context, const torch::Tensor& c_t,
+                                             const torch::Tensor& previous) {
+  if (!options_.self_conditioning && !options_.relation) return c_t.unsqueeze(-1);
+  std::vector<torch::Tensor> inputs = {c_t};
+  if (options_.self_conditioning) inputs.push_back(previous.defined() ? previous : torch::zeros_like(c_t));
+  if (options_.relation)
+    for (const auto& related : relation_->Forward(context.agreements, context.mask, c_t)) inputs.push_back(related);
+  return torch::stack(inputs, -1);
+}
+
 FrameDenoiser::Blocks FrameDenoiser::AddBlocks(const std::string& name, int count, const Rng& rng,
                                                const std::function<std::shared_ptr<PointBlock>(Rng)>& make) {
   Blocks blocks;
@@ -46,6 +60,7 @@ FrameDenoiser::Blocks FrameDenoiser::AddBlocks(const std::string& name, int coun
 Context FrameDenoiser::Encode(const PointBatch& batch) {
   Context context;
   context.mask = batch.mask;
+  if (options_.relation) context.agreements = PointRelation::Agreements(batch.features, columns_.first_preference);
   auto h = Normed(ln_encoder_pre_, input_points_(batch.features));
   for (auto& block : encoder_) h = block->Forward(h, batch.mask);
   context.points = Normed(ln_encoder_post_, h);
@@ -57,8 +72,7 @@ torch::Tensor FrameDenoiser::Denoise(const Context& context, const torch::Tensor
                                      const torch::Tensor& previous) {
   const std::int64_t batch = c_t.size(0), copies = c_t.size(1), points = c_t.size(2), width = options_.width;
   const auto time = time_mlp_(TimestepEmbedding(t.expand({batch, copies}), width));
-  auto h = input_confidence_(ConfidenceInput(c_t, previous, options_.self_conditioning)) + context.points.unsqueeze(1) +
-           time.unsqueeze(2);
+  auto h = input_confidence_(ConfidenceInput(context, c_t, previous)) + context.points.unsqueeze(1) + time.unsqueeze(2);
   h = Normed(ln_pre_, h.reshape({batch * copies, points, width}));
   const auto mask = MaskOfCopies(context.mask, copies);
   for (auto& block : decoder_) h = block->Forward(h, mask);

@@ -39,8 +39,7 @@ torch::Tensor PointAttention::Forward(const torch::Tensor& x, const torch::Tenso
 
 ResidualAttentionBlock::ResidualAttentionBlock(std::int64_t width, std::int64_t heads, double standard_deviation,
                                                Rng rng) {
-  attn_ = register_module("attn",
-                          std::make_shared<PointAttention>(width, heads, standard_deviation, rng.Fork("attn")));
+  attn_ = register_module("attn", std::make_shared<PointAttention>(width, heads, standard_deviation, rng.Fork("attn")));
   ln_1_ = register_module("ln_1", nn::LayerNorm(nn::LayerNormOptions({width})));
   mlp_ = register_module("mlp", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("mlp")));
   ln_2_ = register_module("ln_2", nn::LayerNorm(nn::LayerNormOptions({width})));
@@ -51,14 +50,15 @@ torch::Tensor ResidualAttentionBlock::Forward(const torch::Tensor& x, const torc
   return h + mlp_->Forward(ln_2_(h));
 }
 
-PointTransformer::PointTransformer(const DenoiserOptions& options, int input_width, Rng rng) : FrameDenoiser(options) {
+PointTransformer::PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
+    : FrameDenoiser(options, columns) {
   const std::int64_t width = options.width;
   const double standard_deviation = 0.25 * std::sqrt(1.0 / options.width);
   const auto make = [&](Rng block_rng) {
     return std::make_shared<ResidualAttentionBlock>(width, options.heads, standard_deviation, block_rng);
   };
-  input_points_ = AddLinear("input_points", input_width, width, rng);
-  input_confidence_ = AddLinear("input_confidence", options.self_conditioning ? 2 : 1, width, rng);
+  input_points_ = AddLinear("input_points", columns.width, width, rng);
+  AddConfidenceInput(rng);
   const auto time = register_module(
       "time_embed", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("time_embed")));
   time_mlp_ = [time](const torch::Tensor& embedding) { return time->Forward(embedding); };

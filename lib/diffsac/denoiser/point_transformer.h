@@ -46,14 +46,14 @@ class ResidualAttentionBlock : public PointBlock {
   std::shared_ptr<TransformerMlp> mlp_;
 };
 
-/// The paper's confidence denoiser: Point-E's transformer (Nichol et al., "Point-E", 2022) over points without positional
-/// encoding, on FC(c) + MLP(t) + FC(χ); its output projection starts at zero.
+/// The paper's confidence denoiser: Point-E's transformer (Nichol et al., "Point-E", 2022) over points without
+/// positional encoding, on FC(c) + MLP(t) + FC(χ); its output projection starts at zero.
 ///
-/// encoder_layers = 0 is the paper's joint network. Otherwise FC(χ) passes through encoder_layers blocks of its own first,
-/// and only `layers` blocks see c_t.
+/// encoder_layers = 0 is the paper's joint network. Otherwise FC(χ) passes through encoder_layers blocks of its own
+/// first, and only `layers` blocks see c_t.
 class PointTransformer : public FrameDenoiser {
  public:
-  PointTransformer(const DenoiserOptions& options, int input_width, Rng rng);
+  PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng);
 };
 
 }  // namespace diffsac

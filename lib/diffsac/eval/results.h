@@ -29,6 +29,10 @@ struct ProblemRecord {
   int inliers = 0;
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
+  /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the
+  /// true structures that at least one such set is of; else NaN.
+  double one_structure_sets = std::numeric_limits<double>::quiet_NaN();
+  double structures_in_sets = std::numeric_limits<double>::quiet_NaN();
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
 };

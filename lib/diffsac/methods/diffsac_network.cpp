@@ -21,7 +21,7 @@ DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_op
     : LearnedNetwork(task_value, network_options.features),
       options(network_options),
       schedule(network_options.schedule),
-      denoiser(MakeDenoiser(network_options.denoiser, features.width(), rng)) {
+      denoiser(MakeDenoiser(network_options.denoiser, {features.width(), features.first_preference()}, rng)) {
   module = denoiser;
 }
 

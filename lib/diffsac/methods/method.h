@@ -38,6 +38,11 @@ struct Estimate {
   /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none or
   /// do not tell.
   std::vector<std::vector<int>> minimal_sets;
+  /// Of rows that look for several structures, the models that were found, that of most points first, which is `model`
+  /// too; `inliers` are those of any of them. Empty for other rows, and where nothing was found.
+  std::vector<ModelParameters> structures;
+  /// N values with `structures`: 0 for a point of none of them, k ≥ 1 for one of structures[k − 1].
+  std::vector<std::int32_t> labels;
   EstimateReport report;
 };
 
