@@ -1,7 +1,6 @@
 #include "diffsac/data/synthetic.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -10,72 +9,30 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/box_section.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/synthetic_points.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
 namespace {
 
-constexpr double kSide = 10.0;
-
 // The second model of structured outliers has at most this share of the inliers' number: it stays the weaker one.
 constexpr double kWeakerShare = 0.75;
 
 template <class Section>
-using PointOf = typename Section::Point;
-
-template <class Section>
 Section DrawSection(const SyntheticOptions& options, Rng rng) {
-  for (;;) {
-    Section section = Section::Random(kSide, rng, options.model_sampling);
-    if (section.extent() > 0.0 && section.extent() >= options.min_extent) return section;
-  }
+  return DrawSection<Section>(options.model_sampling, options.min_extent, rng);
 }
 
-// Displacements along the normal.
-class NoiseSource {
- public:
-  NoiseSource(const SyntheticOptions& options, Rng rng) : gaussian_(options.noise == NoiseKind::kGaussian), rng_(rng) {
-    const double standard = gaussian_ ? options.inlier_threshold / 3.0 : options.inlier_threshold;
-    scale_ = options.noise_scale > 0.0 ? options.noise_scale : standard;
-  }
-  double Next() { return gaussian_ ? scale_ * rng_.Normal() : rng_.Uniform(-scale_, scale_); }
-
- private:
-  bool gaussian_;
-  double scale_ = 0.0;
-  Rng rng_;
-};
-
-template <class Section>
-void AppendOnSection(const Section& section, int count, NoiseSource noise, Rng rng,
-                     std::vector<PointOf<Section>>* points) {
-  for (int i = 0; i < count; ++i) {
-    PointOf<Section> p = section.Sample(rng);
-    const double displacement = noise.Next();
-    for (int k = 0; k < Section::kDimension; ++k) p[k] += displacement * section.normal()[k];
-    points->push_back(p);
-  }
-}
-
-template <class Point>
-Point UniformInBox(Rng& rng) {
-  Point p;
-  for (double& value : p) value = rng.Uniform(0.0, kSide);
-  return p;
-}
-
-template <class Point>
-void AppendUniform(int count, Rng rng, std::vector<Point>* points) {
-  for (int i = 0; i < count; ++i) points->push_back(UniformInBox<Point>(rng));
+NoiseSource NoiseOf(const SyntheticOptions& options, Rng rng) {
+  return {options.noise, options.noise_scale, options.inlier_threshold, rng};
 }
 
 // A Gaussian value around `centre`, drawn again until it lies inside the box (coordinates are independent).
 double ClusterCoordinate(double centre, double sigma, Rng& rng) {
   for (;;) {
     const double value = centre + sigma * rng.Normal();
-    if (value >= 0.0 && value <= kSide) return value;
+    if (value >= 0.0 && value <= kBoxSide) return value;
   }
 }
 
@@ -96,7 +53,7 @@ void AppendStructured(const SyntheticOptions& options, int count, int inliers, R
   const int wanted = static_cast<int>(std::lround(options.structured_share * count));
   const int on_second = std::min(wanted, static_cast<int>(kWeakerShare * inliers));
   const Section second = DrawSection<Section>(options, rng.Fork("second_model"));
-  AppendOnSection(second, on_second, NoiseSource(options, rng.Fork("second_noise")), rng.Fork("second"), points);
+  AppendOnSection(second, on_second, NoiseOf(options, rng.Fork("second_noise")), rng.Fork("second"), points);
   AppendUniform(count - on_second, rng.Fork("uniform"), points);
 }
 
@@ -136,16 +93,14 @@ class SyntheticDataset : public Dataset {
     const Section section = DrawSection<Section>(options_, rng.Fork("model"));
     std::vector<PointOf<Section>> points;
     points.reserve(total);
-    AppendOnSection(section, inliers, NoiseSource(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
+    AppendOnSection(section, inliers, NoiseOf(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
     AppendOutliers<Section>(options_, total - inliers, inliers, rng.Fork("outliers"), &points);
 
     Example example = Shuffled(points, inliers, rng.Fork("shuffle"));
     example.index = index;
     example.id = prefix_ + "/" + std::to_string(index);
     example.scene = "all";
-    example.truth.model.resize(kDimension + 1);
-    for (int k = 0; k < kDimension; ++k) example.truth.model[k] = section.normal()[k];
-    example.truth.model[kDimension] = section.offset();
+    example.truth.model = ParametersOf(section);
     return example;
   }
 
@@ -193,14 +148,14 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("outliers", outliers).Help("how they lie");
   const bool aggregated = outliers == OutlierKind::kAggregated;
   b.Field("clusters", clusters, AtLeast(1)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
-  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kSide, true})
+  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kBoxSide, true})
       .OnlyIf(aggregated, "outliers: aggregated")
       .Help("standard deviation of a cluster");
   b.Field("structured_share", structured_share, Within(0.0, 1.0))
       .OnlyIf(outliers == OutlierKind::kStructured, "outliers: structured")
       .Help("share of outliers on the second, weaker model");
   // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
-  b.Field("min_extent", min_extent, Within(0.0, kSide))
+  b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
       .Help("shortest chord (lines); planes: smallest square root of the area inside");
   b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
   b.Field("split", split).Help("its name; splits of different names never share a stream");
