@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <string>
 
 #include "core/temporary_folder.h"
@@ -131,6 +132,40 @@ inline ExperimentResults MadeUpResults() {
     }
   }
   return results;
+}
+
+/// Three lines of ten points each that cross, without noise, then six outliers.
+inline Example LinesCross() {
+  Example example;
+  example.id = "lines";
+  example.scene = "all";
+  example.problem.inlier_threshold = 0.1;
+  example.problem.points.resize(36, 2);
+  example.truth.structures = {Eigen::Vector3d(0.0, 1.0, -1.0), Eigen::Vector3d(1.0, 0.0, -2.0),
+                              Eigen::Vector3d(std::sqrt(0.5), -std::sqrt(0.5), 0.0)};
+  for (int i = 0; i < 10; ++i) {
+    const double t = 0.5 * i + 0.1;
+    example.problem.points.row(i) << t, 1.0;
+    example.problem.points.row(10 + i) << 2.0, t;
+    example.problem.points.row(20 + i) << t, t;
+  }
+  for (int i = 0; i < 6; ++i) example.problem.points.row(30 + i) << 3.0 + 0.3 * i, 4.2 - 0.7 * i;
+  example.truth.model = example.truth.structures[0];
+  example.truth.labels.assign(36, 0);
+  for (int i = 0; i < 30; ++i) example.truth.labels[static_cast<std::size_t>(i)] = 1 + i / 10;
+  for (const std::int32_t label : example.truth.labels) example.truth.inliers.push_back(label > 0);
+  return example;
+}
+
+/// The truth as an estimate.
+inline Estimate LinesFound(const Example& example) {
+  Estimate estimate;
+  estimate.status = Status::kOk;
+  estimate.model = example.truth.model;
+  estimate.structures = example.truth.structures;
+  estimate.labels = example.truth.labels;
+  estimate.inliers = example.truth.inliers;
+  return estimate;
 }
 
 }  // namespace diffsac::testing

@@ -115,7 +115,12 @@ TEST_CASE("a shard's records read back to the same bits") {
   record.status = Status::kDegenerate;
   record.error = {0.1 + 0.2, 5e-324, true, std::nan(""), std::numeric_limits<double>::infinity(), -0.0};
   record.all_inlier_sets = 1.0 / 3.0;
-  record.report = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300};
+  record.error.misclassified = 100.0 / 7.0;
+  record.error.recall = 2.0 / 3.0;
+  record.one_structure_sets = 1.0 / 20.0;
+  record.structures_in_sets = 0.1 + 0.2;
+  record.structures = 3;
+  record.report = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300, 5'000'000'000};
   const ShardContent content = ReadShardRecords(ShardRecords(results, "device: cpu\n"), "here");
   CHECK(content.setup == "device: cpu\n");
   const ProblemRecord& read = content.results.cells[1].records[2];
@@ -129,6 +134,13 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(std::signbit(read.error.error_px));
   CHECK(read.points == record.points);
   CHECK(read.all_inlier_sets == record.all_inlier_sets);
+  CHECK(read.error.misclassified == record.error.misclassified);
+  CHECK(read.error.recall == record.error.recall);
+  CHECK(read.one_structure_sets == record.one_structure_sets);
+  CHECK(read.structures_in_sets == record.structures_in_sets);
+  CHECK(read.structures == 3);
+  CHECK(read.report.draws == 5'000'000'000);
+  CHECK(std::isnan(content.results.cells[1].records[1].error.recall));
   CHECK(read.report.unique_minimal_sets == 5);
   CHECK(read.report.ms_features == record.report.ms_features);
   CHECK(read.report.ms_denoise == record.report.ms_denoise);

@@ -254,7 +254,7 @@ TEST_CASE("The metrics of poses agree with the worked example") {
     records[i].error.angle_deg = errors[i];
     pointers.push_back(&records[i]);
   }
-  const auto metrics = SceneMetrics("all", pointers, Tolerance(10.0), true);
+  const auto metrics = SceneMetrics("all", pointers, Tolerance(10.0), {.poses = true});
   CHECK(FindMetric(metrics, "all", "mAA@10deg") == Approx(0.414286).margin(1e-6));
   CHECK(FindMetric(metrics, "all", "mAA_R@10deg") == Approx(0.414286).margin(1e-6));
   CHECK(FindMetric(metrics, "all", "mAA_t@10deg") == 1.0);

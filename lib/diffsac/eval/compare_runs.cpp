@@ -70,7 +70,7 @@ RowComparison ComparedRow(const ExperimentResults& a, PairedCells paired) {
   row.difference = DifferenceOf(both, 0, 1, 0);
   if (!row.difference) return row;
   const Tolerance tolerance = both.experiment.tolerance();
-  const std::string metric = MetricName("mAA", tolerance);
+  const std::string metric = AccuracyMetric(both);
   row.a = FindMetric(CellMetrics(both.cells[0], tolerance), "mean", metric);
   row.b = FindMetric(CellMetrics(both.cells[1], tolerance), "mean", metric);
   return row;
@@ -93,10 +93,7 @@ void AddChanged(const PairedCells& paired, const std::string& condition, const s
   const Tolerance& tolerance = comparison->tolerance;
   for (std::size_t i = 0; i < paired.a.records.size(); ++i) {
     const ProblemRecord &a = paired.a.records[i], &b = paired.b.records[i];
-    const auto accuracy = [&](const ProblemRecord& record) {
-      const double error = MainError(record.error, tolerance);
-      return std::isnan(error) ? error : AverageAccuracyWithin(error, tolerance);
-    };
+    const auto accuracy = [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); };
     ChangedProblem problem{condition, row, a.scene, a.id, a, b, accuracy(b) - accuracy(a)};
     if (Differs(problem, tolerance)) comparison->changed.push_back(std::move(problem));
   }
@@ -174,8 +171,7 @@ void CheckComparable(const ExperimentResults& a, const ExperimentResults& b, con
   if (a.experiment.task != b.experiment.task)
     throw Error("--compare: " + both + " are of different tasks: " + ToString(a.experiment.task) + " and " +
                 ToString(b.experiment.task));
-  const std::string in_a = MetricName("mAA", a.experiment.tolerance()),
-                    in_b = MetricName("mAA", b.experiment.tolerance());
+  const std::string in_a = AccuracyMetric(a), in_b = AccuracyMetric(b);
   if (in_a != in_b) throw Error("--compare: " + both + " are judged by different metrics: " + in_a + " and " + in_b);
 }
 
@@ -186,7 +182,7 @@ RunComparison CompareRuns(const ExperimentResults& a, const ExperimentResults& b
   const std::string both = "'" + name_a + "' and '" + name_b + "'";
   CheckComparable(a, b, both);
   RunComparison comparison{
-      name_a, name_b, MetricName("mAA", a.experiment.tolerance()), a.experiment.tolerance(), {}, {}, {}, {}};
+      name_a, name_b, AccuracyMetric(a), a.experiment.tolerance(), {}, {}, {}, {}};
   const ExperimentOptions &of_a = a.experiment, &of_b = b.experiment;
   bool truth = false;
   for (std::size_t c = 0; c < of_a.conditions.size(); ++c)

@@ -88,7 +88,7 @@ void AddCosts(const ExperimentResults& results, std::size_t method, bool with_co
 std::string IntervalText(const Report& report, const MetricColumn& column, std::size_t method) {
   const Cell* cell = report.results.Find(column.condition, method);
   const bool known = cell != nullptr && column.scene == "mean" &&
-                     column.metric == MetricName("mAA", report.results.experiment.tolerance());
+                     column.metric == AccuracyMetric(report.results);
   if (!known || std::isnan(report.Of(*cell).accuracy.low)) return "";
   const ConfidenceInterval& interval = report.Of(*cell).accuracy;
   return "[" + Fixed(interval.low, column.digits) + ", " + Fixed(interval.high, column.digits) + "]";

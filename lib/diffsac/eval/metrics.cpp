@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "diffsac/data/tasks.h"
+#include "diffsac/eval/structures_error.h"
 
 namespace diffsac {
 namespace {
@@ -16,11 +17,13 @@ constexpr int kBins = 10;
 }  // namespace
 
 EstimateError MeasureError(const Estimate& estimate, const Example& example) {
-  return DispatchDescription(example.problem.task, [&]<TaskDescription Description>() {
+  EstimateError error = DispatchDescription(example.problem.task, [&]<TaskDescription Description>() {
     const bool found = estimate.status == Status::kOk && estimate.model.allFinite() &&
                        estimate.model.size() == Description::Model::Parameters::SizeAtCompileTime;
     return Description::Error(found ? &estimate.model : nullptr, estimate.inliers, example);
   });
+  AddStructuresError(estimate, example, &error);
+  return error;
 }
 
 double MainError(const EstimateError& error, const Tolerance& tolerance) {
@@ -32,6 +35,12 @@ double AverageAccuracyWithin(double error, const Tolerance& tolerance) {
   int accurate = 0;
   for (int k = 0; k < kBins; ++k) accurate += error <= std::pow(tolerance.value, static_cast<double>(k) / (kBins - 1));
   return static_cast<double>(accurate) / kBins;
+}
+
+double AccuracyOf(const EstimateError& error, const Tolerance& tolerance) {
+  if (!std::isnan(error.recall)) return error.recall;
+  const double main = MainError(error, tolerance);
+  return std::isnan(main) ? main : AverageAccuracyWithin(main, tolerance);
 }
 
 double AverageAccuracy(double error, double threshold) {

@@ -25,8 +25,12 @@ double MainError(const EstimateError& error, const Tolerance& tolerance);
 /// of [error ≤ threshold] (Jin et al., "Image Matching across Wide Baselines", IJCV 2021, homographies).
 double AverageAccuracyWithin(double error, const Tolerance& tolerance);
 
-/// Compares an estimate with the truth, as the task's description does (data/task_description.h). A failure is the worst
-/// error; it is never left out.
+/// What tables, intervals and differences take for one problem's accuracy: the recall where there are several structures,
+/// else AverageAccuracyWithin of the main error. NaN without ground truth.
+double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
+
+/// Compares an estimate with the truth, as the task's description does (data/task_description.h), and with several true
+/// structures (structures_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);
 
 /// Accuracy of one error within a tolerance: the mean over k = 1..10 of [error ≤ k·c/10], ties count as accurate.

@@ -49,7 +49,7 @@ Json ComparisonsJson(const Report& report) {
       Json json = {{"a", experiment.compare[i].a},
                    {"b", experiment.compare[i].b},
                    {"condition", experiment.conditions[c].name},
-                   {"metric", MetricName("mAA", experiment.tolerance())}};
+                   {"metric", AccuracyMetric(report.results)}};
       json.update(IntervalJson(*difference));
       list.push_back(std::move(json));
     }
@@ -57,7 +57,8 @@ Json ComparisonsJson(const Report& report) {
   return list;
 }
 
-Json CellJson(const ExperimentOptions& experiment, const Cell& cell, const CellReport& report) {
+Json CellJson(const ExperimentResults& results, const Cell& cell, const CellReport& report) {
+  const ExperimentOptions& experiment = results.experiment;
   Json scenes = Json::object();
   for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
   const MethodRow& row = experiment.methods[cell.method];
@@ -66,7 +67,7 @@ Json CellJson(const ExperimentOptions& experiment, const Cell& cell, const CellR
           {"type", row.type},
           {"label", row.label},
           {"metrics", scenes},
-          {MetricName("mAA", experiment.tolerance()) + "_ci95", IntervalJson(report.accuracy)},
+          {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
           {"reference_minus_this", DifferenceJson(experiment, report)}};
 }
 
@@ -99,6 +100,18 @@ std::string RecordText(const ProblemRecord& record) {
     text += "," + NumberText(value);
   return text + "," + std::to_string(record.points) + "," + std::to_string(error.failed) + "," +
          std::to_string(report.unique_minimal_sets) + "," + NumberText(record.all_inlier_sets);
+}
+
+// Where several structures are judged.
+constexpr const char* kStructureNames =
+    ",misclassified,recall,one_structure_sets,structures_in_sets,structures,draws";
+
+std::string StructuresText(const ProblemRecord& record) {
+  std::string text;
+  for (const double value :
+       {record.error.misclassified, record.error.recall, record.one_structure_sets, record.structures_in_sets})
+    text += "," + NumberText(value);
+  return text + "," + std::to_string(record.structures) + "," + std::to_string(record.report.draws);
 }
 
 // σ and the pose; empty values for what is not known.
@@ -140,14 +153,17 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text =
       "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
       "ms_features,ms_denoise,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,"
-      "noise_scale,qw,qx,qy,qz,tx,ty,tz\n";
+      "noise_scale,qw,qx,qy,qz,tx,ty,tz";
+  const bool structures = JudgesStructures(results);
+  text += std::string(structures ? kStructureNames : "") + "\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
                               CsvText(results.experiment.methods[cell.method].name) + ",";
     for (std::size_t i = 0; i < cell.records.size(); ++i) {
       const ProblemRecord& record = cell.records[i];
       text += CsvText(record.id) + "," + CsvText(record.scene) + names + RecordText(record) + "," +
-              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) + "\n";
+              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) +
+              (structures ? StructuresText(record) : "") + "\n";
     }
   }
   return text;
@@ -158,7 +174,7 @@ std::string ResultsJson(const Report& report) {
   const ExperimentOptions& experiment = results.experiment;
   const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
-  for (const Cell& cell : results.cells) cells.push_back(CellJson(experiment, cell, report.Of(cell)));
+  for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell, report.Of(cell)));
   const Json json = {{"experiment", experiment.name},
                      {"title", experiment.title},
                      {"task", ToString(experiment.task)},

@@ -7,7 +7,7 @@ namespace diffsac {
 namespace {
 
 CurvePoint AccuracyAt(const Report& report, std::size_t condition, std::size_t method, double x) {
-  CurvePoint point{x, report.Metric(condition, method, "mean", MetricName("mAA", report.results.experiment.tolerance()))};
+  CurvePoint point{x, report.Metric(condition, method, "mean", AccuracyMetric(report.results))};
   if (const Cell* cell = report.results.Find(condition, method)) {
     point.low = report.Of(*cell).accuracy.low;
     point.high = report.Of(*cell).accuracy.high;
@@ -101,7 +101,7 @@ std::vector<std::size_t> BarRows(const ExperimentOptions& experiment) {
 std::vector<BarCluster> BarClusters(const Report& report, const std::vector<std::size_t>& rows) {
   const ExperimentResults& results = report.results;
   std::vector<BarCluster> clusters;
-  const bool poses = JudgesPoses(results);
+  const bool poses = JudgesPoses(results) && !JudgesStructures(results);
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
     const std::string label = results.experiment.conditions[c].label;
     const auto add = [&](const std::string& name, const ErrorOf& error_of) {

@@ -16,7 +16,7 @@ inline std::string PlotTitle(const ExperimentResults& results) {
 /// Labels and grid of a picture whose y axis is mAA, as gnuplot commands.
 inline std::string AccuracyAxes(const ExperimentResults& results, const std::string& x_label) {
   return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " +
-         GnuplotText(MetricName("mAA", results.experiment.tolerance())) + "\nset grid ls 100\nset tics nomirror\n";
+         GnuplotText(AccuracyTitle(results)) + "\nset grid ls 100\nset tics nomirror\n";
 }
 
 }  // namespace diffsac

@@ -31,7 +31,7 @@ LineChart AccuracyChart(const Report& report, const std::string& title, const st
   LineChart chart;
   chart.title = title;
   chart.x_label = x_label;
-  chart.y_label = MetricName("mAA", report.results.experiment.tolerance());
+  chart.y_label = AccuracyTitle(report.results);
   chart.y_range = {0.0, 1.0};
   return chart;
 }
@@ -50,7 +50,7 @@ void AddBars(const Report& report, HtmlPage* page) {
   const ExperimentOptions& experiment = report.results.experiment;
   BarChart chart;
   chart.title = "Accuracy of chosen rows";
-  chart.y_label = MetricName("mAA", experiment.tolerance());
+  chart.y_label = AccuracyTitle(report.results);
   for (const std::size_t row : BarRows(experiment)) chart.rows.push_back(experiment.methods[row].label);
   chart.clusters = BarClusters(report, BarRows(experiment));
   const std::string svg = SvgOf(chart);

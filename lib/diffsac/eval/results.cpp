@@ -79,10 +79,30 @@ void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRec
   metrics->push_back({scene, "median_t_deg", Median(translations)});
 }
 
+double MeanOf(const std::vector<const ProblemRecord*>& records, const ValueOf& value_of) {
+  std::vector<double> values;
+  for (const ProblemRecord* record : records)
+    if (const double value = value_of(*record); !std::isnan(value)) values.push_back(value);
+  return Mean(values);
+}
+
+void AddStructureMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                         std::vector<MetricValue>* metrics) {
+  const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
+  const auto add = [&](const char* name, double value) { metrics->push_back({scene, name, value}); };
+  add("misclassification", MeanOf(records, misclassified));
+  add("misclassification_median", MedianOf(records, misclassified));
+  add("recall", MeanOf(records, [](const ProblemRecord& r) { return r.error.recall; }));
+  add("structures", MeanOf(records, [](const ProblemRecord& r) { return r.structures; }));
+  add("one_structure_sets", MeanOf(records, [](const ProblemRecord& r) { return r.one_structure_sets; }));
+  add("structures_in_sets", MeanOf(records, [](const ProblemRecord& r) { return r.structures_in_sets; }));
+  add("draws", MedianOf(records, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); }));
+}
+
 }  // namespace
 
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                                      const Tolerance& tolerance, bool poses) {
+                                      const Tolerance& tolerance, const MetricKinds& kinds) {
   std::vector<double> errors, accuracies, offsets;
   double failures = 0;
   std::vector<double> pure;
@@ -113,7 +133,8 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},
       {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
   };
-  if (poses) AddPoseMetrics(scene, records, tolerance, &metrics);
+  if (kinds.poses) AddPoseMetrics(scene, records, tolerance, &metrics);
+  if (kinds.structures) AddStructureMetrics(scene, records, &metrics);
   return metrics;
 }
 
@@ -128,26 +149,44 @@ bool JudgesPoses(const ExperimentResults& results) {
                      [&](const Cell& cell) { return JudgesPoses(cell, results.experiment.tolerance()); });
 }
 
+bool JudgesStructures(const Cell& cell) {
+  return std::any_of(cell.records.begin(), cell.records.end(),
+                     [](const ProblemRecord& record) { return !std::isnan(record.error.recall); });
+}
+
+bool JudgesStructures(const ExperimentResults& results) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [](const Cell& cell) { return JudgesStructures(cell); });
+}
+
+std::string AccuracyMetric(const ExperimentResults& results) {
+  return JudgesStructures(results) ? "recall" : MetricName("mAA", results.experiment.tolerance());
+}
+
+std::string AccuracyTitle(const ExperimentResults& results) {
+  return JudgesStructures(results) ? "recall of structures" : AccuracyMetric(results);
+}
+
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const bool poses = JudgesPoses(cell, tolerance);
+  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell)};
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)
       if (record.scene == scene) records.push_back(&record);
-    const auto values = SceneMetrics(scene, records, tolerance, poses);
+    const auto values = SceneMetrics(scene, records, tolerance, kinds);
     all.insert(all.end(), values.begin(), values.end());
   }
-  const std::size_t kinds = SceneMetrics("", {}, tolerance, poses).size();
+  const std::size_t count = SceneMetrics("", {}, tolerance, kinds).size();
   std::vector<MetricValue> means;
-  for (std::size_t i = 0; i < kinds; ++i) means.push_back({"mean", all[i].metric, OverScenes(all, all[i].metric)});
-  const bool several = all.size() > kinds;
+  for (std::size_t i = 0; i < count; ++i) means.push_back({"mean", all[i].metric, OverScenes(all, all[i].metric)});
+  const bool several = all.size() > count;
   all.insert(all.end(), means.begin(), means.end());
   if (several) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records) records.push_back(&record);
-    const auto values = SceneMetrics(kAllPairs, records, tolerance, poses);
+    const auto values = SceneMetrics(kAllPairs, records, tolerance, kinds);
     all.insert(all.end(), values.begin(), values.end());
   }
   return all;
@@ -160,22 +199,29 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
 }
 
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit) {
-  return SceneAccuracies(
-      cell, tolerance, [&](const EstimateError& error) { return MainError(error, tolerance); }, limit);
+  return SceneValuesOf(
+      cell, [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); }, limit);
 }
 
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit) {
+  const auto value_of = [&](const ProblemRecord& record) {
+    const double error = error_of(record.error);
+    return std::isnan(error) ? error : AverageAccuracyWithin(error, tolerance);
+  };
+  return SceneValuesOf(cell, value_of, limit);
+}
+
+SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit) {
   SceneValues values;
   const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
   for (const std::string& scene : Scenes(cell)) {
-    std::vector<double> accuracies;
+    std::vector<double> of_scene;
     for (std::size_t i = 0; i < count; ++i) {
       const ProblemRecord& record = cell.records[i];
-      const double error = error_of(record.error);
-      if (record.scene != scene || std::isnan(error)) continue;
-      accuracies.push_back(AverageAccuracyWithin(error, tolerance));
+      if (record.scene != scene) continue;
+      if (const double value = value_of(record); !std::isnan(value)) of_scene.push_back(value);
     }
-    if (!accuracies.empty()) values.push_back(std::move(accuracies));
+    if (!of_scene.empty()) values.push_back(std::move(of_scene));
   }
   return values;
 }
@@ -198,11 +244,16 @@ Cell Common(const Cell& cell, const Cell& other) {
 
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
                                                std::size_t b) {
+  const Tolerance c = results.experiment.tolerance();
+  return DifferenceOf(results, condition, a, b, [&](const ProblemRecord& record) { return AccuracyOf(record.error, c); });
+}
+
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b, const ValueOf& value_of) {
   const Cell *first = results.Find(condition, a), *second = results.Find(condition, b);
   if (a == b || first == nullptr || second == nullptr) return std::nullopt;
-  const Tolerance c = results.experiment.tolerance();
-  const SceneValues of_a = SceneAccuracies(Common(*first, *second), c);
-  const SceneValues of_b = SceneAccuracies(Common(*second, *first), c);
+  const SceneValues of_a = SceneValuesOf(Common(*first, *second), value_of);
+  const SceneValues of_b = SceneValuesOf(Common(*second, *first), value_of);
   if (of_a.empty() || of_b.empty()) return std::nullopt;
   return BootstrapDifference(of_a, of_b, BootstrapRng(results));
 }

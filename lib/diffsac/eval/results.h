@@ -33,6 +33,7 @@ struct ProblemRecord {
   /// true structures that at least one such set is of; else NaN.
   double one_structure_sets = std::numeric_limits<double>::quiet_NaN();
   double structures_in_sets = std::numeric_limits<double>::quiet_NaN();
+  int structures = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
 };
@@ -105,10 +106,15 @@ struct MetricValue {
 /// "mAA@0.5deg", "mAA@20px": a metric's name with its threshold.
 std::string MetricName(const std::string& metric, const Tolerance& tolerance);
 
-/// The metrics of one scene's records, in the order of the files (docs/metrics.md); `poses` adds those of rotation and
-/// translation.
+/// What is judged beside the main error.
+struct MetricKinds {
+  bool poses = false;       ///< Rotation and translation on their own.
+  bool structures = false;  ///< Several structures at once.
+};
+
+/// The metrics of one scene's records, in the order of the files (docs/metrics.md).
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                                      const Tolerance& tolerance, bool poses = false);
+                                      const Tolerance& tolerance, const MetricKinds& kinds = {});
 
 /// Stands for the scene in the metrics over all pairs.
 inline constexpr const char* kAllPairs = "all_pairs";
@@ -118,6 +124,15 @@ inline constexpr const char* kAllPairs = "all_pairs";
 bool JudgesPoses(const Cell& cell, const Tolerance& tolerance);
 bool JudgesPoses(const ExperimentResults& results);
 
+/// Whether several structures are judged: some problem's recall is known.
+bool JudgesStructures(const Cell& cell);
+bool JudgesStructures(const ExperimentResults& results);
+
+/// The metric that intervals, differences and curves are of (AccuracyOf): "recall", or "mAA@0.5deg".
+std::string AccuracyMetric(const ExperimentResults& results);
+/// What axes call it.
+std::string AccuracyTitle(const ExperimentResults& results);
+
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
 /// scenes also those of all problems together, where large scenes weigh more: `all_pairs`.
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);
@@ -125,7 +140,11 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
 /// The value of one metric in a list; NaN when it is not there.
 double FindMetric(const std::vector<MetricValue>& metrics, const std::string& scene, const std::string& metric);
 
-/// Each problem's AverageAccuracy by scene; empty when no problem has ground truth. `limit` > 0: first problems only.
+/// Each problem's value by scene, without those that are NaN; no scene without values. `limit` > 0: first problems only.
+using ValueOf = std::function<double(const ProblemRecord&)>;
+SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit = 0);
+
+/// Each problem's AccuracyOf by scene; empty when no problem has ground truth.
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
 
 /// The same of another error than the task's main one: rotation alone, say. Problems whose error is NaN are left out.
@@ -133,10 +152,13 @@ using ErrorOf = std::function<double(const EstimateError&)>;
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of,
                             std::size_t limit = 0);
 
-/// mAA of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
+/// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
 /// (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
                                                std::size_t b);
+/// The same of another value than the accuracy.
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b, const ValueOf& value_of);
 
 /// The generator of the intervals.
 Rng BootstrapRng(const ExperimentResults& results);

@@ -51,6 +51,7 @@ class Line {
     if (values_.size() != names_.size())
       throw Error("expected " + std::to_string(names_.size()) + " values, found " + std::to_string(values_.size()));
   }
+  bool Has(const char* name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
   const std::string& Text(const char* name) const {
     const auto found = std::find(names_.begin(), names_.end(), name);
     if (found == names_.end()) throw Error(std::string("no column '") + name + "'");
@@ -91,6 +92,14 @@ ProblemRecord RecordOf(const Line& line) {
   record.report.ms_denoise = line.Number("ms_denoise");
   record.report.ms_consensus = line.Number("ms_consensus");
   record.report.ms_total = line.Number("ms_total");
+  if (line.Has("recall")) {
+    record.error.misclassified = line.Number("misclassified");
+    record.error.recall = line.Number("recall");
+    record.one_structure_sets = line.Number("one_structure_sets");
+    record.structures_in_sets = line.Number("structures_in_sets");
+    record.structures = line.Count("structures");
+    record.report.draws = line.Count("draws");
+  }
   record.done = true;
   return record;
 }

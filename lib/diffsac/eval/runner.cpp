@@ -1,6 +1,7 @@
 #include "diffsac/eval/runner.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -8,6 +9,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/eval/structures_error.h"
 #include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/oracle.h"
 
@@ -57,6 +59,14 @@ double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>
   return static_cast<double>(pure) / static_cast<double>(estimate.minimal_sets.size());
 }
 
+void RecordStructures(const Example& example, const Estimate& estimate, ProblemRecord* record) {
+  if (std::isnan(record->error.recall)) return;
+  const StructureShares shares = StructureSharesOf(estimate.minimal_sets, example.truth);
+  record->one_structure_sets = shares.one_structure;
+  record->structures_in_sets = shares.structures;
+  record->structures = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
+}
+
 ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
@@ -67,6 +77,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.points = static_cast<int>(example.problem.points.rows());
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
+  RecordStructures(example, estimate, &record);
   record.report = estimate.report;
   record.done = true;
   return record;

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 4";
+constexpr const char* kFormat = "diffsac shard 5";
 
 // The text of a record's numbers, in one place for both directions.
 class Fields {
@@ -21,6 +21,7 @@ class Fields {
   virtual ~Fields() = default;
   virtual void Number(double& value) = 0;
   virtual void Count(int& value) = 0;
+  virtual void Count(std::int64_t& value) = 0;
 };
 
 void Visit(ProblemRecord& record, Fields& fields) {
@@ -38,6 +39,12 @@ void Visit(ProblemRecord& record, Fields& fields) {
   fields.Number(record.report.ms_denoise);
   fields.Number(record.report.ms_consensus);
   fields.Number(record.report.ms_total);
+  fields.Number(record.error.misclassified);
+  fields.Number(record.error.recall);
+  fields.Number(record.one_structure_sets);
+  fields.Number(record.structures_in_sets);
+  fields.Count(record.structures);
+  fields.Count(record.report.draws);
 }
 
 class Writer : public Fields {
@@ -50,6 +57,7 @@ class Writer : public Fields {
       line_.push_back(std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
   }
   void Count(int& value) override { line_.push_back(value); }
+  void Count(std::int64_t& value) override { line_.push_back(value); }
 
  private:
   Json& line_;
@@ -63,6 +71,7 @@ class Reader : public Fields {
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
   void Count(int& value) override { value = line_.at(next_++).get<int>(); }
+  void Count(std::int64_t& value) override { value = line_.at(next_++).get<std::int64_t>(); }
   bool done() const { return next_ == line_.size(); }
 
  private:

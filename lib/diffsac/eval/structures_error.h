@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "diffsac/data/estimate_error.h"
+#include "diffsac/data/problem.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// What an estimate says of several structures.
+struct FoundStructures {
+  std::vector<ModelParameters> models;
+  std::vector<std::int32_t> labels;  ///< N values: 0 for a point of none, k ≥ 1 for one of models[k − 1].
+};
+
+/// Those of an estimate; one, with its inliers, of a row that looks for one model alone, none of a failure.
+FoundStructures StructuresOf(const Estimate& estimate, const Problem& problem);
+
+/// Per cent of the points whose label is wrong, under the one-to-one matching of found to true structures that leaves
+/// the fewest: docs/metrics.md#several-structures. Both hold N labels ≥ 0; NaN for no points.
+double Misclassification(std::span<const std::int32_t> found, std::span<const std::int32_t> truth);
+
+/// A found model stands for a true structure when the root mean square of min(r, kRecallTruncation · ε) over the structure's
+/// points is at most ε.
+inline constexpr double kRecallTruncation = 3.0;
+
+/// Share of the true structures that have points and are found, each by a model of its own; NaN where none has points.
+double StructureRecall(const std::vector<ModelParameters>& found, const Example& example);
+
+/// Sets error->misclassified and ->recall where the truth has structures.
+void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error);
+
+/// What minimal sets hold of the true structures; NaN without sets or structures.
+struct StructureShares {
+  double one_structure = std::numeric_limits<double>::quiet_NaN();  ///< Of the sets, those of one structure alone.
+  double structures = std::numeric_limits<double>::quiet_NaN();     ///< Of the structures, those with such a set.
+};
+StructureShares StructureSharesOf(const std::vector<std::vector<int>>& sets, const GroundTruth& truth);
+
+}  // namespace diffsac
