@@ -11,4 +11,10 @@ namespace diffsac {
 /// threshold of a model. Infinite where k ≤ γ.
 double LogFalseAlarms(int points, int inliers, int minimal_set, double share);
 
+/// log10 of the number of models that points without any structure would give with as many inliers at one threshold
+/// that was given, all minimal sets tried: C(n, γ) P(at least k − γ of the n − γ others fit), by the binomial
+/// distribution (Desolneux, Moisan and Morel, "Meaningful alignments", IJCV 2000). Same arguments; much sharper than
+/// LogFalseAlarms, which allows the threshold to be chosen by the points. Infinite where k ≤ γ.
+double LogChanceModels(int points, int inliers, int minimal_set, double share);
+
 }  // namespace diffsac

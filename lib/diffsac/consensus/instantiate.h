@@ -3,6 +3,7 @@
 #include "diffsac/consensus/dgsac_impl.h"
 #include "diffsac/consensus/mixture_impl.h"
 #include "diffsac/consensus/sample_consensus_impl.h"
+#include "diffsac/consensus/structures_impl.h"
 
 /// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
 /// MODEL_consensus.cpp.
@@ -10,4 +11,7 @@
   template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);             \
   template ConsensusResult SearchCheckedPoints<Model>(const PointMatrix&, double, HypothesisSource&,                    \
                                                       const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
+  template FoundStructures FindStructures<Model>(const PointMatrix&, double, const SourceOfRows&,                       \
+                                                 const ConsensusOptions&, const StructuresOptions&, const Rng&,         \
+                                                 const ConsensusHints&);                                                \
   template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);

@@ -15,7 +15,19 @@ void LabelOptions::Bind(OptionsBinder& b) {
       .Help("two views: an inlier's distance from a candidate counts at most this many ε");
 }
 
-std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count) {
+Example OfStructure(const Example& example, std::size_t structure) {
+  Example one = example;
+  one.truth.structures.clear();
+  one.truth.labels.clear();
+  one.truth.model = example.truth.structures[structure];
+  for (std::size_t i = 0; i < example.truth.labels.size(); ++i)
+    one.truth.inliers[i] = example.truth.labels[i] == static_cast<std::int32_t>(structure + 1);
+  return one;
+}
+
+namespace {
+
+std::vector<RankedSet> SetsOfOne(const Example& example, const LabelOptions& options, int count) {
   const TaskModel model = ModelFromString(example.problem.task, options.model);
   return DispatchDescription(model.task, [&]<TaskDescription Description>() {
     if constexpr (requires { Description::OptimalSets(example, options, count); })
@@ -23,6 +35,16 @@ std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOpt
     else
       return DispatchModel(model, [&]<class Model>() { return BestRandomSets<Model>(example, options, count); });
   });
+}
+
+}  // namespace
+
+std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count) {
+  if (example.truth.structures.empty()) return SetsOfOne(example, options, count);
+  std::vector<RankedSet> sets;
+  for (std::size_t k = 0; k < example.truth.structures.size(); ++k)
+    for (RankedSet& set : SetsOfOne(OfStructure(example, k), options, count)) sets.push_back(std::move(set));
+  return sets;
 }
 
 }  // namespace diffsac

@@ -6,6 +6,7 @@
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/method_registry.h"
+#include "diffsac/methods/point_rows.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -35,9 +36,17 @@ std::unique_ptr<HypothesisSource> SourceOf(const SolverSpace& space, int set_siz
 
 template <MinimalModel Model>
 Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
-  const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.hypotheses;
+  if (options.structures.Several()) {
+    const auto source_of = [&](const std::vector<int>& rows, int search) {
+      const PointRows part(space, rows);
+      return SourceOf(part.space(), Model::kMinimalSize, options, search == 0 ? rng : rng.Fork("search", search));
+    };
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, consensus, options.structures,
+                                            rng.Fork("consensus"), KnownOf(space, consensus)));
+  }
+  const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
   return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
                                                       rng.Fork("consensus"), KnownOf(space, consensus)));
 }
@@ -50,6 +59,7 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   b.Field("sampling", sampling).Help("the source of minimal sets");
   consensus.max_iterations = hypotheses;
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("structures", structures).Help("whether several models are looked for, and how");
   b.Require(consensus.max_iterations == hypotheses, "consensus.max_iterations",
             "nothing; this row's budget is `hypotheses`");
   b.Require(consensus.min_iterations <= hypotheses, "consensus.min_iterations", "at most `hypotheses`");

@@ -4,6 +4,7 @@
 
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
 #include "diffsac/core/options.h"
 #include "diffsac/methods/method.h"
 
@@ -11,7 +12,7 @@ namespace diffsac {
 
 /// Options of the methods that search over minimal sets without learning.
 struct ClassicalOptions {
-  /// Minimal sets: exactly so many with `consensus.stopping: budget`, at most so many otherwise (it stands for
+  /// Minimal sets, of `structures.search: sequential` for each search: exactly so many with `consensus.stopping: budget`, at most so many otherwise (it stands for
   /// consensus.max_iterations). The exhaustive method takes every one of them, unless there are more than this: then it
   /// takes this many random ones, as its report's budget shows.
   int hypotheses = 1000;
@@ -19,6 +20,7 @@ struct ClassicalOptions {
   /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
   SourceOptions sampling;
   ConsensusOptions consensus;
+  StructuresOptions structures;
   void Bind(OptionsBinder& b);
 };
 

@@ -8,6 +8,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/methods/known_of_problem.h"
+#include "diffsac/methods/point_rows.h"
 #include "diffsac/methods/task_dispatch.h"
 
 namespace diffsac {
@@ -17,6 +18,16 @@ PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
   auto options = network.feature_options;
   if (preference_draws > 0) options.preference_draws = preference_draws;
   return PointFeatures(options, network.task);
+}
+
+/// What was said of some of `count` points.
+Prediction RowsOf(const Prediction& whole, const std::vector<int>& rows, Eigen::Index count) {
+  Prediction part;
+  if (!whole.weights.empty())
+    for (const int i : rows) part.weights.push_back(whole.weights[i]);
+  for (std::size_t first = 0; first < whole.confidences.size(); first += static_cast<std::size_t>(count))
+    for (const int i : rows) part.confidences.push_back(whole.confidences[first + static_cast<std::size_t>(i)]);
+  return part;
 }
 
 }  // namespace
@@ -37,6 +48,7 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("structures", structures).Help("whether several models are looked for, and how");
   b.Field("inlier_prior_of", inlier_prior_of)
       .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
@@ -116,9 +128,7 @@ std::vector<Prediction> LearnedMethod::Predict(std::span<const SolverSpace> spac
   return PredictTimed(spaces, seeds).predictions;
 }
 
-template <MinimalModel Model>
-ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
-  const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
+ConsensusHints LearnedMethod::HintsOf(const SolverSpace& space, const Prediction& prediction) const {
   ConsensusHints hints = KnownOf(space, options_.consensus);
   if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
     hints.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
@@ -126,16 +136,54 @@ ConsensusResult LearnedMethod::Consensus(const SolverSpace& space, const Predict
   if (options_.weighted_fit)
     hints.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
-  return SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, options_.consensus,
-                                    rng.Fork("consensus"), hints);
+  return hints;
+}
+
+std::unique_ptr<HypothesisSource> LearnedMethod::MakeSourceOfRows(const Guidance& whole,
+                                                                  const std::vector<int>& rows) const {
+  /// A source with what it may borrow.
+  class SourceOfPart : public HypothesisSource {
+   public:
+    SourceOfPart(const Guidance& whole, const std::vector<int>& rows)
+        : points_(whole.space, rows), prediction_(RowsOf(whole.prediction, rows, whole.space.points().rows())) {}
+    void Make(const LearnedMethod& method, const Guidance& whole) {
+      source_ = method.MakeSource({points_.space(), prediction_, whole.set_size, whole.rng});
+    }
+    bool Next(std::span<int> set) override { return source_->Next(set); }
+
+   private:
+    PointRows points_;
+    Prediction prediction_;
+    std::unique_ptr<HypothesisSource> source_;
+  };
+  auto source = std::make_unique<SourceOfPart>(whole, rows);
+  source->Make(*this, whole);
+  return source;
+}
+
+template <MinimalModel Model>
+diffsac::Estimate LearnedMethod::Consensus(const SolverSpace& space, const Prediction& prediction,
+                                           const Rng& rng) const {
+  const ConsensusHints hints = HintsOf(space, prediction);
+  if (options_.structures.Several()) {
+    const auto source_of = [&](const std::vector<int>& rows, int search) {
+      return MakeSourceOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
+                              rows);
+    };
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, options_.consensus,
+                                            options_.structures, rng.Fork("consensus"), hints));
+  }
+  const auto source = MakeSource({space, prediction, Model::kMinimalSize, rng});
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, options_.consensus,
+                                                      rng.Fork("consensus"), hints));
 }
 
 diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Prediction& prediction,
                                               std::uint64_t seed) const {
   const auto start = MethodClock::now();
   const Rng rng(seed);
-  auto result = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
-  diffsac::Estimate estimate = EstimateOf(space, std::move(result));
+  diffsac::Estimate estimate =
+      DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.inlier_probabilities = prediction.weights;
   estimate.report.ms_consensus = MillisecondsSince(start);

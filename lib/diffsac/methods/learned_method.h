@@ -9,6 +9,7 @@
 
 #include "diffsac/consensus/hypothesis_source.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
 #include "diffsac/core/options.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/point_batch.h"
@@ -43,6 +44,7 @@ struct LearnedOptions {
   int batch = 8;  ///< problems a network call
   PriorSource inlier_prior_of = PriorSource::kNetwork;
   ConsensusOptions consensus;
+  StructuresOptions structures;
 
  protected:
   /// All but weighted_fit, whose key is the method's.
@@ -117,7 +119,10 @@ class LearnedMethod : public Method {
   };
   Timed PredictTimed(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds) const;
   template <MinimalModel Model>
-  ConsensusResult Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const;
+  diffsac::Estimate Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const;
+  ConsensusHints HintsOf(const SolverSpace& space, const Prediction& prediction) const;
+  /// The sets among some of the points, with what the network said of these.
+  std::unique_ptr<HypothesisSource> MakeSourceOfRows(const Guidance& whole, const std::vector<int>& rows) const;
 
   std::shared_ptr<const LearnedNetwork> network_;
   LearnedOptions options_;

@@ -20,11 +20,33 @@ Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
   return estimate;
 }
 
+/// The same of each structure, with the true labels.
+template <MinimalModel Model>
+Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
+  FoundStructures found;
+  if (static_cast<Eigen::Index>(truth.labels.size()) != space.points().rows()) return EstimateOf(std::move(found));
+  const auto count = static_cast<std::int32_t>(truth.structures.size());
+  std::vector<std::int32_t> place(static_cast<std::size_t>(count) + 1, 0);
+  for (std::int32_t label = 1; label <= count; ++label) {
+    Eigen::VectorXd weights(space.points().rows());
+    for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = truth.labels[i] == label ? 1.0 : 0.0;
+    typename Model::Parameters model;
+    ++found.hypotheses;
+    if (!Model::Fit(space.points(), weights, &model)) continue;
+    found.models.emplace_back(model);
+    place[label] = static_cast<std::int32_t>(found.models.size());
+  }
+  for (const std::int32_t label : truth.labels) found.labels.push_back(label <= count ? place[label] : 0);
+  if (!found.models.empty()) found.status = Status::kOk;
+  return EstimateOf(std::move(found));
+}
+
 }  // namespace
 
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
-  return TimedEstimate(problem,
-                       [&]<MinimalModel Model>(const SolverSpace& space) { return FitTruth<Model>(space, truth); });
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    return truth.structures.empty() ? FitTruth<Model>(space, truth) : FitStructures<Model>(space, truth);
+  });
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
 #include "diffsac/data/solver_space.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/method.h"
@@ -42,6 +43,25 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;
   estimate.report.draws = result.iterations;
+  return estimate;
+}
+
+/// The same of several structures; `score` is the number of points that they explain.
+inline Estimate EstimateOf(FoundStructures found) {
+  Estimate estimate;
+  estimate.status = found.status;
+  estimate.minimal_sets = std::move(found.first_sets);
+  estimate.report.hypotheses = found.hypotheses;
+  estimate.report.unique_minimal_sets = found.unique_minimal_sets;
+  estimate.report.draws = found.iterations;
+  if (found.status != Status::kOk) return estimate;
+  estimate.model = found.models.front();
+  for (const std::int32_t label : found.labels) {
+    estimate.inliers.push_back(label > 0);
+    estimate.score += label > 0;
+  }
+  estimate.structures = std::move(found.models);
+  estimate.labels = std::move(found.labels);
   return estimate;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -20,11 +21,18 @@ template <MinimalModel Model>
 std::vector<double> DistancesOf(const Example& example) {
   using Parameters = typename Model::Parameters;
   const SolverSpace space(example.problem);
-  if (example.truth.model.size() != Parameters::SizeAtCompileTime || !example.truth.model.allFinite()) return {};
-  const Parameters model = example.truth.model;
+  std::vector<ModelParameters> models = example.truth.structures;
+  if (models.empty()) models.push_back(example.truth.model);
   std::vector<double> distances;
-  for (Eigen::Index i = 0; i < space.points().rows(); ++i)
-    distances.push_back(Model::Residual(model, space.points().row(i).data()) / space.threshold());
+  for (const ModelParameters& parameters : models) {
+    if (parameters.size() != Parameters::SizeAtCompileTime || !parameters.allFinite()) return {};
+    const Parameters model = parameters;
+    distances.resize(static_cast<std::size_t>(space.points().rows()), std::numeric_limits<double>::infinity());
+    for (Eigen::Index i = 0; i < space.points().rows(); ++i) {
+      const double distance = Model::Residual(model, space.points().row(i).data()) / space.threshold();
+      distances[i] = std::isfinite(distance) ? std::min(distances[i], distance) : distances[i];
+    }
+  }
   return distances;
 }
 

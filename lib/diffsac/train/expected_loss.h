@@ -10,8 +10,8 @@
 
 namespace diffsac {
 
-/// Distances of all points from the ground-truth model, in multiples of ε (N values): residuals in the space that the
-/// model is solved in. Empty where the truth has no model.
+/// Distances of all points from the ground-truth model, of several structures from the nearest, in multiples of ε
+/// (N values): residuals in the space that the model is solved in. Empty where the truth has no model.
 std::vector<double> TruthDistances(const Example& example);
 
 /// The distribution that NG-RANSAC starts from: exp(−r² / 2σ²) of the distances r from the ground-truth model, σ in

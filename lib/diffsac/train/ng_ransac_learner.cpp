@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "diffsac/core/parallel.h"
+#include "diffsac/data/labels.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/methods/ng_ransac.h"
 #include "diffsac/methods/task_dispatch.h"
@@ -96,7 +97,12 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
     return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
            static_cast<double>(problem.points.rows());
   const Tolerance tolerance = options_.validation.ToleranceOf(task_);
-  const double error = MainError(MeasureError(estimate, example), tolerance);
+  double error = MainError(MeasureError(estimate, example), tolerance);
+  // Of several structures that which the hypothesis is of: any is right.
+  for (std::size_t k = 0; k < example.truth.structures.size(); ++k) {
+    const double of_one = MainError(MeasureError(estimate, OfStructure(example, k)), tolerance);
+    error = k == 0 ? of_one : std::min(error, of_one);
+  }
   return std::isnan(error) ? 1.0 : std::min(1.0, error / (own_.learning.loss_cap * tolerance.value));
 }
 

@@ -49,7 +49,9 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
   auto& group = examples_.emplace_back();
   // Evenly spread over a finite set, so that every scene has its share.
   for (std::int64_t i = 0; i < count; ++i) group.push_back(dataset->Get(size < 0 ? i : i * size / count));
-  names_.push_back("mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
+  const bool several = !group.front().truth.structures.empty();
+  names_.push_back(several ? "recall" + suffix
+                           : "mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }
 
 std::vector<double> Validation::Run(const Method& method) const {
@@ -66,7 +68,7 @@ std::vector<double> Validation::Run(const Method& method) const {
       }
       const auto estimates = method.EstimateBatch(problems, seeds);
       for (std::size_t i = 0; i < estimates.size(); ++i)
-        sum += AverageAccuracyWithin(MainError(MeasureError(estimates[i], group[first + i]), tolerance_), tolerance_);
+        sum += AccuracyOf(MeasureError(estimates[i], group[first + i]), tolerance_);
     }
     results.push_back(sum / static_cast<double>(group.size()));
   }

@@ -1,0 +1,26 @@
+#include "diffsac/consensus/structures.h"
+
+namespace diffsac {
+
+void StructuresOptions::Bind(OptionsBinder& b) {
+  b.Field("search", search)
+      .Help(
+          "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
+          "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool");
+  const bool several = Several();
+  const char* only = "structures.search other than one";
+  b.Field("most", most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
+  b.Field("log_false_alarms", log_false_alarms)
+      .OnlyIf(several, only)
+      .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
+  b.Field("least_chance", least_chance, Within(0.0, 1.0))
+      .OnlyIf(several, only)
+      .Help(
+          "a point anywhere is within ε of a model with this probability at least; what uniform points say where that "
+          "is more");
+  b.Field("rounds", rounds, Within(0, 100))
+      .OnlyIf(several, only)
+      .Help("of assigning points to the nearest model and refitting models to their points");
+}
+
+}  // namespace diffsac

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/core/options.h"
+
+namespace diffsac {
+
+/// How several models are looked for in one point set.
+///   kOne         "one": they are not; one model
+///   kSequential  "sequential": one search after the other, each on the points that are left, with a source of its own
+///   kAtOnce      "at_once": all sets are drawn and solved first; then the best hypothesis is chosen on the points that
+///                are left, one after the other
+///   kJLinkage    "j_linkage": the same hypotheses; points are merged by the hypotheses that they are inliers of (Toldo
+///                and Fusiello, "Robust multiple structures estimation with J-linkage", ECCV 2008)
+///   kTLinkage    "t_linkage": by soft preferences (Magri and Fusiello, "T-linkage: a continuous relaxation of
+///                J-linkage for multi-model fitting", CVPR 2014)
+enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage };
+template <>
+inline constexpr auto kEnumNames<StructureSearch> =
+    NamesOf<StructureSearch>({{StructureSearch::kOne, "one"},
+                              {StructureSearch::kSequential, "sequential"},
+                              {StructureSearch::kAtOnce, "at_once"},
+                              {StructureSearch::kJLinkage, "j_linkage"},
+                              {StructureSearch::kTLinkage, "t_linkage"}});
+
+/// The group `structures` of a row.
+struct StructuresOptions {
+  StructureSearch search = StructureSearch::kOne;
+  int most = 20;  ///< Structures that are looked for at most.
+  /// A structure is taken while chance gives fewer than 10 to this power of its like (LogChanceModels): the score that
+  /// stops the search.
+  double log_false_alarms = 0.0;
+  /// A point anywhere is within ε of a model with this probability at least. Outliers that are not uniform, correct
+  /// matches of other depths say, fit by chance more often than uniform ones, from which it is otherwise reckoned.
+  double least_chance = 0.0;
+  /// Rounds in which each point goes to the model that it is nearest to, and each model is refitted to its points.
+  int rounds = 2;
+  void Bind(OptionsBinder& b);
+  bool Several() const { return search != StructureSearch::kOne; }
+};
+
+/// Several models with disjoint inliers, that of most points first.
+struct FoundStructures {
+  Status status = Status::kNoModel;  ///< kNoModel, and no models: nothing that chance would not give.
+  std::vector<ModelParameters> models;
+  std::vector<std::int32_t> labels;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
+  int hypotheses = 0;                ///< models solved or fitted, all stages
+  int unique_minimal_sets = 0;
+  std::int64_t iterations = 0;               ///< minimal sets drawn
+  std::vector<std::vector<int>> first_sets;  ///< up to kReportedSets, in the points' rows
+};
+
+/// The minimal sets of points `rows` (ascending), as places among these; search: which one, 0 for the first.
+using SourceOfRows = std::function<std::unique_ptr<HypothesisSource>(const std::vector<int>& rows, int search)>;
+
+/// Finds as many structures as the points have. Each choice of one model is a SampleConsensus of its own on the points
+/// that are left: score, local optimisation, refit and what is known of the points (hints) act as they do there. It
+/// ends with the first model that chance would give, or when too few points are left. Then points are assigned to the
+/// nearest model and models refitted to their points; those that chance would then give are left out.
+///
+/// options.max_iterations: sets that are drawn, of `sequential` for each search. hints.models join the hypotheses of
+/// the first search, or of all points.
+template <MinimalModel Model>
+FoundStructures FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+                               const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
+                               const ConsensusHints& hints = {});
+
+}  // namespace diffsac

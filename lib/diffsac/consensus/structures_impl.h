@@ -1,0 +1,281 @@
+#pragma once
+
+// The search behind structures.h, for the files that instantiate it for a model.
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "diffsac/consensus/false_alarms.h"
+#include "diffsac/consensus/linkage.h"
+#include "diffsac/consensus/structures.h"
+
+namespace diffsac {
+namespace structures_internal {
+
+/// Uniform points that say how often one fits a model by chance.
+inline constexpr int kChancePoints = 10000;
+/// Soft preferences fall off as exp(−r/τ) up to 5 τ (T-linkage), with τ this share of ε.
+inline constexpr double kPreferenceScale = 0.4;
+inline constexpr double kPreferenceReach = 5.0;
+
+/// What is known of some of the points.
+inline ConsensusHints OfRows(const ConsensusHints& hints, const std::vector<int>& rows) {
+  ConsensusHints some = hints;
+  if (hints.inlier_priors.size() > 0) some.inlier_priors = hints.inlier_priors(rows);
+  if (hints.fit_weights.size() > 0) some.fit_weights = hints.fit_weights(rows);
+  return some;
+}
+
+template <MinimalModel Model>
+class StructuresSearch {
+ public:
+  using Parameters = typename Model::Parameters;
+
+  StructuresSearch(const PointMatrix& points, double threshold, const SourceOfRows& source_of,
+                   const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
+                   const ConsensusHints& hints)
+      : points_(points),
+        threshold_(threshold),
+        source_of_(source_of),
+        options_(options),
+        structures_(structures),
+        rng_(rng),
+        hints_(hints) {
+    PlaceChancePoints(rng.Fork("chance"));
+  }
+
+  FoundStructures Run() {
+    found_.labels.assign(static_cast<std::size_t>(points_.rows()), 0);
+    switch (structures_.search) {
+      case StructureSearch::kJLinkage:
+      case StructureSearch::kTLinkage:
+        TakeClusters();
+        break;
+      case StructureSearch::kAtOnce:
+        Solve();
+        TakeOneByOne();
+        break;
+      default:
+        TakeOneByOne();
+    }
+    for (int round = 0; round < structures_.rounds && !models_.empty(); ++round) RefitAll(round);
+    Assign();
+    DropChance();
+    Finish();
+    return std::move(found_);
+  }
+
+ private:
+  static std::vector<int> AllRows(Eigen::Index count) {
+    std::vector<int> rows(static_cast<std::size_t>(count));
+    std::iota(rows.begin(), rows.end(), 0);
+    return rows;
+  }
+
+  std::vector<int> RowsOf(std::int32_t label) const {
+    std::vector<int> rows;
+    for (int i = 0; i < static_cast<int>(found_.labels.size()); ++i)
+      if (found_.labels[i] == label) rows.push_back(i);
+    return rows;
+  }
+
+  /// All hypotheses, before any is chosen.
+  void Solve() {
+    const auto source = source_of_(AllRows(points_.rows()), 0);
+    const std::vector<int> sets = DrawSets(*source, Model::kMinimalSize, options_.max_iterations);
+    Parameters models[Model::kMaxSolutions];
+    for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
+      const int* set = sets.data() + first;
+      const bool usable = std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i < points_.rows(); });
+      const int solutions = usable ? Model::SolveMinimal(points_, set, models) : 0;
+      found_.hypotheses += std::max(1, solutions);
+      for (int i = 0; i < solutions; ++i)
+        if (models[i].allFinite()) hints_.models.emplace_back(models[i]);
+    }
+    found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
+    found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
+    found_.first_sets = FirstSets(sets, Model::kMinimalSize);
+  }
+
+  /// One search on some of the points. draw: with sets of its own, else of the hypotheses that are known.
+  ConsensusResult Search(const std::vector<int>& rows, const ConsensusHints& hints, bool draw, const Rng& rng) {
+    const PointMatrix some = points_(rows, Eigen::all);
+    GivenSource none({});
+    std::unique_ptr<HypothesisSource> own;
+    if (draw) own = source_of_(rows, searches_++);
+    ConsensusResult result = SampleConsensus<Model>(some, threshold_, own ? *own : none, options_, rng, hints);
+    found_.hypotheses += result.hypotheses;
+    if (!draw) return result;
+    found_.iterations += result.iterations;
+    found_.unique_minimal_sets += result.unique_minimal_sets;
+    for (std::vector<int>& set : result.first_sets) {
+      if (found_.first_sets.size() == kReportedSets) break;
+      for (int& i : set) i = rows[i];
+      found_.first_sets.push_back(std::move(set));
+    }
+    return result;
+  }
+
+  void TakeOneByOne() {
+    const bool draw = structures_.search == StructureSearch::kSequential;
+    while (static_cast<int>(models_.size()) < structures_.most) {
+      const std::vector<int> left = RowsOf(0);
+      if (static_cast<int>(left.size()) <= Model::kMinimalSize) return;
+      const ConsensusResult best = Search(left, OfRows(hints_, left), draw, rng_.Fork("structure", models_.size()));
+      if (draw) hints_.models.clear();
+      if (best.status != Status::kOk) return;
+      const auto inliers = static_cast<int>(std::count(best.inliers.begin(), best.inliers.end(), 1));
+      if (IsChance(best.model, static_cast<int>(left.size()), inliers)) return;
+      models_.push_back(best.model);
+      for (std::size_t i = 0; i < left.size(); ++i)
+        if (best.inliers[i] != 0) found_.labels[left[i]] = static_cast<std::int32_t>(models_.size());
+    }
+  }
+
+  void TakeClusters() {
+    Solve();
+    const std::vector<int> cluster = LinkPoints(Preferences());
+    const int count = cluster.empty() ? 0 : 1 + *std::max_element(cluster.begin(), cluster.end());
+    std::vector<std::vector<int>> members(count);
+    for (int i = 0; i < static_cast<int>(cluster.size()); ++i) members[cluster[i]].push_back(i);
+    std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    for (const std::vector<int>& rows : members) {
+      if (static_cast<int>(models_.size()) == structures_.most || rows.size() <= Model::kMinimalSize) break;
+      const auto left = static_cast<int>(std::count(found_.labels.begin(), found_.labels.end(), 0));
+      ModelParameters model;
+      if (!Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) continue;
+      if (IsChance(model, left, static_cast<int>(rows.size()))) break;
+      models_.push_back(model);
+      for (const int i : rows) found_.labels[i] = static_cast<std::int32_t>(models_.size());
+    }
+  }
+
+  PreferenceMatrix Preferences() const {
+    const bool soft = structures_.search == StructureSearch::kTLinkage;
+    const double tau = kPreferenceScale * threshold_;
+    PreferenceMatrix preferences(points_.rows(), static_cast<Eigen::Index>(hints_.models.size()));
+    for (Eigen::Index h = 0; h < preferences.cols(); ++h) {
+      const Parameters model = hints_.models[static_cast<std::size_t>(h)];
+      for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+        const double r = Model::Residual(model, points_.data() + i * points_.cols());
+        // Written so that what is not a number is no preference.
+        const double hard = r <= threshold_ ? 1.0 : 0.0, reach = r < kPreferenceReach * tau ? std::exp(-r / tau) : 0.0;
+        preferences(i, h) = static_cast<float>(soft ? reach : hard);
+      }
+    }
+    return preferences;
+  }
+
+  /// The model of these points alone, from `start` (null: from least squares). False where there is none.
+  bool Refit(const std::vector<int>& rows, const ModelParameters* start, const Rng& rng, ModelParameters* model) {
+    ConsensusHints own = OfRows(hints_, rows);
+    own.models.clear();
+    if (start != nullptr) own.models.push_back(*start);
+    own.fit_weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(rows.size()));
+    const ConsensusResult result = Search(rows, own, false, rng);
+    if (result.status != Status::kOk) return false;
+    *model = result.model;
+    return true;
+  }
+
+  void RefitAll(int round) {
+    Assign();
+    for (std::size_t k = 0; k < models_.size(); ++k) {
+      const std::vector<int> rows = RowsOf(static_cast<std::int32_t>(k + 1));
+      if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
+      Refit(rows, &models_[k], rng_.Fork("refit", round).Fork("model", k), &models_[k]);
+    }
+  }
+
+  /// Each point to the model that it is nearest to, none farther than ε.
+  void Assign() {
+    for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+      double least = threshold_;
+      found_.labels[i] = 0;
+      for (std::size_t k = 0; k < models_.size(); ++k) {
+        const double r = Model::Residual(Parameters(models_[k]), points_.data() + i * points_.cols());
+        const bool nearer = found_.labels[i] == 0 ? r <= least : r < least;
+        if (!nearer) continue;
+        least = r;
+        found_.labels[i] = static_cast<std::int32_t>(k + 1);
+      }
+    }
+  }
+
+  /// Leaves out the models whose own points chance would give, that of fewest points first.
+  void DropChance() {
+    for (;;) {
+      std::size_t fewest = 0, points = 0;
+      bool drop = false;
+      const std::size_t free = RowsOf(0).size();
+      for (std::size_t k = 0; k < models_.size(); ++k) {
+        const std::size_t own = RowsOf(static_cast<std::int32_t>(k + 1)).size();
+        if (!IsChance(models_[k], static_cast<int>(free + own), static_cast<int>(own))) continue;
+        if (!drop || own < points) fewest = k, points = own;
+        drop = true;
+      }
+      if (!drop) return;
+      models_.erase(models_.begin() + static_cast<std::ptrdiff_t>(fewest));
+      Assign();
+    }
+  }
+
+  void Finish() {
+    std::vector<std::size_t> sizes(models_.size() + 1, 0), order(models_.size());
+    for (const std::int32_t label : found_.labels) ++sizes[label];
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return sizes[a + 1] > sizes[b + 1]; });
+    std::vector<std::int32_t> place(models_.size() + 1, 0);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      found_.models.push_back(models_[order[k]]);
+      place[order[k] + 1] = static_cast<std::int32_t>(k + 1);
+    }
+    for (std::int32_t& label : found_.labels) label = place[label];
+    found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
+  }
+
+  /// Uniform in the box of the points.
+  void PlaceChancePoints(Rng rng) {
+    const Eigen::RowVectorXd low = points_.colwise().minCoeff(), high = points_.colwise().maxCoeff();
+    chance_points_.resize(kChancePoints, points_.cols());
+    for (Eigen::Index i = 0; i < kChancePoints; ++i)
+      for (Eigen::Index k = 0; k < points_.cols(); ++k) chance_points_(i, k) = rng.Uniform(low[k], high[k]);
+  }
+
+  bool IsChance(const ModelParameters& parameters, int points, int inliers) const {
+    const Parameters model = parameters;
+    int fitting = 0;
+    for (Eigen::Index i = 0; i < kChancePoints; ++i)
+      fitting += Model::Residual(model, chance_points_.data() + i * chance_points_.cols()) <= threshold_;
+    const double share = std::max(structures_.least_chance, (fitting + 1.0) / (kChancePoints + 1.0));
+    return !(LogChanceModels(points, inliers, Model::kMinimalSize, share) < structures_.log_false_alarms);
+  }
+
+  const PointMatrix& points_;
+  const double threshold_;
+  const SourceOfRows& source_of_;
+  const ConsensusOptions& options_;
+  const StructuresOptions& structures_;
+  const Rng rng_;
+  ConsensusHints hints_;  ///< With the hypotheses that are known.
+  PointMatrix chance_points_;
+  int searches_ = 0;
+  std::vector<ModelParameters> models_;
+  FoundStructures found_;
+};
+
+}  // namespace structures_internal
+
+template <MinimalModel Model>
+FoundStructures FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+                               const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
+                               const ConsensusHints& hints) {
+  return structures_internal::StructuresSearch<Model>(points, inlier_threshold, source_of, options, structures, rng,
+                                                      hints)
+      .Run();
+}
+
+}  // namespace diffsac
