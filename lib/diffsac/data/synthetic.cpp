@@ -10,6 +10,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/structures.h"
 #include "diffsac/data/synthetic_points.h"
 #include "diffsac/data/tasks.h"
 
@@ -159,8 +160,7 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
       .Help("shortest chord (lines); planes: smallest square root of the area inside");
   b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
   b.Field("split", split).Help("its name; splits of different names never share a stream");
-  b.Require(std::floor(num_points.low) == num_points.low && std::floor(num_points.high) == num_points.high,
-            "num_points", "whole numbers");
+  b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 
 std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed) {

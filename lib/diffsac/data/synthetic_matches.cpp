@@ -6,6 +6,7 @@
 #include <string>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/structures.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
@@ -60,8 +61,6 @@ Eigen::VectorXd DrawRatios(const SyntheticMatchesOptions& options, const std::ve
   return ratios;
 }
 
-bool Whole(const Range& range) { return std::floor(range.low) == range.low && std::floor(range.high) == range.high; }
-
 }  // namespace
 
 void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
@@ -81,7 +80,7 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
   b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0))
       .OnlyIf(match_ratio, "match_ratio: true")
       .Help("a of wrong ones");
-  b.Require(Whole(num_points), "num_points", "whole numbers");
+  b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 
 void SyntheticMatchesOptions::Check(Task task) const {
@@ -137,6 +136,8 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
     problem.points.row(i) = matches[order[i]].pixels.transpose();
     if (ratios.size() > 0) problem.quality[i] = ratios[order[i]];
     example.truth.inliers[i] = matches[order[i]].origin == Origin::kInlier;
+    if (!exact.labels.empty())
+      example.truth.labels.push_back(example.truth.inliers[i] ? exact.labels[order[i]] : 0);
   }
   return example;
 }

@@ -46,12 +46,13 @@ struct ExactMatches {
   std::vector<Eigen::Vector4d> inliers;    ///< of the model
   std::vector<Eigen::Vector4d> others;     ///< correct matches that the model does not explain; they count as outliers
   std::vector<Eigen::Vector4d> displaced;  ///< correct matches to be displaced
+  std::vector<std::int32_t> labels = {};   ///< of the inliers, the structure of each; empty where there is one model
 };
 
 /// How many outliers of a problem are displaced matches.
 int DrawDisplacedCount(const SyntheticMatchesOptions& options, int outliers, Rng rng);
 
-/// The problem and its truth but for model, pose and names: noise on inliers, others and displaced, then uniform
+/// The problem and its truth but for models, pose and names: noise on inliers, others and displaced, then uniform
 /// outliers up to `total`, ratios, and all shuffled. Cameras and sizes come from `pair`.
 /// Outliers are not filtered: one that the model explains by accident is still an outlier.
 Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const VirtualPair& pair,

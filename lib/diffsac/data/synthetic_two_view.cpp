@@ -1,14 +1,16 @@
 #include "diffsac/data/synthetic_two_view.h"
 
-#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/tasks.h"
+#include "diffsac/data/virtual_planes.h"
 #include "diffsac/geometry/homography.h"
 
 namespace diffsac {
@@ -16,12 +18,6 @@ namespace {
 
 enum class Kind { kGeneral, kPlanar, kMixed, kForward };
 
-// Points nearer than this (in the scene's unit, its nearest depth) are not seen.
-constexpr double kLeastDepth = 0.1;
-// A plane is seen up to this factor beyond the nearest and farthest depths.
-constexpr double kPlaneDepthFactor = 2.0;
-// How far camera 2 stays from the plane, as a share of the distance of camera 1.
-constexpr double kLeastPlaneDistance = 0.05;
 // The overlap is measured on so many points.
 constexpr int kOverlapSamples = 200;
 // After so many tries motion and tilt shrink by the factor with every try, and later the second camera is the first.
@@ -32,13 +28,12 @@ constexpr int kOwnCameraTries = 60;
 constexpr double kOffPlaneThresholds = 3.0;
 constexpr int kOffPlaneTries = 50;
 
-// One scene and its two views; the plane is normal · X = distance with distance > 0 in the first camera's coordinates.
+// One scene and its two views.
 struct Scene {
   Kind kind = Kind::kGeneral;
   VirtualPair pair;
   double near = 1.0, far = 1.0;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double distance = 1.0;
+  VirtualPlane plane;
 
   double middle() const { return std::sqrt(near * far); }
 
@@ -48,22 +43,13 @@ struct Scene {
   }
 
   bool PlaneMatch(Rng& rng, Eigen::Vector4d* match) const {
-    const Eigen::Vector3d ray = pair.first.Ray(pair.first.RandomPixel(rng));
-    const double depth = distance / normal.dot(ray);
-    if (!(depth > near / kPlaneDepthFactor && depth < far * kPlaneDepthFactor)) return false;
-    return ProjectIntoBoth(pair, ray * depth, kLeastDepth, match);
+    return plane.Match(pair, {near, far}, pair.first.RandomPixel(rng), match);
   }
 
+  // Of the plane, or of all space for a camera that only turns.
   Eigen::Matrix3d Homography(bool rotation_alone) const {
-    Eigen::Matrix3d h = pair.motion.rotation;
-    if (!rotation_alone) h += pair.motion.translation * normal.transpose() / distance;
-    return pair.second.K * h * pair.first.K.inverse();
-  }
-
-  // Whether camera 2 is on the same side of the plane as camera 1.
-  bool PlaneFacesBoth() const {
-    const Eigen::Vector3d centre2 = -(pair.motion.rotation.transpose() * pair.motion.translation);
-    return distance - normal.dot(centre2) > kLeastPlaneDistance * distance;
+    if (!rotation_alone) return plane.Homography(pair);
+    return pair.second.K * pair.motion.rotation * pair.first.K.inverse();
   }
 };
 
@@ -153,27 +139,25 @@ class SyntheticTwoView : public Dataset {
     const double cone = rng.Uniform(options_.forward_cone_deg.low, options_.forward_cone_deg.high);
     const Eigen::Vector3d centre2 = length * (forward ? Tilted(ahead, cone, rng) : RandomDirection(rng));
     const bool converging = rng.Uniform() < options_.converging;
-    scene->pair.motion.rotation = RandomRotation(scale * rng.Uniform(turn.low, turn.high), rng);
-    scene->pair.motion.translation.setZero();
-    if (RotationAlone(*scene)) return;
-    if (converging && !forward) {
-      const Eigen::Vector3d towards = Eigen::Vector3d(0.0, 0.0, scene->middle()) - centre2;
-      scene->pair.motion.rotation *=
-          Eigen::Quaterniond::FromTwoVectors(towards, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d rotation = RandomRotation(scale * rng.Uniform(turn.low, turn.high), rng);
+    if (RotationAlone(*scene)) {
+      scene->pair.motion = {rotation, Eigen::Vector3d::Zero()};
+      return;
     }
-    scene->pair.motion.translation = -(scene->pair.motion.rotation * centre2);
+    const bool turned = converging && !forward;
+    scene->pair.motion = MotionTo(centre2, rotation, turned ? std::optional(scene->middle()) : std::nullopt);
   }
 
   // Through a point on the axis, log-uniform between the nearest and the farthest depth.
   void DrawPlane(double scale, Rng rng, Scene* scene) const {
     const double tilt = scale * rng.Uniform(options_.plane_tilt_deg.low, options_.plane_tilt_deg.high);
-    scene->normal = Tilted(Eigen::Vector3d::UnitZ(), tilt, rng);
-    scene->distance = scene->normal[2] * LogUniform({scene->near, scene->far}, rng);
+    scene->plane.normal = Tilted(Eigen::Vector3d::UnitZ(), tilt, rng);
+    scene->plane.distance = scene->plane.normal[2] * LogUniform({scene->near, scene->far}, rng);
   }
 
   bool Overlaps(const Scene& scene, const Rng& rng) const {
     const double least = options_.min_overlap;
-    if (UsesPlane(scene) && !scene.PlaneFacesBoth()) return false;
+    if (UsesPlane(scene) && !scene.plane.FacesBoth(scene.pair.motion)) return false;
     if (UsesPlane(scene) && Overlap(scene, &Scene::PlaneMatch, rng.Fork("plane")) < least) return false;
     const bool space = UsesSpace(scene) || scene.kind == Kind::kMixed;
     return !space || Overlap(scene, &Scene::GeneralMatch, rng.Fork("space")) >= least;
