@@ -50,6 +50,22 @@ TEST_CASE("problems are paired by scene and id, whatever their order, and the la
   CHECK(comparison.changed[1].id == "p3");
 }
 
+TEST_CASE("runs over several structures are compared by recall") {
+  const ExperimentResults a = MadeUpStructures();
+  ExperimentResults b = MadeUpStructures();
+  b.cells[0].records[1].error.recall = 0.0;
+  b.cells[1].records[2].error.misclassified += 1.0;
+  const RunComparison comparison = CompareRuns(a, b, "a", "b");
+  CHECK(comparison.metric == "recall");
+  CHECK(comparison.rows.front().a == 1.0);
+  CHECK(comparison.rows.front().b == 0.75);
+  CHECK(comparison.rows.front().difference->mean == Approx(-0.25));
+  REQUIRE(comparison.changed.size() == 2);
+  CHECK(comparison.changed[0].accuracy_change == -1.0);
+  CHECK(comparison.changed[1].id == "p2");
+  CHECK_THROWS_WITH(CompareRuns(a, MadeUpResults(), "a", "b"), Contains("different metrics: recall and mAA@0.5deg"));
+}
+
 TEST_CASE("rows, conditions and keys that one run has alone are named") {
   ExperimentResults a = MadeUpResults(), b = MadeUpResults();
   b.experiment.methods[1].name = "other";

@@ -134,6 +134,27 @@ inline ExperimentResults MadeUpResults() {
   return results;
 }
 
+/// Results over several structures: `first` finds all on condition 0.2 and half of them on 0.5, with sets of one
+/// structure in the same shares; `second` half of that, and the misclassification error is the share that is missing.
+inline ExperimentResults MadeUpStructures() {
+  ExperimentResults results = MadeUpResults();
+  results.experiment.compare = {{"first", "second"}};
+  PaperRow published;
+  published.values["0.5"].misclassification = 5.25;
+  results.experiment.paper = {{"Published", published}};
+  for (Cell& cell : results.cells)
+    for (ProblemRecord& record : cell.records) {
+      const double share = cell.method == 2 ? 1.0 : 1.0 / static_cast<double>((1 + cell.condition) * (1 + cell.method));
+      record.error.recall = share;
+      record.error.misclassified = 100.0 * (1.0 - share);
+      if (record.index == 0) record.error.misclassified /= 2.0;
+      if (cell.method < 2) record.one_structure_sets = record.structures_in_sets = share;
+      record.structures = 3;
+      record.report.draws = cell.method == 0 ? 20 : 0;
+    }
+  return results;
+}
+
 /// Three lines of ten points each that cross, without noise, then six outliers.
 inline Example LinesCross() {
   Example example;

@@ -72,6 +72,28 @@ TEST_CASE("results.json has intervals and paired differences") {
   CHECK(ResultsJson(MakeReport(results)) == ResultsJson(MakeReport(results)));
 }
 
+TEST_CASE("problems.csv and results.json have more where several structures are judged") {
+  const ExperimentResults results = MadeUpStructures();
+  const std::string csv = ProblemsCsv(results);
+  CHECK_THAT(csv.substr(0, csv.find('\n')),
+             Catch::EndsWith(",tz,misclassified,recall,one_structure_sets,structures_in_sets,structures,draws"));
+  CHECK_THAT(csv, Contains("p1,all,0.5,second,ok,0.48,0.1,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,75,0.25,0.25,0.25,3,0\n"));
+  CHECK_THAT(ResultsCsv(MakeReport(results)),
+             Contains(",mean,0.5,second,misclassification,65.625\n") && Contains(",mean,0.5,second,recall,0.25\n") &&
+                 Contains(",first,misclassification_median,50\n") && Contains(",second,structures,3\n") &&
+                 Contains(",second,structures_in_sets,0.25\n") && Contains(",first,draws,20\n"));
+  const auto json = nlohmann::json::parse(ResultsJson(MakeReport(results)));
+  CHECK(json["results"][1]["recall_ci95"]["low"].get<double>() == 0.5);
+  CHECK(json["results"][1]["one_structure_sets_ci95"]["high"].get<double>() == 0.5);
+  REQUIRE(json["differences"].size() == 4);
+  CHECK(json["differences"][0]["metric"] == "recall");
+  CHECK(json["differences"][2]["metric"] == "one_structure_sets");
+  CHECK(json["differences"][2]["low"].get<double>() == 0.5);
+  const ExperimentResults one = MadeUpResults();
+  const std::string plain = ProblemsCsv(one) + ResultsCsv(MakeReport(one)) + ResultsJson(MakeReport(one));
+  for (const char* word : {"recall", "misclassif", "structure", "draws"}) CHECK_THAT(plain, !Contains(word));
+}
+
 TEST_CASE("several scenes are reported one by one, as their mean and over all pairs") {
   const ExperimentResults results = MadeUpPoses();
   const std::string csv = ResultsCsv(MakeReport(results));

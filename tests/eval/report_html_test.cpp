@@ -88,6 +88,20 @@ TEST_CASE("a report has the tables with intervals, the pictures and every proble
   CHECK(list["lines"][0][3] == Approx(0.045));
 }
 
+TEST_CASE("of several structures the report lists misclassification and recall") {
+  const ExperimentResults results = MadeUpStructures(), one = MadeUpResults();
+  const std::string html = ReportHtml(MakeReport(results));
+  const Json list = Json::parse(DataOf(html, "problems"));
+  CHECK(list["unit"] == "%");
+  CHECK(list["structures"] == true);
+  // Second on condition 0.5: problem, method, status, error, recall, structures, inliers, hypotheses, ms.
+  CHECK(list["lines"][17] == Json({5, 1, 0, 75.0, 0.25, 3, 20, 20, 0.5}));
+  CHECK_THAT(html, Contains("recall of structures, higher is better") && !Contains("mAA@"));
+  const Json plain = Json::parse(DataOf(ReportHtml(MakeReport(one)), "problems"));
+  CHECK(plain["structures"] == false);
+  CHECK(plain["lines"][0].size() == 7);
+}
+
 TEST_CASE("names of users stay texts, failures are listed as the worst") {
   ExperimentResults results = MadeUpResults();
   results.experiment.title = results.experiment.methods[0].label = "</script><script>alert(1)</script>";

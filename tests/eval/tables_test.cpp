@@ -125,6 +125,44 @@ TEST_CASE("a comparison of rows that did not run is unknown") {
   CHECK(TablesOf(results).back().rows[0].cells[1] == "–");
 }
 
+TEST_CASE("several structures have tables of misclassification, recall and sets instead") {
+  const ExperimentResults results = testing::MadeUpStructures();
+  const std::vector<Table> tables = TablesOf(results);
+  REQUIRE(tables.size() == 7);
+  // Of 50 % on three problems and 25 % on one the mean is 43.75.
+  CHECK(MarkdownTable(tables[0]) ==
+        "| method                        |      0.2 |       0.5 | draws | hypotheses |  ms |\n"
+        "|-------------------------------|---------:|----------:|------:|-----------:|----:|\n"
+        "| First                         | **0.00** | **43.75** |    20 |         20 | 0.5 |\n"
+        "| Second                        |    43.75 |     65.62 |     – |         20 | 0.5 |\n"
+        "| Oracle                        |     0.00 |      0.00 |     – |          – |   – |\n"
+        "| Published (paper, other data) |        – |      5.25 |       |            |     |\n");
+  CHECK(tables[1].heading == "misclassification error in %, median, lower is better");
+  CHECK(tables[1].rows[1].cells[2] == "75.00");
+  CHECK(tables[2].heading == "recall of structures, higher is better");
+  CHECK(tables[2].rows[0].cells[1] == "1.000");
+  CHECK(tables[2].rows[0].best[1]);
+  CHECK(tables[2].rows[1].intervals[1] == "[0.500, 0.500]");
+  CHECK(tables[3].rows[1].cells[2] == "0.250 [0.250, 0.250]");
+  CHECK(tables[3].rows[2].cells[2] == "–");
+  CHECK(tables[3].rows[0].best[1]);
+  CHECK(tables[5].heading == "differences in recall with 95 % bootstrap intervals");
+  CHECK(tables[5].rows[0].cells[2] == "+0.250 [+0.250, +0.250]");
+  CHECK(tables[6].heading == "differences in the share of minimal sets of one structure with 95 % bootstrap intervals");
+  CHECK(tables[6].rows[0].cells[1] == "+0.500 [+0.500, +0.500]");
+  CHECK_THAT(MarkdownOf(results), Contains("per cent of points with a wrong label") && !Contains("mAA"));
+}
+
+TEST_CASE("structures of several scenes: errors over all problems, as the papers have them") {
+  ExperimentResults results = testing::MadeUpStructures();
+  for (Cell& cell : results.cells) cell.records[0].scene = "another";
+  const std::vector<Table> tables = TablesOf(results);
+  CHECK(tables[0].rows[0].cells[2] == "43.75");
+  CHECK_THAT(tables[2].heading, Contains("unweighted mean over 2 scenes"));
+  CHECK(tables[5].heading == "misclassification error in % by scene, outlier ratio 0.2");
+  CHECK(tables[6].rows[0].cells == std::vector<std::string>{"First", "25.00", "50.00"});
+}
+
 TEST_CASE("LaTeX has rules and escapes") {
   ExperimentResults results = MadeUpResults();
   results.experiment.methods[0].label = "50% & more_less";

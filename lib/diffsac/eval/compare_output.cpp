@@ -47,14 +47,15 @@ Table RowsTable(const RunComparison& comparison) {
 
 std::string AnswerText(const ProblemRecord& record, const Tolerance& tolerance) {
   if (record.status != Status::kOk) return std::string(ToString(record.status));
-  const double error = MainError(record.error, tolerance);
+  const double error = ShownError(record.error, tolerance);
   return std::isnan(error) ? kUnknown : Format("%.2f", error);
 }
 
 Table ChangedTable(const RunComparison& comparison) {
   Table table;
   table.heading =
-      std::string("problems that changed most, errors in ") + (comparison.tolerance.pixels ? "pixels" : "degrees");
+      std::string("problems that changed most, errors in ") +
+      (comparison.metric == "recall" ? "% of the points" : comparison.tolerance.pixels ? "pixels" : "degrees");
   table.columns = {"problem", "scene", "condition", "row", "error A", "error B", "inliers A", "inliers B"};
   for (const ChangedProblem& problem : comparison.changed)
     AddRow({problem.id, problem.scene, problem.condition, problem.row, AnswerText(problem.a, comparison.tolerance),

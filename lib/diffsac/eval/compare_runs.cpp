@@ -79,7 +79,7 @@ RowComparison ComparedRow(const ExperimentResults& a, PairedCells paired) {
 /// How much two records differ, most important first.
 std::tuple<double, double, int> ChangeOf(const ChangedProblem& problem, const Tolerance& tolerance) {
   const double accuracy = std::isnan(problem.accuracy_change) ? 0.0 : std::abs(problem.accuracy_change);
-  double error = std::abs(MainError(problem.b.error, tolerance) - MainError(problem.a.error, tolerance));
+  double error = std::abs(ShownError(problem.b.error, tolerance) - ShownError(problem.a.error, tolerance));
   if (std::isnan(error)) error = 0.0;
   return {accuracy, error, std::abs(problem.a.inliers - problem.b.inliers)};
 }

@@ -116,6 +116,9 @@ void PaperValue::Bind(OptionsBinder& b) {
   b.Field("t", translation).Help("mAA of the translation alone");
   b.Field("median_R", median_rotation_deg).Help("degrees");
   b.Field("median_t", median_translation_deg).Help("degrees");
+  b.Field("misclassification", misclassification).Help("several structures: mean error, per cent");
+  b.Field("misclassification_median", misclassification_median).Help("the same, median");
+  b.Field("recall", recall).Help("share of the structures that are found");
 }
 
 void PaperRow::Bind(OptionsBinder& b) {

@@ -38,12 +38,14 @@ struct MethodRow {
   bool Competes() const { return type != "oracle" && type != "line_posterior"; }
 };
 
-/// What the paper reports for one method and condition; none where it reports nothing. In YAML mAA, [mAA, median], or
-/// {R, t, median_R, median_t}.
+/// What the paper reports for one method and condition; none where it reports nothing. In YAML mAA, [mAA, median],
+/// {R, t, median_R, median_t}, or those of several structures.
 struct PaperValue {
   std::optional<double> accuracy, median_deg;
   /// Two views, which the paper judges by rotation and translation apart.
   std::optional<double> rotation, translation, median_rotation_deg, median_translation_deg;
+  /// Several structures; the error in per cent.
+  std::optional<double> misclassification, misclassification_median, recall;
   void Bind(OptionsBinder& b);
 };
 struct PaperRow {

@@ -79,18 +79,23 @@ void AddCosts(const ExperimentResults& results, std::size_t method, bool with_co
       MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
   const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.report.ms_total; });
   const bool oracle = results.experiment.methods[method].type == "oracle";
+  if (JudgesStructures(results)) {
+    const double draws =
+        MedianOverAll(results, method, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
+    row->cells.push_back(oracle || draws == 0.0 ? kUnknown : Fixed(draws, 0));
+  }
   row->cells.push_back(oracle ? kUnknown : Fixed(models, 0));
   row->cells.push_back(oracle ? kUnknown : General(ms));
   if (with_counts) row->cells.push_back(CountText(results, method));
 }
 
-// The 95 % interval of a cell's mAA, which is a mean over scenes.
+// The 95 % interval of a cell's accuracy or of its sets, which are means over scenes.
 std::string IntervalText(const Report& report, const MetricColumn& column, std::size_t method) {
   const Cell* cell = report.results.Find(column.condition, method);
-  const bool known = cell != nullptr && column.scene == "mean" &&
-                     column.metric == AccuracyMetric(report.results);
-  if (!known || std::isnan(report.Of(*cell).accuracy.low)) return "";
-  const ConfidenceInterval& interval = report.Of(*cell).accuracy;
+  const bool of_accuracy = column.metric == AccuracyMetric(report.results);
+  if (cell == nullptr || column.scene != "mean" || (!of_accuracy && column.metric != kSetsMetric)) return "";
+  const ConfidenceInterval& interval = of_accuracy ? report.Of(*cell).accuracy : report.Of(*cell).sets;
+  if (std::isnan(interval.low)) return "";
   return "[" + Fixed(interval.low, column.digits) + ", " + Fixed(interval.high, column.digits) + "]";
 }
 
@@ -107,7 +112,11 @@ void AddMethodRows(const Report& report, const MetricTable& shown, bool with_cou
       number_row.values.push_back(report.Metric(column.condition, m, column.scene, column.metric));
       row.cells.push_back(Fixed(number_row.values.back(), column.digits));
       row.intervals.resize(row.cells.size());
-      row.intervals.back() = IntervalText(report, column, m);
+      const std::string interval = IntervalText(report, column, m);
+      if (shown.intervals && !interval.empty())
+        row.cells.back() += " " + interval;
+      else
+        row.intervals.back() = interval;
     }
     if (shown.costs) AddCosts(results, m, with_counts, &row);
     row.best.resize(row.cells.size());
@@ -161,6 +170,7 @@ Table FillTable(const Report& report, const MetricTable& shown) {
   table.columns.push_back("method");
   for (const MetricColumn& column : shown.columns) table.columns.push_back(column.heading);
   const bool with_counts = shown.costs && CountsDiffer(report.results);
+  if (shown.costs && JudgesStructures(report.results)) table.columns.push_back("draws");
   if (shown.costs) table.columns.insert(table.columns.end(), {"hypotheses", "ms"});
   if (with_counts) table.columns.push_back("n");
   AddMethodRows(report, shown, with_counts, &table);

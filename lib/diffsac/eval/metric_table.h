@@ -23,7 +23,8 @@ struct MetricColumn {
 struct MetricTable {
   std::string heading;
   std::vector<MetricColumn> columns;
-  bool costs = false;  ///< Hypotheses and milliseconds beside the numbers.
+  bool costs = false;      ///< Hypotheses and milliseconds beside the numbers.
+  bool intervals = false;  ///< Each number is followed by its interval where it has one.
 };
 
 /// `one` for each condition, under the condition's label ("0.5", or "0.5: unit").

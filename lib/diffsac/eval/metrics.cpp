@@ -43,6 +43,14 @@ double AccuracyOf(const EstimateError& error, const Tolerance& tolerance) {
   return std::isnan(main) ? main : AverageAccuracyWithin(main, tolerance);
 }
 
+double ShownError(const EstimateError& error, const Tolerance& tolerance) {
+  return std::isnan(error.misclassified) ? MainError(error, tolerance) : error.misclassified;
+}
+
+const char* ShownUnit(bool structures, const Tolerance& tolerance) {
+  return structures ? "%" : tolerance.pixels ? "px" : "°";
+}
+
 double AverageAccuracy(double error, double threshold) {
   int accurate = 0;
   for (int k = 1; k <= kBins; ++k) accurate += error <= k * threshold / kBins;

@@ -29,6 +29,11 @@ double AverageAccuracyWithin(double error, const Tolerance& tolerance);
 /// else AverageAccuracyWithin of the main error. NaN without ground truth.
 double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 
+/// What lists and captions call a problem's error: the misclassification error where there are several structures, else
+/// the main error, with its unit ("%", "°" or "px").
+double ShownError(const EstimateError& error, const Tolerance& tolerance);
+const char* ShownUnit(bool structures, const Tolerance& tolerance);
+
 /// Compares an estimate with the truth, as the task's description does (data/task_description.h), and with several true
 /// structures (structures_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);

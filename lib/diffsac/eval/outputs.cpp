@@ -39,21 +39,26 @@ Json DifferenceJson(const ExperimentOptions& experiment, const CellReport& cell)
 }
 
 // The experiment's comparisons, each condition's.
-Json ComparisonsJson(const Report& report) {
+void AddComparisons(const Report& report, const std::string& metric, const Differences& differences, Json* list) {
   const ExperimentOptions& experiment = report.results.experiment;
-  Json list = Json::array();
   for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
     for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-      const auto& difference = report.differences[i][c];
+      const auto& difference = differences[i][c];
       if (!difference) continue;
       Json json = {{"a", experiment.compare[i].a},
                    {"b", experiment.compare[i].b},
                    {"condition", experiment.conditions[c].name},
-                   {"metric", AccuracyMetric(report.results)}};
+                   {"metric", metric}};
       json.update(IntervalJson(*difference));
-      list.push_back(std::move(json));
+      list->push_back(std::move(json));
     }
   }
+}
+
+Json ComparisonsJson(const Report& report) {
+  Json list = Json::array();
+  AddComparisons(report, AccuracyMetric(report.results), report.differences, &list);
+  AddComparisons(report, kSetsMetric, report.set_differences, &list);
   return list;
 }
 
@@ -62,13 +67,15 @@ Json CellJson(const ExperimentResults& results, const Cell& cell, const CellRepo
   Json scenes = Json::object();
   for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
   const MethodRow& row = experiment.methods[cell.method];
-  return {{"condition", experiment.conditions[cell.condition].name},
+  Json json = {{"condition", experiment.conditions[cell.condition].name},
           {"method", row.name},
           {"type", row.type},
           {"label", row.label},
           {"metrics", scenes},
           {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
           {"reference_minus_this", DifferenceJson(experiment, report)}};
+  if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
+  return json;
 }
 
 Json PaperJson(const ExperimentResults& results) {

@@ -55,17 +55,19 @@ class Names {
 };
 
 std::string LineJson(const ProblemRecord& record, std::size_t problem, std::size_t method, std::size_t status,
-                     const ExperimentOptions& experiment, bool poses) {
+                     const ExperimentOptions& experiment, const MetricKinds& kinds) {
   std::string line = "[" + std::to_string(problem) + "," + std::to_string(method) + "," + std::to_string(status) + "," +
-                     NumberJson(MainError(record.error, experiment.tolerance()));
-  if (poses) line += "," + NumberJson(record.error.rotation_deg) + "," + NumberJson(record.error.translation_deg);
+                     NumberJson(ShownError(record.error, experiment.tolerance()));
+  if (kinds.poses) line += "," + NumberJson(record.error.rotation_deg) + "," + NumberJson(record.error.translation_deg);
+  if (kinds.structures)
+    line += "," + NumberJson(record.error.recall) + "," + std::to_string(record.structures);
   return line + "," + std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
          NumberJson(record.report.ms_total) + "]";
 }
 
 std::vector<double> ErrorsOf(const Cell& cell, const Tolerance& tolerance) {
   std::vector<double> errors;
-  for (const ProblemRecord& record : cell.records) errors.push_back(MainError(record.error, tolerance));
+  for (const ProblemRecord& record : cell.records) errors.push_back(ShownError(record.error, tolerance));
   return errors;
 }
 
@@ -91,7 +93,7 @@ ProblemList ListProblems(const ExperimentResults& results) {
         ListedProblem& problem =
             problems.try_emplace(record.index, ListedProblem{c, record.index, record.id, record.scene, record.points,
                                                              std::nan("")}).first->second;
-        if (cell.method == list.method) problem.error = MainError(record.error, results.experiment.tolerance());
+        if (cell.method == list.method) problem.error = ShownError(record.error, results.experiment.tolerance());
       }
     }
     for (auto& [index, problem] : problems) list.problems.push_back(std::move(problem));
@@ -118,7 +120,7 @@ std::vector<std::size_t> LargestSmallestAndSpread(const std::vector<double>& err
 std::string ProblemListJson(const ExperimentResults& results, const ProblemList& list, const PictureNumbers& pictures,
                             std::size_t most_lines, std::size_t* left_out) {
   const ExperimentOptions& experiment = results.experiment;
-  const bool poses = JudgesPoses(results);
+  const MetricKinds kinds{JudgesPoses(results), JudgesStructures(results)};
   const std::size_t most_of_cell = std::max<std::size_t>(8, most_lines / std::max<std::size_t>(1, results.cells.size()));
   Names scenes, statuses;
   std::string lines, problems;
@@ -130,7 +132,7 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
       const ProblemRecord& record = cell.records[i];
       const std::size_t problem = list.At(cell.condition, record.index);
       const std::size_t status = statuses.Number(std::string(ToString(record.status)));
-      lines += (lines.empty() ? "" : ",\n") + LineJson(record, problem, cell.method, status, experiment, poses);
+      lines += (lines.empty() ? "" : ",\n") + LineJson(record, problem, cell.method, status, experiment, kinds);
     }
   }
   for (std::size_t i = 0; i < list.problems.size(); ++i) {
@@ -139,7 +141,8 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
                 std::to_string(problem.condition) + "," + std::to_string(problem.points) + "," +
                 std::to_string(pictures.empty() ? -1 : pictures[i]) + "]";
   }
-  return "{\"unit\":" + Dump(experiment.tolerance().pixels ? "px" : "°") + ",\"poses\":" + (poses ? "true" : "false") +
+  return "{\"unit\":" + Dump(ShownUnit(kinds.structures, experiment.tolerance())) +
+         ",\"poses\":" + (kinds.poses ? "true" : "false") + ",\"structures\":" + (kinds.structures ? "true" : "false") +
          ",\"two_view\":" + (IsTwoView(experiment.task) ? "true" : "false") +
          ",\"method\":" + std::to_string(list.method) + ",\"condition_label\":" + Dump(experiment.condition_label) +
          ",\"methods\":" + Dump(LabelsJson(experiment.methods)) +

@@ -12,6 +12,7 @@ CellReport MakeCellReport(const ExperimentResults& results, const Cell& cell) {
   CellReport report;
   report.metrics = CellMetrics(cell, c);
   report.accuracy = BootstrapMean(SceneAccuracies(cell, c), BootstrapRng(results));
+  report.sets = BootstrapMean(SceneValuesOf(cell, SetsOf), BootstrapRng(results));
   const int reference = ReferenceRow(results.experiment);
   if (reference >= 0)
     report.reference_minus_this = DifferenceOf(results, cell.condition, static_cast<std::size_t>(reference), cell.method);
@@ -28,12 +29,16 @@ double Report::Metric(std::size_t condition, std::size_t method, const std::stri
 
 Report MakeReport(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
-  Report report{results, {}, {}, {}};
+  Report report{results, {}, {}, {}, {}};
   for (const Cell& cell : results.cells) report.cells.push_back(MakeCellReport(results, cell));
   for (const Comparison& pair : experiment.compare) {
-    auto& by_condition = report.differences.emplace_back();
-    for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
-      by_condition.push_back(DifferenceOf(results, c, experiment.RowOf(pair.a), experiment.RowOf(pair.b)));
+    auto& of_accuracy = report.differences.emplace_back();
+    auto& of_sets = report.set_differences.emplace_back();
+    const std::size_t a = experiment.RowOf(pair.a), b = experiment.RowOf(pair.b);
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      of_accuracy.push_back(DifferenceOf(results, c, a, b));
+      of_sets.push_back(DifferenceOf(results, c, a, b, SetsOf));
+    }
   }
   report.tables = MakeTables(report);
   return report;

@@ -28,17 +28,21 @@ inline constexpr const char* kUnknown = "–";
 /// What is said of one method on one condition.
 struct CellReport {
   std::vector<MetricValue> metrics;                        ///< CellMetrics.
-  ConfidenceInterval accuracy;                             ///< mAA with its 95 % bootstrap interval.
+  ConfidenceInterval accuracy;                             ///< mAA, or recall, with its 95 % bootstrap interval.
+  ConfidenceInterval sets;                                 ///< The same of SetsOf; NaN where it is unknown.
   std::optional<ConfidenceInterval> reference_minus_this;  ///< DifferenceOf the reference row and this one.
 };
+
+/// By comparison (ExperimentOptions::compare), then by condition.
+using Differences = std::vector<std::vector<std::optional<ConfidenceInterval>>>;
 
 /// All that a run's tables, files and pictures say, computed once from its records: metrics, bootstraps, tables.
 /// It refers to the results, which must outlive it.
 struct Report {
   const ExperimentResults& results;
   std::vector<CellReport> cells;  ///< As `results.cells`.
-  /// By comparison (ExperimentOptions::compare), then by condition.
-  std::vector<std::vector<std::optional<ConfidenceInterval>>> differences;
+  Differences differences;      ///< Of the accuracy.
+  Differences set_differences;  ///< Of SetsOf.
   std::vector<Table> tables;  ///< MakeTables.
 
   /// What is said of one of `results.cells`.

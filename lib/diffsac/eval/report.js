@@ -23,14 +23,16 @@
   const number = (value, digits = 3) => value === null ? '–' : value === Infinity ? '∞'
       : Math.abs(value) >= 1000 ? value.toFixed(0) : String(Number(value.toPrecision(digits)));
 
-  // Lines of the list as objects; [problem, method, status, error, (R, t), inliers, hypotheses, ms] in the file.
+  // Lines of the list as objects; [problem, method, status, error, (R, t), (recall, structures),
+  // inliers, hypotheses, ms] in the file.
   const unpack = (line) => {
     const [id, scene, condition, points, picture] = data.problems[line[0]];
-    const at = data.poses ? 6 : 4;
+    const recallAt = data.poses ? 6 : 4, at = recallAt + (data.structures ? 2 : 0);
     const known = (value) => value === 'inf' ? Infinity : value;
     return {problem: line[0], id, scene, condition, points, picture, method: line[1], status: data.statuses[line[2]],
             error: known(line[3]), rotation: data.poses ? known(line[4]) : null,
-            translation: data.poses ? known(line[5]) : null, inliers: line[at], hypotheses: line[at + 1],
+            translation: data.poses ? known(line[5]) : null, recall: data.structures ? line[recallAt] : null,
+            structures: data.structures ? line[recallAt + 1] : null, inliers: line[at], hypotheses: line[at + 1],
             ms: known(line[at + 2])};
   };
   const lines = data.lines.map(unpack);
@@ -52,6 +54,8 @@
     {name: `error [${unit}]`, of: (line) => line.error, numeric: true, key: 'error'},
     ...(data.poses ? [{name: 'R [°]', of: (line) => line.rotation, numeric: true},
                       {name: 't [°]', of: (line) => line.translation, numeric: true}] : []),
+    ...(data.structures ? [{name: 'recall', of: (line) => line.recall, numeric: true},
+                           {name: 'structures', of: (line) => line.structures, numeric: true}] : []),
     {name: 'inliers', of: (line) => line.inliers, numeric: true, key: 'inliers'},
     {name: data.two_view ? 'matches' : 'points', of: (line) => line.points, numeric: true},
     {name: 'hypotheses', of: (line) => line.hypotheses, numeric: true},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "diffsac/eval/structure_tables.h"
 #include "diffsac/eval/tables.h"
 
 namespace diffsac {
@@ -106,7 +107,9 @@ std::string ReportNotes(const Report& report) {
   std::string text =
       "hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "
       "problem; both medians over all problems.";
-  if (MostScenes(results) > 1)
+  if (JudgesStructures(results))
+    text += kStructureNote;
+  else if (MostScenes(results) > 1)
     text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
   if (!experiment.compare.empty())
     text +=

@@ -94,7 +94,7 @@ void AddStructureMetrics(const std::string& scene, const std::vector<const Probl
   add("misclassification_median", MedianOf(records, misclassified));
   add("recall", MeanOf(records, [](const ProblemRecord& r) { return r.error.recall; }));
   add("structures", MeanOf(records, [](const ProblemRecord& r) { return r.structures; }));
-  add("one_structure_sets", MeanOf(records, [](const ProblemRecord& r) { return r.one_structure_sets; }));
+  add(kSetsMetric, MeanOf(records, SetsOf));
   add("structures_in_sets", MeanOf(records, [](const ProblemRecord& r) { return r.structures_in_sets; }));
   add("draws", MedianOf(records, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); }));
 }
@@ -230,10 +230,12 @@ Rng BootstrapRng(const ExperimentResults& results) { return Rng(results.experime
 
 namespace {
 
-// The records of `cell` whose problems are in `other` too: rows may have different numbers of problems.
-Cell Common(const Cell& cell, const Cell& other) {
+// The records of `cell` whose problems have a value in `other` too: rows may have different numbers of problems, and a
+// failure, say, has no minimal sets.
+Cell Common(const Cell& cell, const Cell& other, const ValueOf& value_of) {
   std::set<std::uint64_t> indices;
-  for (const ProblemRecord& record : other.records) indices.insert(record.index);
+  for (const ProblemRecord& record : other.records)
+    if (!std::isnan(value_of(record))) indices.insert(record.index);
   Cell common{cell.condition, cell.method, {}, {}};
   for (const ProblemRecord& record : cell.records)
     if (indices.count(record.index) > 0) common.records.push_back(record);
@@ -252,8 +254,8 @@ std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results,
                                                std::size_t b, const ValueOf& value_of) {
   const Cell *first = results.Find(condition, a), *second = results.Find(condition, b);
   if (a == b || first == nullptr || second == nullptr) return std::nullopt;
-  const SceneValues of_a = SceneValuesOf(Common(*first, *second), value_of);
-  const SceneValues of_b = SceneValuesOf(Common(*second, *first), value_of);
+  const SceneValues of_a = SceneValuesOf(Common(*first, *second, value_of), value_of);
+  const SceneValues of_b = SceneValuesOf(Common(*second, *first, value_of), value_of);
   if (of_a.empty() || of_b.empty()) return std::nullopt;
   return BootstrapDifference(of_a, of_b, BootstrapRng(results));
 }

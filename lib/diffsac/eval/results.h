@@ -133,6 +133,10 @@ std::string AccuracyMetric(const ExperimentResults& results);
 /// What axes call it.
 std::string AccuracyTitle(const ExperimentResults& results);
 
+/// The share of minimal sets that are of one true structure, by its metric's name, and of one problem.
+inline constexpr const char* kSetsMetric = "one_structure_sets";
+inline double SetsOf(const ProblemRecord& record) { return record.one_structure_sets; }
+
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
 /// scenes also those of all problems together, where large scenes weigh more: `all_pairs`.
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);
@@ -152,8 +156,8 @@ using ErrorOf = std::function<double(const EstimateError&)>;
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of,
                             std::size_t limit = 0);
 
-/// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems that both have, with its 95 % interval
-/// (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
+/// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems of which both know it, with its 95 %
+/// interval (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
                                                std::size_t b);
 /// The same of another value than the accuracy.

@@ -161,9 +161,12 @@ std::string FitCaption(const KeptFit& fit, const ExperimentOptions& experiment) 
   if (experiment.conditions.size() > 1)
     text += ", " + experiment.condition_label + " " + experiment.conditions[fit.condition].label;
   if (fit.estimate.status != Status::kOk) return text + ": no model (" + std::string(ToString(fit.estimate.status)) + ")";
-  const double error = MainError(MeasureError(fit.estimate, fit.example), experiment.tolerance());
+  const EstimateError errors = MeasureError(fit.estimate, fit.example);
+  const double error = ShownError(errors, experiment.tolerance());
+  const bool structures = !std::isnan(errors.recall);
   char number[48];
-  std::snprintf(number, sizeof(number), ": error %.3g%s", error, experiment.tolerance().pixels ? " px" : "°");
+  const std::string unit = ShownUnit(structures, experiment.tolerance());
+  std::snprintf(number, sizeof(number), ": error %.3g%s%s", error, unit == "°" ? "" : " ", unit.c_str());
   if (!std::isnan(error)) text += number;
   const auto points = static_cast<std::size_t>(fit.example.problem.points.rows());
   const MatchCounts counts = CountMatches(fit.estimate.inliers, fit.example.truth.inliers, points);

@@ -7,6 +7,7 @@
 
 #include "diffsac/eval/metric_table.h"
 #include "diffsac/eval/paper_table.h"
+#include "diffsac/eval/structure_tables.h"
 
 namespace diffsac {
 namespace {
@@ -91,19 +92,22 @@ MetricTable SetsKind(const ExperimentResults& results) {
 }
 
 MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
-  const std::string name = MetricName("mAA", results.experiment.tolerance());
-  MetricTable kind{name + " by scene", {}};
+  const bool structures = JudgesStructures(results);
+  const std::string name =
+      structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
+  MetricTable kind{(structures ? "misclassification error in %" : name) + " by scene", {}};
   if (results.experiment.conditions.size() > 1)
     kind.heading += ", " + results.experiment.condition_label + " " + results.experiment.conditions[condition].label;
-  for (const std::string& scene : Scenes(results, condition)) kind.columns.push_back({scene, condition, scene, name});
+  for (const std::string& scene : Scenes(results, condition))
+    kind.columns.push_back({scene, condition, scene, name, structures ? 2 : 3, !structures});
   return kind;
 }
 
 // "+0.208 [+0.154, +0.265]" for each comparison and condition; in bold where the interval leaves zero out.
-Table DifferenceTable(const Report& report) {
+Table DifferenceTable(const Report& report, const std::string& metric, const Differences& differences) {
   const ExperimentOptions& experiment = report.results.experiment;
   Table table;
-  table.heading = "differences in " + MetricName("mAA", experiment.tolerance()) + " with 95 % bootstrap intervals";
+  table.heading = "differences in " + metric + " with 95 % bootstrap intervals";
   table.columns.push_back("A minus B");
   for (const Condition& condition : experiment.conditions) table.columns.push_back(condition.label);
   for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
@@ -112,7 +116,7 @@ Table DifferenceTable(const Report& report) {
     row.cells.push_back(experiment.methods[experiment.RowOf(pair.a)].label + " − " +
                         experiment.methods[experiment.RowOf(pair.b)].label);
     row.best.push_back(false);
-    for (const auto& difference : report.differences[i]) {
+    for (const auto& difference : differences[i]) {
       char text[80];
       if (difference)
         std::snprintf(text, sizeof(text), "%+.3f [%+.3f, %+.3f]", difference->mean, difference->low, difference->high);
@@ -122,6 +126,15 @@ Table DifferenceTable(const Report& report) {
     table.rows.push_back(std::move(row));
   }
   return table;
+}
+
+void AddDifferences(const Report& report, std::vector<Table>* tables) {
+  if (report.results.experiment.compare.empty()) return;
+  tables->push_back(DifferenceTable(report, AccuracyMetric(report.results), report.differences));
+  const bool sets = std::any_of(report.cells.begin(), report.cells.end(),
+                                [](const CellReport& cell) { return !std::isnan(cell.sets.mean); });
+  if (sets)
+    tables->push_back(DifferenceTable(report, "the share of minimal sets of one structure", report.set_differences));
 }
 
 bool HasTruth(const Report& report) {
@@ -156,7 +169,7 @@ std::size_t MostScenes(const ExperimentResults& results) {
 
 namespace {
 
-// Accuracy and error, or, without ground truth, inliers.
+// Accuracy and error, or, without ground truth, inliers; of several structures what is said of those.
 std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth) {
   std::vector<MetricTable> kinds;
   if (!truth) {
@@ -164,6 +177,7 @@ std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth)
     AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
     return kinds;
   }
+  if (JudgesStructures(results)) return StructureKinds(results);
   const std::size_t scenes = MostScenes(results);
   kinds.push_back(AccuracyKind(
       results, "mean", scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : std::string()));
@@ -177,19 +191,20 @@ std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth)
 std::vector<Table> MakeTables(const Report& report) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
-  const bool truth = HasTruth(report), poses = JudgesPoses(results);
+  const bool truth = HasTruth(report), structures = JudgesStructures(results),
+             poses = JudgesPoses(results) && !structures;
   std::vector<MetricTable> kinds = MainKinds(results, truth);
   const auto add = [&](const std::vector<MetricTable>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
   if (poses) add(PoseKinds(results, "rotation", "R"));
   if (poses) add(PoseKinds(results, "translation", "t"));
-  if (truth && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
-  if (HasSets(results)) kinds.push_back(SetsKind(results));
+  if (truth && !structures && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
+  if (!structures && HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
     if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
   std::vector<Table> tables;
   for (const MetricTable& kind : kinds) tables.push_back(FillTable(report, kind));
-  if (truth && !experiment.compare.empty()) tables.push_back(DifferenceTable(report));
-  Table paper = PaperTable(report);
+  if (truth) AddDifferences(report, &tables);
+  Table paper = structures ? Table() : PaperTable(report);
   if (!paper.rows.empty()) tables.push_back(std::move(paper));
   if (!results.learned.empty()) tables.push_back(LearnedTable(results));
   return tables;
