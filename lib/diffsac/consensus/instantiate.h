@@ -7,11 +7,11 @@
 
 /// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
 /// MODEL_consensus.cpp.
-#define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                            \
-  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);             \
-  template ConsensusResult SearchCheckedPoints<Model>(const PointMatrix&, double, HypothesisSource&,                    \
-                                                      const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
-  template FoundStructures FindStructures<Model>(const PointMatrix&, double, const SourceOfRows&,                       \
-                                                 const ConsensusOptions&, const StructuresOptions&, const Rng&,         \
-                                                 const ConsensusHints&);                                                \
+#define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                           \
+  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);            \
+  template ConsensusResult SearchCheckedPoints<Model>(                                                                 \
+      const PointMatrix&, double, HypothesisSource&, const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
+  template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SourceOfRows&,                     \
+                                                  const ConsensusOptions&, const StructureSearchOptions&, const Rng&,  \
+                                                  const ConsensusHints&);                                              \
   template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);

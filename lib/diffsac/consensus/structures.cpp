@@ -2,7 +2,7 @@
 
 namespace diffsac {
 
-void StructuresOptions::Bind(OptionsBinder& b) {
+void StructureSearchOptions::Bind(OptionsBinder& b) {
   b.Field("search", search)
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "

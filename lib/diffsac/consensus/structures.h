@@ -28,7 +28,7 @@ inline constexpr auto kEnumNames<StructureSearch> =
                               {StructureSearch::kTLinkage, "t_linkage"}});
 
 /// The group `structures` of a row.
-struct StructuresOptions {
+struct StructureSearchOptions {
   StructureSearch search = StructureSearch::kOne;
   int most = 20;  ///< Structures that are looked for at most.
   /// A structure is taken while chance gives fewer than 10 to this power of its like (LogChanceModels): the score that
@@ -44,7 +44,7 @@ struct StructuresOptions {
 };
 
 /// Several models with disjoint inliers, that of most points first.
-struct FoundStructures {
+struct StructuresResult {
   Status status = Status::kNoModel;  ///< kNoModel, and no models: nothing that chance would not give.
   std::vector<ModelParameters> models;
   std::vector<std::int32_t> labels;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
@@ -65,8 +65,8 @@ using SourceOfRows = std::function<std::unique_ptr<HypothesisSource>(const std::
 /// options.max_iterations: sets that are drawn, of `sequential` for each search. hints.models join the hypotheses of
 /// the first search, or of all points.
 template <MinimalModel Model>
-FoundStructures FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
-                               const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
-                               const ConsensusHints& hints = {});
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+                                const ConsensusOptions& options, const StructureSearchOptions& structures,
+                                const Rng& rng, const ConsensusHints& hints = {});
 
 }  // namespace diffsac

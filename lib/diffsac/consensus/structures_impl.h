@@ -34,7 +34,7 @@ class StructuresSearch {
   using Parameters = typename Model::Parameters;
 
   StructuresSearch(const PointMatrix& points, double threshold, const SourceOfRows& source_of,
-                   const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
+                   const ConsensusOptions& options, const StructureSearchOptions& structures, const Rng& rng,
                    const ConsensusHints& hints)
       : points_(points),
         threshold_(threshold),
@@ -46,7 +46,7 @@ class StructuresSearch {
     PlaceChancePoints(rng.Fork("chance"));
   }
 
-  FoundStructures Run() {
+  StructuresResult Run() {
     found_.labels.assign(static_cast<std::size_t>(points_.rows()), 0);
     switch (structures_.search) {
       case StructureSearch::kJLinkage:
@@ -258,21 +258,21 @@ class StructuresSearch {
   const double threshold_;
   const SourceOfRows& source_of_;
   const ConsensusOptions& options_;
-  const StructuresOptions& structures_;
+  const StructureSearchOptions& structures_;
   const Rng rng_;
   ConsensusHints hints_;  ///< With the hypotheses that are known.
   PointMatrix chance_points_;
   int searches_ = 0;
   std::vector<ModelParameters> models_;
-  FoundStructures found_;
+  StructuresResult found_;
 };
 
 }  // namespace structures_internal
 
 template <MinimalModel Model>
-FoundStructures FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
-                               const ConsensusOptions& options, const StructuresOptions& structures, const Rng& rng,
-                               const ConsensusHints& hints) {
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+                                const ConsensusOptions& options, const StructureSearchOptions& structures,
+                                const Rng& rng, const ConsensusHints& hints) {
   return structures_internal::StructuresSearch<Model>(points, inlier_threshold, source_of, options, structures, rng,
                                                       hints)
       .Run();

@@ -12,15 +12,15 @@ namespace diffsac {
 
 /// Options of the methods that search over minimal sets without learning.
 struct ClassicalOptions {
-  /// Minimal sets, of `structures.search: sequential` for each search: exactly so many with `consensus.stopping: budget`, at most so many otherwise (it stands for
-  /// consensus.max_iterations). The exhaustive method takes every one of them, unless there are more than this: then it
-  /// takes this many random ones, as its report's budget shows.
+  /// Minimal sets, of `structures.search: sequential` for each search: exactly so many with `consensus.stopping:
+  /// budget`, at most so many otherwise (it stands for consensus.max_iterations). The exhaustive method takes every one
+  /// of them, unless there are more than this: then it takes this many random ones, as its report's budget shows.
   int hypotheses = 1000;
   bool exhaustive = false;  ///< Set by the method's type, not by a key.
   /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
   SourceOptions sampling;
   ConsensusOptions consensus;
-  StructuresOptions structures;
+  StructureSearchOptions structures;
   void Bind(OptionsBinder& b);
 };
 

@@ -44,7 +44,7 @@ struct LearnedOptions {
   int batch = 8;  ///< problems a network call
   PriorSource inlier_prior_of = PriorSource::kNetwork;
   ConsensusOptions consensus;
-  StructuresOptions structures;
+  StructureSearchOptions structures;
 
  protected:
   /// All but weighted_fit, whose key is the method's.

@@ -23,7 +23,7 @@ Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
 /// The same of each structure, with the true labels.
 template <MinimalModel Model>
 Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
-  FoundStructures found;
+  StructuresResult found;
   if (static_cast<Eigen::Index>(truth.labels.size()) != space.points().rows()) return EstimateOf(std::move(found));
   const auto count = static_cast<std::int32_t>(truth.structures.size());
   std::vector<std::int32_t> place(static_cast<std::size_t>(count) + 1, 0);

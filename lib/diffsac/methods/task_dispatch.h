@@ -47,7 +47,7 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
 }
 
 /// The same of several structures; `score` is the number of points that they explain.
-inline Estimate EstimateOf(FoundStructures found) {
+inline Estimate EstimateOf(StructuresResult found) {
   Estimate estimate;
   estimate.status = found.status;
   estimate.minimal_sets = std::move(found.first_sets);
