@@ -152,6 +152,40 @@ TEST_CASE("pairs that say little are drawn as well") {
   CHECK_FALSE(PlotMatches(results, folder.path()));
 }
 
+TEST_CASE("several structures have a colour each, in the fits") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpStructures();
+  const Example example = LinesCross();
+  results.fits = {{0, example, LinesFound(example), 0}, {1, example, Estimate(), 0}};
+  REQUIRE(PlotFits(results, folder.path()) == HasGnuplot());
+  const std::string script = ReadFile(folder.File("fits.gp"));
+  for (int k = 0; k < 3; ++k) CHECK(script.find("$fit0_s" + std::to_string(k) + "_est with lines") != std::string::npos);
+  CHECK(script.find("recall 1.00, error 0.0 %") != std::string::npos);
+  CHECK(script.find("true lines") != std::string::npos);
+  CHECK(script.find("$fit1_s0") == std::string::npos);
+}
+
+TEST_CASE("several structures have a colour each, found beside true") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MatchResults();
+  for (KeptFit& fit : results.fits) {
+    fit.example.truth.labels.clear();
+    for (const std::uint8_t inlier : fit.example.truth.inliers) fit.example.truth.labels.push_back(inlier != 0 ? 1 : 0);
+    fit.example.truth.structures = {Eigen::VectorXd::Ones(9)};
+  }
+  REQUIRE(PlotMatches(results, folder.path()));
+  const cv::Mat picture = cv::imread(folder.File("matches_all_scene_left-right_first.png"));
+  const cv::Mat failed = cv::imread(folder.File("matches_all_scene_left-right_second.png"));
+  const auto of_first = [](const cv::Vec3b& p) { return p == cv::Vec3b(0xB2, 0x72, 0x00); };
+  const auto half = [](const cv::Mat& whole, int side) {
+    return whole(cv::Rect(side * whole.cols / 2, 0, whole.cols / 2, whole.rows));
+  };
+  CHECK(Pixels(half(picture, 0), of_first) > 0);
+  CHECK(Pixels(half(picture, 1), of_first) > 0);
+  CHECK(Pixels(half(failed, 0), of_first) == 0);
+  CHECK(Pixels(half(failed, 1), of_first) > 0);  // The truth, whatever was found.
+}
+
 TEST_CASE("two views keep the matches of several rows, spread over the data") {
   ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
 name: views

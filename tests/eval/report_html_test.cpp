@@ -102,6 +102,16 @@ TEST_CASE("of several structures the report lists misclassification and recall")
   CHECK(plain["lines"][0].size() == 7);
 }
 
+TEST_CASE("the fits of several structures have their colours") {
+  ExperimentResults results = MadeUpStructures();
+  const Example example = LinesCross();
+  results.fits = {{0, example, LinesFound(example), 0}};
+  const std::string html = ReportHtml(MakeReport(results));
+  for (const char* colour : {"stroke:var(--s0)", "stroke:var(--s1)", "stroke:var(--s2)", "stroke:var(--other)"})
+    CHECK_THAT(html, Contains(colour));
+  CHECK_THAT(html, Contains("a colour for each structure that is found") && Contains("error 0 %"));
+}
+
 TEST_CASE("names of users stay texts, failures are listed as the worst") {
   ExperimentResults results = MadeUpResults();
   results.experiment.title = results.experiment.methods[0].label = "</script><script>alert(1)</script>";

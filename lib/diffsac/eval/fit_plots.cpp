@@ -7,6 +7,7 @@
 
 #include "diffsac/eval/gnuplot.h"
 #include "diffsac/eval/plots.h"
+#include "diffsac/eval/structures_error.h"
 
 namespace diffsac {
 namespace {
@@ -84,17 +85,19 @@ std::string LineBlock(const std::string& name, const ModelParameters& model, con
 }
 
 // Where the mesh lies: the extent of the inliers along two directions in the plane.
-std::string MeshBlock(const std::string& name, const Estimate& estimate, const PointMatrix& points) {
-  const Eigen::Vector3d normal = estimate.model.head(3);
+template <class IsInlier>
+std::string MeshBlock(const std::string& name, const ModelParameters& plane, const PointMatrix& points,
+                      const IsInlier& is_inlier) {
+  const Eigen::Vector3d normal = plane.head(3);
   Eigen::Vector3d u = normal.unitOrthogonal();
   // Along the axis that the plane contains best, so that the mesh follows the box.
   Eigen::Index axis = 0;
   normal.cwiseAbs().minCoeff(&axis);
   u = (Eigen::Vector3d::Unit(axis) - normal[axis] * normal).normalized();
-  const Eigen::Vector3d v = normal.cross(u), origin = -estimate.model[3] * normal;
+  const Eigen::Vector3d v = normal.cross(u), origin = -plane[3] * normal;
   double low_u = 1e300, high_u = -1e300, low_v = 1e300, high_v = -1e300;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (estimate.inliers.size() != static_cast<std::size_t>(points.rows()) || !estimate.inliers[i]) continue;
+    if (!is_inlier(i)) continue;
     const Eigen::Vector3d offset = points.row(i).transpose() - origin;
     low_u = std::min(low_u, offset.dot(u));
     high_u = std::max(high_u, offset.dot(u));
@@ -122,8 +125,13 @@ std::string FitTitle(const KeptFit& fit, const ExperimentResults& results) {
                           ? results.experiment.condition_label + " " + condition.label
                           : fit.example.id;
   if (error.failed) return title + ": " + std::string(ToString(fit.estimate.status));
-  if (!std::isnan(error.angle_deg)) {
-    char text[32];
+  char text[64];
+  if (!std::isnan(error.recall)) {
+    std::snprintf(text, sizeof(text), ": recall %.2f, error %.1f %%", error.recall, error.misclassified);
+    return title + text;
+  }
+  if (!fit.estimate.structures.empty()) title += ": " + std::to_string(fit.estimate.structures.size()) + " structures";
+  if (!std::isnan(error.angle_deg) && fit.estimate.structures.empty()) {
     std::snprintf(text, sizeof(text), ": error %.2f°", error.angle_deg);
     return title + text;
   }
@@ -172,17 +180,55 @@ std::string PlanePanel(const KeptFit& fit, const std::string& prefix) {
                      "\" title \"outliers\", $" + prefix + "_in with points pt 7 ps " + size + " lc rgb \"" +
                      kInlierColour + "\" title \"inliers\"";
   if (fit.estimate.model.size() == 4) {
-    text += MeshBlock(prefix + "_est", fit.estimate, fit.example.problem.points);
+    const auto& inliers = fit.estimate.inliers;
+    text += MeshBlock(prefix + "_est", fit.estimate.model, fit.example.problem.points, [&](Eigen::Index i) {
+      return static_cast<std::size_t>(i) < inliers.size() && inliers[static_cast<std::size_t>(i)] != 0;
+    });
     plot += ", $" + prefix + "_est with lines lw 1 lc rgb \"" + kEstimateColour + "\" title \"estimated plane\"";
   }
   return text + plot + "\n";
 }
 
+// A colour for each structure that was found, for its points and for its line or plane.
+std::string StructuresPanel(const KeptFit& fit, const std::string& prefix) {
+  const PointMatrix& points = fit.example.problem.points;
+  const bool flat = points.cols() == 2;
+  const Box box(points);
+  const FoundStructures found = StructuresOf(fit.estimate, fit.example.problem);
+  const auto has = [&](std::int32_t label) {
+    return [&found, label](Eigen::Index i) { return found.labels[static_cast<std::size_t>(i)] == label; };
+  };
+  const std::string points_style = std::string(" with points pt 7 ps ") + (points.rows() > 1000 ? "0.2" : "0.6");
+  std::string text = box.Ranges() + PointBlock(prefix + "_out", points, has(0));
+  std::string plot = std::string(flat ? "plot $" : "splot $") + prefix + "_out" + points_style + " lc rgb \"" +
+                     kOutlierColour + "\" title \"outliers\"";
+  for (std::size_t k = 0; k < fit.example.truth.structures.size() && flat; ++k) {
+    const std::string name = prefix + "_true" + std::to_string(k);
+    text += LineBlock(name, fit.example.truth.structures[k], box);
+    plot += ", $" + name + " with lines lw 1.5 dt 2 lc rgb \"#000000\" " + (k == 0 ? "title \"true lines\"" : "notitle");
+  }
+  for (std::size_t k = 0; k < found.models.size(); ++k) {
+    const std::string name = prefix + "_s" + std::to_string(k), colour = std::string(" lc rgb \"") + StructureColour(k);
+    const auto is_member = has(static_cast<std::int32_t>(k) + 1);
+    text += PointBlock(name, points, is_member) + (flat ? LineBlock(name + "_est", found.models[k], box)
+                                                        : MeshBlock(name + "_est", found.models[k], points, is_member));
+    plot += ", $" + name + points_style + colour + "\" notitle, $" + name + "_est with lines lw " +
+            (flat ? "2" : "1") + colour + "\" notitle";
+  }
+  return text + plot + "\n";
+}
+
+// Whether a fit is one of several structures.
+bool HasStructures(const KeptFit& fit) {
+  return !fit.estimate.structures.empty() || !fit.example.truth.structures.empty();
+}
+
 std::string FitPanel(const KeptFit& fit, const std::string& prefix) {
   if (ImagePoints(fit.example.problem).size() > 0)
     return "set xlabel \"u [px]\"\nset ylabel \"v [px]\"\n" + ImagePanel(fit, prefix);
-  if (fit.example.problem.points.cols() == 2) return "set xlabel \"x\"\nset ylabel \"y\"\n" + LinePanel(fit, prefix);
-  return PlanePanel(fit, prefix);
+  const std::string axes = fit.example.problem.points.cols() == 2 ? "set xlabel \"x\"\nset ylabel \"y\"\n" : "";
+  if (HasStructures(fit)) return axes + StructuresPanel(fit, prefix);
+  return axes + (axes.empty() ? PlanePanel(fit, prefix) : LinePanel(fit, prefix));
 }
 
 // The steps to show: all, or kMostPanels evenly spread with the first and the last.

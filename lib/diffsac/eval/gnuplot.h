@@ -25,4 +25,7 @@ inline constexpr std::size_t kSeriesColours = 7;
 /// Colours that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008): "#0072B2", ...
 const char* SeriesColour(std::size_t index);
 
+/// Those of structures, which leave grey to the outliers.
+inline const char* StructureColour(std::size_t index) { return SeriesColour(index % (kSeriesColours - 1)); }
+
 }  // namespace diffsac

@@ -4,9 +4,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/gnuplot.h"
 #include "diffsac/eval/match_kinds.h"
 #include "diffsac/eval/pair_images.h"
 #include "diffsac/eval/plots.h"
+#include "diffsac/eval/structures_error.h"
 
 namespace diffsac {
 namespace {
@@ -14,6 +16,7 @@ namespace {
 constexpr int kPanelWidth = 760, kPanelHeight = 600;  // An image is made as large as fits.
 constexpr int kGap = 10, kTitleHeight = 62;
 constexpr int kMostLines = 100;      // Of one kind: more hide the images and each other.
+constexpr int kMark = 4;             // Radius of a structure's points.
 constexpr double kPale = 0.35;       // How much of white is mixed into the images.
 constexpr double kLineWeight = 0.6;  // Lines let what is below shine through.
 constexpr double kTitleScale = 0.62, kTextScale = 0.5;
@@ -81,6 +84,10 @@ void PutText(cv::Mat& canvas, const std::string& text, int baseline, double scal
 std::string ErrorText(const EstimateError& error, const Estimate& estimate) {
   char text[96];
   if (estimate.status != Status::kOk) return "no model (" + std::string(ToString(estimate.status)) + ")";
+  if (!std::isnan(error.recall)) {
+    std::snprintf(text, sizeof(text), "misclassification error %.1f %%, recall %.2f", error.misclassified, error.recall);
+    return text;
+  }
   if (!std::isnan(error.rotation_deg)) {
     std::snprintf(text, sizeof(text), "error R %.2f deg, t %.2f deg", error.rotation_deg, error.translation_deg);
     return (error.failed ? "no pose, " : "") + std::string(text);
@@ -125,23 +132,78 @@ void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Pane
   }
 }
 
+// "#RRGGBB" of a structure.
+cv::Scalar LabelColour(std::int32_t label) {
+  if (label <= 0) return kOther;
+  const unsigned long rgb = std::strtoul(StructureColour(static_cast<std::size_t>(label) - 1) + 1, nullptr, 16);
+  return {static_cast<double>(rgb & 0xFF), static_cast<double>(rgb >> 8 & 0xFF), static_cast<double>(rgb >> 16 & 0xFF)};
+}
+
+// Outliers first, as small dots, so that they hide nothing. `column`: where the points' x is.
+void DrawLabels(cv::Mat& canvas, const PointMatrix& points, const std::vector<std::int32_t>& labels, const Panel& panel,
+                int column) {
+  for (const bool outliers : {true, false})
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+      const std::int32_t label = labels[static_cast<std::size_t>(i)];
+      if ((label == 0) != outliers || !points.row(i).allFinite() || points.row(i).cwiseAbs().maxCoeff() >= 1e6) continue;
+      const cv::Point at = panel.At(points(i, column), points(i, column + 1));
+      if (!outliers) cv::circle(canvas, at, kMark + 1, kWhite, cv::FILLED, cv::LINE_AA);
+      cv::circle(canvas, at, outliers ? 2 : kMark, LabelColour(label), cv::FILLED, cv::LINE_AA);
+    }
+}
+
+// Whether a fit is one of several structures, whose truth is known.
+bool ShowsStructures(const KeptFit& fit) {
+  return !fit.estimate.structures.empty() || !fit.example.truth.structures.empty();
+}
+bool KnowsLabels(const KeptFit& fit) {
+  return static_cast<Eigen::Index>(fit.example.truth.labels.size()) == fit.example.problem.points.rows();
+}
+
+// A colour for each structure: those found in image 1, and beside them the true ones, with the colours of those that
+// they are matched to; without a truth those found in both images.
+void DrawStructures(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Panel& right) {
+  const PointMatrix& points = fit.example.problem.points;
+  const std::vector<std::int32_t> found = StructuresOf(fit.estimate, fit.example.problem).labels;
+  DrawLabels(canvas, points, found, left, 0);
+  if (KnowsLabels(fit))
+    DrawLabels(canvas, points, AlignedTruth(found, fit.example.truth.labels), right, 0);
+  else
+    DrawLabels(canvas, points, found, right, 2);
+}
+
+std::string StructureCountsText(const KeptFit& fit) {
+  const std::size_t found = StructuresOf(fit.estimate, fit.example.problem).models.size();
+  const std::string matches = std::to_string(fit.example.problem.points.rows()) + " matches, outliers grey";
+  if (!KnowsLabels(fit)) return std::to_string(found) + " structures found; " + matches;
+  return "left: " + std::to_string(found) + " structures found, right: " +
+         std::to_string(fit.example.truth.structures.size()) + " true ones; " + matches;
+}
+
+void DrawMatches(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Panel& right) {
+  DrawKind(canvas, fit, left, right, MatchKind::kOther, kOther);
+  DrawKind(canvas, fit, left, right, MatchKind::kMissed, kMissed);
+  DrawKind(canvas, fit, left, right, MatchKind::kRight, kRight);
+  DrawKind(canvas, fit, left, right, MatchKind::kWrong, kWrong);
+}
+
 cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   const Problem& problem = fit.example.problem;
   const auto [image1, image2] = ImageNames(fit.example);
   const auto& folders = experiment.figures.images;
+  const bool structures = ShowsStructures(fit), twice = structures && KnowsLabels(fit);
   Panel left = MakePanel(ImageFile(folders, fit.example.scene, image1), CanvasSize(problem.size1, problem.points, 0));
-  Panel right = MakePanel(ImageFile(folders, fit.example.scene, image2), CanvasSize(problem.size2, problem.points, 2));
+  Panel right = twice ? left
+                      : MakePanel(ImageFile(folders, fit.example.scene, image2),
+                                  CanvasSize(problem.size2, problem.points, 2));
   left.origin = {kGap, kTitleHeight};
   right.origin = {left.image.cols + 2 * kGap, kTitleHeight};
   cv::Mat canvas(kTitleHeight + std::max(left.image.rows, right.image.rows) + kGap,
                  left.image.cols + right.image.cols + 3 * kGap, CV_8UC3, kWhite);
   left.image.copyTo(canvas(cv::Rect(left.origin, left.image.size())));
   right.image.copyTo(canvas(cv::Rect(right.origin, right.image.size())));
-  DrawKind(canvas, fit, left, right, MatchKind::kOther, kOther);
-  DrawKind(canvas, fit, left, right, MatchKind::kMissed, kMissed);
-  DrawKind(canvas, fit, left, right, MatchKind::kRight, kRight);
-  DrawKind(canvas, fit, left, right, MatchKind::kWrong, kWrong);
+  structures ? DrawStructures(canvas, fit, left, right) : DrawMatches(canvas, fit, left, right);
   // Points outside their image must not cover the text.
   canvas(cv::Rect(0, 0, canvas.cols, kTitleHeight)).setTo(kWhite);
   const std::string condition =
@@ -151,7 +213,7 @@ cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
               ErrorText(MeasureError(fit.estimate, fit.example), fit.estimate) + " (" + fit.example.id + condition +
               ")",
           24, kTitleScale);
-  PutText(canvas, CountsText(fit), 48, kTextScale);
+  PutText(canvas, structures ? StructureCountsText(fit) : CountsText(fit), 48, kTextScale);
   return canvas;
 }
 

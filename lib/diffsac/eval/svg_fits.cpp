@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <functional>
 
+#include "diffsac/eval/gnuplot.h"
 #include "diffsac/eval/match_kinds.h"
+#include "diffsac/eval/structures_error.h"
 #include "diffsac/eval/svg_axes.h"
 
 namespace diffsac {
@@ -55,19 +57,25 @@ const char* ClassOf(MatchKind kind) {
   return "other";
 }
 
-/// Points of one kind as one path of dots: short, and quick to draw.
-std::string Dots(const KeptFit& fit, const PointMatrix& points, const Projection& projection, MatchKind kind) {
+/// The points for which `shown(i)` holds as one path of dots: short, and quick to draw.
+template <class Shown>
+std::string Dots(const PointMatrix& points, const Projection& projection, const std::string& colour, const Shown& shown) {
   const Eigen::Index stride = std::max<Eigen::Index>(1, points.rows() / kMostPoints);
   std::string path;
   for (Eigen::Index i = 0; i < points.rows(); i += stride) {
-    if (!points.row(i).allFinite()) continue;
-    if (KindOfMatch(fit.estimate.inliers, fit.example.truth.inliers, static_cast<std::size_t>(i)) != kind) continue;
+    if (!points.row(i).allFinite() || !shown(static_cast<std::size_t>(i))) continue;
     path += "M" + projection.At(projection.flat(points.row(i).transpose())) + "h0";
   }
   if (path.empty()) return "";
   const std::string size = points.rows() > 600 ? "3" : "5";
   return std::string("<path d=\"") + path + "\" style=\"fill:none;stroke-linecap:round;stroke-width:" + size +
-         ";stroke:var(--" + ClassOf(kind) + ")\"/>\n";
+         ";stroke:var(--" + colour + ")\"/>\n";
+}
+
+std::string DotsOfKind(const KeptFit& fit, const PointMatrix& points, const Projection& projection, MatchKind kind) {
+  return Dots(points, projection, ClassOf(kind), [&](std::size_t i) {
+    return KindOfMatch(fit.estimate.inliers, fit.example.truth.inliers, i) == kind;
+  });
 }
 
 /// A line beyond the picture, which cuts it off.
@@ -103,6 +111,10 @@ std::string PlanePath(const ModelParameters& plane, const PointMatrix& points, c
   return "<path d=\"" + path + "Z\" style=\"" + style + "\"/>\n";
 }
 
+bool IsOfStructures(const KeptFit& fit) {
+  return !fit.estimate.structures.empty() || !fit.example.truth.structures.empty();
+}
+
 std::string Legend(const KeptFit& fit) {
   const bool truth = !fit.example.truth.inliers.empty(), image = ImagePoints(fit.example.problem).size() > 0;
   struct Entry {
@@ -110,7 +122,10 @@ std::string Legend(const KeptFit& fit) {
   };
   std::vector<Entry> entries = {{"right", truth ? "right inlier" : "inlier"}, {"other", truth ? "right outlier" : "outlier"}};
   if (truth) entries.insert(entries.end(), {{"wrong", "wrong inlier"}, {"missed", "missed inlier"}});
-  if (!image) entries.push_back({"s1", "estimate"});
+  if (IsOfStructures(fit))
+    entries = {{"other", "no structure"}, {"s0", "a colour for each structure that is found"}};
+  else if (!image)
+    entries.push_back({"s1", "estimate"});
   if (!image && fit.example.truth.model.size() > 0) entries.push_back({"ink", "truth (dashed)"});
   std::string svg;
   double x = 4, y = kHeight + 16;
@@ -136,6 +151,38 @@ std::string Models(const KeptFit& fit, const PointMatrix& points, const Projecti
   return LinePath(fit.estimate.model, projection, kEstimateStyle) + LinePath(truth.model, projection, kTruthStyle);
 }
 
+/// A colour for each structure that was found, for its points and its line or plane.
+std::string Structures(const KeptFit& fit, const PointMatrix& points, const Projection& projection) {
+  const FoundStructures found = StructuresOf(fit.estimate, fit.example.problem);
+  const auto members = [&](std::int32_t label, const std::vector<std::int32_t>& labels) {
+    std::vector<std::uint8_t> mask;
+    for (const std::int32_t of_point : labels) mask.push_back(of_point == label);
+    return mask;
+  };
+  const auto draw = [&](const ModelParameters& model, const std::vector<std::uint8_t>& mask, const std::string& style) {
+    return points.cols() == 3 ? PlanePath(model, points, mask, projection, "fill:none;" + style)
+                              : LinePath(model, projection, style);
+  };
+  std::string svg = Dots(points, projection, "other", [&](std::size_t i) { return found.labels[i] == 0; });
+  for (std::size_t k = 0; k < found.models.size(); ++k) {
+    const auto label = static_cast<std::int32_t>(k) + 1;
+    const std::string colour = "s" + std::to_string(k % (kSeriesColours - 1));
+    svg += Dots(points, projection, colour, [&](std::size_t i) { return found.labels[i] == label; }) +
+           draw(found.models[k], members(label, found.labels), "stroke:var(--" + colour + ");stroke-width:2");
+  }
+  const GroundTruth& truth = fit.example.truth;
+  for (std::size_t k = 0; k < truth.structures.size(); ++k)
+    svg += draw(truth.structures[k], members(static_cast<std::int32_t>(k) + 1, truth.labels), kTruthStyle);
+  return svg;
+}
+
+std::string OneModel(const KeptFit& fit, const PointMatrix& points, const Projection& projection, bool image) {
+  std::string svg;
+  for (const MatchKind kind : {MatchKind::kOther, MatchKind::kMissed, MatchKind::kRight, MatchKind::kWrong})
+    svg += DotsOfKind(fit, points, projection, kind);
+  return image ? svg : svg + Models(fit, points, projection);
+}
+
 }  // namespace
 
 std::string SvgOfFit(const KeptFit& fit) {
@@ -148,9 +195,7 @@ std::string SvgOfFit(const KeptFit& fit) {
   projection.flat = [&](const Eigen::VectorXd& p) { return points.cols() == 3 ? FromAfar(p) : Eigen::Vector2d(p); };
   for (Eigen::Index i = 0; i < points.rows(); ++i) projection.Hold(points.row(i).transpose());
   std::string svg = "<svg x=\"0\" y=\"0\" width=\"" + SvgNumber(kWidth) + "\" height=\"" + SvgNumber(kHeight) + "\">\n";
-  for (const MatchKind kind : {MatchKind::kOther, MatchKind::kMissed, MatchKind::kRight, MatchKind::kWrong})
-    svg += Dots(fit, points, projection, kind);
-  if (image.size() == 0) svg += Models(fit, points, projection);
+  svg += IsOfStructures(fit) ? Structures(fit, points, projection) : OneModel(fit, points, projection, image.size() > 0);
   svg += "</svg>\n<rect class=\"grid\" x=\"0.5\" y=\"0.5\" width=\"" + SvgNumber(kWidth - 1) + "\" height=\"" +
          SvgNumber(kHeight - 1) + "\"/>\n";
   return SvgPicture(kWidth, kHeight + 56, "fit of " + fit.example.id, svg + Legend(fit));
