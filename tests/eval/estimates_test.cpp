@@ -43,6 +43,10 @@ EstimateFile Content() {
   failed.points = 3;
   file.groups.push_back({"net/work", "all", {failed, Record(2)}});
   file.groups.push_back({"net/work", "none", {}});
+  EstimateRecord several = Record(3), none = Record(5);
+  several.structures = {several.model, 2.0 * several.model, -several.model};
+  for (int i = 0; i < several.points; ++i) several.labels.push_back(i % 4);
+  file.groups.push_back({"several", "all", {failed, several, none}});
   return file;
 }
 
@@ -57,7 +61,7 @@ TEST_CASE("estimates read back as they were written") {
   CHECK(read.experiment == "table");
   CHECK(read.task == "fundamental");
   CHECK(read.git_revision == "abc");
-  REQUIRE(read.groups.size() == 3);
+  REQUIRE(read.groups.size() == 4);
   for (const EstimateGroup& group : written.groups) {
     const auto same = std::find_if(read.groups.begin(), read.groups.end(), [&](const EstimateGroup& other) {
       return other.method == group.method && other.condition == group.condition;
@@ -78,6 +82,8 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.score == b.score);
       CHECK((a.noise_scale == b.noise_scale || (std::isnan(a.noise_scale) && std::isnan(b.noise_scale))));
       CHECK(a.draws == b.draws);
+      CHECK(a.structures == b.structures);
+      CHECK(a.labels == b.labels);
       CHECK(a.inlier_probabilities == b.inlier_probabilities);
     }
   }

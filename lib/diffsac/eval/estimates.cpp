@@ -99,6 +99,11 @@ class Columns {
     Put(group, "inliers_end", inliers_end_);
     Put(group, "probabilities", probabilities_);
     Put(group, "probabilities_end", probabilities_end_);
+    if (structures_.empty()) return;
+    Put(group, "structures", structures_, width_);
+    Put(group, "structures_end", structures_end_);
+    Put(group, "labels", labels_);
+    Put(group, "labels_end", labels_end_);
   }
 
  private:
@@ -123,14 +128,19 @@ class Columns {
     const auto& probabilities = record.inlier_probabilities;
     probabilities_.insert(probabilities_.end(), probabilities.begin(), probabilities.end());
     probabilities_end_.push_back(static_cast<std::int64_t>(probabilities_.size()));
+    for (const ModelParameters& model : record.structures)
+      structures_.insert(structures_.end(), model.data(), model.data() + model.size());
+    structures_end_.push_back(static_cast<std::int64_t>(structures_.size() / width_));
+    labels_.insert(labels_.end(), record.labels.begin(), record.labels.end());
+    labels_end_.push_back(static_cast<std::int64_t>(labels_.size()));
   }
 
   hsize_t width_ = 1;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_;
-  std::vector<double> models_, poses_, scores_, noise_scales_;
-  std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_;
-  std::vector<std::int32_t> inliers_;
+  std::vector<double> models_, poses_, scores_, noise_scales_, structures_;
+  std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_, structures_end_, labels_end_;
+  std::vector<std::int32_t> inliers_, labels_;
   std::vector<float> probabilities_;
 };
 
@@ -174,6 +184,26 @@ std::vector<Value> Slice(const std::vector<Value>& values, const std::vector<std
   return {values.begin() + begin, values.begin() + end};
 }
 
+/// Of groups that have several structures; `width`: values in a model.
+void ReadStructures(const H5::Group& group, std::size_t width, std::vector<EstimateRecord>* records) {
+  if (!group.nameExists("structures")) return;
+  const std::size_t count = records->size();
+  const auto structures = GetAll<double>(group, "structures");
+  const auto structures_end = Get<std::int64_t>(group, "structures_end", count),
+             labels_end = Get<std::int64_t>(group, "labels_end", count);
+  const auto labels = GetAll<std::int32_t>(group, "labels");
+  if (width == 0 || structures.size() % width != 0) throw Error("structures: expected a model in each row");
+  std::vector<std::int64_t> ends;
+  for (const std::int64_t end : structures_end) ends.push_back(end * static_cast<std::int64_t>(width));
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::vector<double> models = Slice(structures, ends, i);
+    for (std::size_t at = 0; at < models.size(); at += width)
+      (*records)[i].structures.push_back(
+          Eigen::Map<const Eigen::VectorXd>(models.data() + at, static_cast<Eigen::Index>(width)));
+    (*records)[i].labels = Slice(labels, labels_end, i);
+  }
+}
+
 std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
   const auto index = GetAll<std::uint64_t>(group, "index");
   const std::size_t count = index.size();
@@ -206,6 +236,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
     record.inliers = Slice(inliers, inliers_end, i);
     record.inlier_probabilities = Slice(probabilities, probabilities_end, i);
   }
+  ReadStructures(group, width, &records);
   return records;
 }
 
@@ -233,6 +264,8 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;
   record.inlier_probabilities = estimate.inlier_probabilities;
+  record.structures = estimate.structures;
+  record.labels = estimate.labels;
   return record;
 }
 

@@ -27,6 +27,9 @@ struct EstimateRecord {
   double noise_scale = std::numeric_limits<double>::quiet_NaN();  ///< σ, in the data's unit; NaN: not estimated.
   std::int64_t draws = 0;                   ///< Minimal sets drawn; 0 for methods that do not tell.
   std::vector<float> inlier_probabilities;  ///< N values where a network gave some, else empty.
+  /// Of rows that look for several structures: as in Estimate.
+  std::vector<ModelParameters> structures;
+  std::vector<std::int32_t> labels;
 };
 
 /// One method on one condition.

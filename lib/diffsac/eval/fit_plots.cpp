@@ -194,7 +194,7 @@ std::string StructuresPanel(const KeptFit& fit, const std::string& prefix) {
   const PointMatrix& points = fit.example.problem.points;
   const bool flat = points.cols() == 2;
   const Box box(points);
-  const FoundStructures found = StructuresOf(fit.estimate, fit.example.problem);
+  const EstimatedStructures found = StructuresOf(fit.estimate, fit.example.problem);
   const auto has = [&](std::int32_t label) {
     return [&found, label](Eigen::Index i) { return found.labels[static_cast<std::size_t>(i)] == label; };
   };

@@ -67,9 +67,9 @@ Eigen::MatrixXd Standing(const std::vector<ModelParameters>& found, const std::v
 
 }  // namespace
 
-FoundStructures StructuresOf(const Estimate& estimate, const Problem& problem) {
+EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& problem) {
   const auto size = static_cast<std::size_t>(problem.points.rows());
-  FoundStructures found;
+  EstimatedStructures found;
   if (estimate.status == Status::kOk && estimate.structures.empty()) {
     found.models = {estimate.model};
     found.labels.assign(estimate.inliers.begin(), estimate.inliers.end());
@@ -116,7 +116,7 @@ double StructureRecall(const std::vector<ModelParameters>& found, const Example&
 
 void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error) {
   if (!KnowsStructures(example)) return;
-  const FoundStructures found = StructuresOf(estimate, example.problem);
+  const EstimatedStructures found = StructuresOf(estimate, example.problem);
   error->misclassified = Misclassification(found.labels, example.truth.labels);
   error->recall = StructureRecall(found.models, example);
 }

@@ -12,13 +12,13 @@
 namespace diffsac {
 
 /// What an estimate says of several structures.
-struct FoundStructures {
+struct EstimatedStructures {
   std::vector<ModelParameters> models;
   std::vector<std::int32_t> labels;  ///< N values: 0 for a point of none, k ≥ 1 for one of models[k − 1].
 };
 
 /// Those of an estimate; one, with its inliers, of a row that looks for one model alone, none of a failure.
-FoundStructures StructuresOf(const Estimate& estimate, const Problem& problem);
+EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& problem);
 
 /// Per cent of the points whose label is wrong, under the one-to-one matching of found to true structures that leaves
 /// the fewest: docs/metrics.md#several-structures. Both hold N labels ≥ 0; NaN for no points.

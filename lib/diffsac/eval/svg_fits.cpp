@@ -153,7 +153,7 @@ std::string Models(const KeptFit& fit, const PointMatrix& points, const Projecti
 
 /// A colour for each structure that was found, for its points and its line or plane.
 std::string Structures(const KeptFit& fit, const PointMatrix& points, const Projection& projection) {
-  const FoundStructures found = StructuresOf(fit.estimate, fit.example.problem);
+  const EstimatedStructures found = StructuresOf(fit.estimate, fit.example.problem);
   const auto members = [&](std::int32_t label, const std::vector<std::int32_t>& labels) {
     std::vector<std::uint8_t> mask;
     for (const std::int32_t of_point : labels) mask.push_back(of_point == label);
