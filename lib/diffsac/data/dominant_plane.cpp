@@ -26,6 +26,14 @@ ConsensusOptions Options() {
 
 }  // namespace
 
+std::optional<Matrix3Parameters> FitDominantPlane(const PointMatrix& points, double threshold_px, int fewest,
+                                                  const Rng& rng) {
+  UniformSource source(static_cast<int>(points.rows()), Homography::kMinimalSize, rng.Fork("minimal_sets"));
+  const ConsensusResult result = SampleConsensus<Homography>(points, threshold_px, source, Options(), rng);
+  if (result.status != Status::kOk || std::count(result.inliers.begin(), result.inliers.end(), 1) < fewest) return {};
+  return Matrix3Parameters(result.model);
+}
+
 std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth,
                                                   double threshold_px, const std::string& id) {
   if (!truth.fundamental || truth.homography) return truth.homography;
@@ -35,11 +43,8 @@ std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const 
     if (distances[i] <= threshold_px && problem.points.row(i).allFinite()) rows.push_back(i);
   if (static_cast<int>(rows.size()) < kFewest) return {};
   const PointMatrix points = problem.points(rows, Eigen::all);
-  const Rng rng = Rng(0).Fork("dominant_plane/" + id);
-  UniformSource source(static_cast<int>(rows.size()), Homography::kMinimalSize, rng.Fork("minimal_sets"));
-  const ConsensusResult result = SampleConsensus<Homography>(points, threshold_px, source, Options(), rng);
-  if (result.status != Status::kOk || std::count(result.inliers.begin(), result.inliers.end(), 1) < kFewest) return {};
-  return AsMatrix(Matrix3Parameters(result.model));
+  const auto model = FitDominantPlane(points, threshold_px, kFewest, Rng(0).Fork("dominant_plane/" + id));
+  return model ? std::optional(AsMatrix(*model)) : std::nullopt;
 }
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_reading.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/structure_truth.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
@@ -15,7 +16,8 @@ namespace {
 
 PairReadingOptions ReadingOf(const PairsOptions& options) {
   const bool plane = options.dominant_plane && options.task == Task::kHomography;
-  return {options.descriptors, options.refine_truth_px, plane ? options.inlier_threshold_px : 0.0};
+  const double threshold = options.inlier_threshold_px;
+  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0};
 }
 
 // The part of a scene's pairs that is asked for, thinned to `max_pairs`.
@@ -27,6 +29,10 @@ std::vector<std::int64_t> PairsOf(std::int64_t size, const PairsOptions& options
   std::vector<std::int64_t> positions = EvenlySpread(at(options.part.high) - first, options.max_pairs);
   for (std::int64_t& position : positions) position += first;
   return positions;
+}
+
+bool HasLabels(const Example& pair) {
+  return static_cast<Eigen::Index>(pair.truth.labels.size()) == pair.problem.points.rows();
 }
 
 // A view of the pairs of some scenes: filtered, as problems of one task.
@@ -52,6 +58,7 @@ class PairDataset : public Dataset {
     if (index >= places_.size()) throw Error("there is no pair " + std::to_string(index) + " in this data");
     Example example = Filtered(*Pair(places_[index]), options_.filter);
     SetTask(task_, options_.inlier_threshold_px, &example);
+    if (options_.structures) ArrangePlanes(&example.truth);
     example.index = index;
     return example;
   }
@@ -89,6 +96,8 @@ class PairDataset : public Dataset {
       throw Error(scene.Where(place.position) + ": no matches (empty_pairs: keep accepts that)");
     if (task_ == Task::kEssential && !pair->problem.cameras)
       throw Error(scene.Where(place.position) + ": no calibration (K1_K2.h5), which task essential needs");
+    if (options_.structures && !HasLabels(*pair))
+      throw Error(scene.Where(place.position) + ": no labels (labels.h5), which structures: true needs");
     return pair;
   }
 
@@ -123,6 +132,10 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("dominant_plane", dominant_plane)
       .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
+  b.Field("structures", structures)
+      .OnlyIf(task == Task::kHomography, "task: homography")
+      .Help("several models at once: the homography of each label (labels.h5) of at least five matches");
+  b.Require(!structures || !dominant_plane, "structures", "either this or dominant_plane, not both");
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)
       .Help("a pair without matches: an error that names file and key, or a problem without points");

@@ -34,7 +34,8 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter);
 /// The pair as the filter leaves it: points, ratios, descriptors, inliers and labels of the kept matches.
 Example Filtered(const Example& pair, const PairFilter& filter);
 
-/// The example with these of its points alone, in this order, and all that belongs to them.
+/// The example with these of its points alone, in this order, and all that belongs to them. Structures stay, also those
+/// without points (ArrangeStructures in data/structures.h drops them).
 Example WithRows(const Example& example, const std::vector<int>& rows);
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 
 #include "diffsac/data/dominant_plane.h"
 #include "diffsac/data/refined_truth.h"
+#include "diffsac/data/structure_truth.h"
 
 namespace diffsac {
 namespace {
@@ -137,6 +138,7 @@ std::shared_ptr<const Example> PairReading::Read(std::int64_t position) const {
     truth.labels.clear();
     if (!truth.homography) truth.fundamental.reset();
   }
+  if (options_.structures_px > 0.0) FitStructures(pair->problem, options_.structures_px, &truth);
   return pair;
 }
 

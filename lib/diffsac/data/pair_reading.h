@@ -18,6 +18,7 @@ struct PairReadingOptions {
   bool descriptors = false;        ///< Whether descriptors.h5 is read where it is there.
   double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (data/refined_truth.h) with this loss; 0: not.
   double dominant_plane_px = 0.0;  ///< DominantHomography (data/dominant_plane.h) with this threshold; 0: not.
+  double structures_px = 0.0;      ///< FitStructures (data/structure_truth.h) of the labels with this loss; 0: not.
   auto operator<=>(const PairReadingOptions&) const = default;
 };
 
