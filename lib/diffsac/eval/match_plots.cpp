@@ -152,12 +152,13 @@ void DrawLabels(cv::Mat& canvas, const PointMatrix& points, const std::vector<st
     }
 }
 
-// Whether a fit is one of several structures, whose truth is known.
+// Whether a fit is one of several structures, and whether the true ones are known.
 bool ShowsStructures(const KeptFit& fit) {
   return !fit.estimate.structures.empty() || !fit.example.truth.structures.empty();
 }
 bool KnowsLabels(const KeptFit& fit) {
-  return static_cast<Eigen::Index>(fit.example.truth.labels.size()) == fit.example.problem.points.rows();
+  return !fit.example.truth.labels.empty() &&
+         static_cast<Eigen::Index>(fit.example.truth.labels.size()) == fit.example.problem.points.rows();
 }
 
 // A colour for each structure: those found in image 1, and beside them the true ones, with the colours of those that
@@ -177,7 +178,8 @@ std::string StructureCountsText(const KeptFit& fit) {
   const std::string matches = std::to_string(fit.example.problem.points.rows()) + " matches, outliers grey";
   if (!KnowsLabels(fit)) return std::to_string(found) + " structures found; " + matches;
   return "left: " + std::to_string(found) + " structures found, right: " +
-         std::to_string(fit.example.truth.structures.size()) + " true ones; " + matches;
+         std::to_string(*std::max_element(fit.example.truth.labels.begin(), fit.example.truth.labels.end())) +
+         " true ones; " + matches;
 }
 
 void DrawMatches(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Panel& right) {

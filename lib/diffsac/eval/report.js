@@ -303,8 +303,9 @@
         {type: 'button', 'aria-pressed': String(other === line), onclick: () => showMethod(other)},
         data.methods[other.method], make('small', {}, ' ', other.status === 'ok' ? errorText(other) : other.status))));
     const pose = data.poses && line.rotation !== null ? ` (R ${number(line.rotation)}°, t ${number(line.translation)}°)` : '';
+    const found = data.structures && line.recall !== null ? `, recall ${number(line.recall)}, ${line.structures} structures found` : '';
     facts.textContent = `${data.methods[line.method]}: ` + (line.status !== 'ok' ? `no model (${line.status}); ` : '') +
-        `error ${errorText(line)}${pose}; ${line.inliers} inliers of ${line.points} matches; ` +
+        `error ${errorText(line)}${pose}${found}; ${line.inliers} inliers of ${line.points} matches; ` +
         `${line.hypotheses} hypotheses, ${number(line.ms)} ms` +
         (viewer.kindsNow.known ? '' : '; which matches are its inliers was not kept');
     fillLegend(viewer.kindsNow);
