@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <list>
-#include <mutex>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -13,7 +11,8 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/depth_buffer.h"
-#include "diffsac/data/off_mesh.h"
+#include "diffsac/data/mesh_surface.h"
+#include "diffsac/data/recently_used.h"
 
 namespace diffsac {
 namespace {
@@ -26,95 +25,6 @@ constexpr double kLeastDepth = 1e-6;
 // Views are drawn again when fewer than one point in so many is seen by both.
 constexpr int kDrawsPerPoint = 60;
 constexpr int kViewTries = 20;
-
-// A mesh in the unit sphere, ready for drawing points uniform on its surface.
-class Surface {
- public:
-  explicit Surface(const std::string& path) : mesh_(InUnitSphere(ReadOff(path))) {
-    double area = 0.0;
-    for (const auto& t : mesh_.triangles) {
-      const Eigen::Vector3d& a = mesh_.vertices[t[0]];
-      area += 0.5 * (mesh_.vertices[t[1]] - a).cross(mesh_.vertices[t[2]] - a).norm();
-      cumulative_area_.push_back(area);
-    }
-  }
-
-  const TriangleMesh& mesh() const { return mesh_; }
-
-  // A triangle by its area, then a uniform point of it (the unit square folded over its diagonal).
-  Eigen::Vector3d Sample(Rng& rng, int* triangle) const {
-    const double pick = rng.Uniform() * cumulative_area_.back();
-    const auto at = std::upper_bound(cumulative_area_.begin(), cumulative_area_.end() - 1, pick);
-    *triangle = static_cast<int>(at - cumulative_area_.begin());
-    double s = rng.Uniform(), t = rng.Uniform();
-    if (s + t > 1.0) s = 1.0 - s, t = 1.0 - t;
-    const auto& corners = mesh_.triangles[*triangle];
-    const Eigen::Vector3d& a = mesh_.vertices[corners[0]];
-    return a + s * (mesh_.vertices[corners[1]] - a) + t * (mesh_.vertices[corners[2]] - a);
-  }
-
- private:
-  TriangleMesh mesh_;
-  std::vector<double> cumulative_area_;
-};
-
-// The last meshes that were used.
-class SurfaceCache {
- public:
-  explicit SurfaceCache(int capacity) : capacity_(static_cast<std::size_t>(capacity)) {}
-
-  std::shared_ptr<const Surface> Get(const std::string& path) {
-    {
-      const std::lock_guard lock(mutex_);
-      const auto found =
-          std::find_if(kept_.begin(), kept_.end(), [&](const auto& entry) { return entry.first == path; });
-      if (found != kept_.end()) {
-        kept_.splice(kept_.begin(), kept_, found);
-        return found->second;
-      }
-    }
-    // Reading takes longest, so other threads need not wait for it; two may read the same mesh.
-    auto surface = std::make_shared<const Surface>(path);
-    const std::lock_guard lock(mutex_);
-    kept_.emplace_front(path, surface);
-    if (kept_.size() > capacity_) kept_.pop_back();
-    return surface;
-  }
-
- private:
-  std::size_t capacity_;
-  std::mutex mutex_;
-  std::list<std::pair<std::string, std::shared_ptr<const Surface>>> kept_;
-};
-
-bool IsOff(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension == ".off";
-}
-
-std::vector<std::string> FindMeshes(const std::vector<std::string>& paths, const std::string& subset) {
-  std::vector<std::string> found;
-  for (const std::string& path : paths) {
-    std::error_code code;
-    if (fs::is_regular_file(path, code)) {
-      found.push_back(path);
-      continue;
-    }
-    if (!fs::is_directory(path, code)) throw Error(path + ": no such file or folder");
-    std::vector<std::string> below;
-    for (const auto& entry : fs::recursive_directory_iterator(path))
-      if (entry.is_regular_file() && IsOff(entry.path()) &&
-          (subset.empty() || entry.path().parent_path().filename() == subset))
-        below.push_back(entry.path().string());
-    std::sort(below.begin(), below.end());
-    found.insert(found.end(), below.begin(), below.end());
-  }
-  if (found.empty())
-    throw Error("modelnet40: no OFF files in the given paths" + (subset.empty() ? "" : " (subset " + subset + ")"));
-  return found;
-}
 
 // World-to-camera, from `position` towards `target`, turned about the axis by `roll_deg`.
 RigidMotion LookAt(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double roll_deg) {
@@ -140,7 +50,7 @@ class Modelnet : public Dataset {
   Modelnet(const ModelnetOptions& options, std::uint64_t seed)
       : options_(options),
         task_(options.task),
-        meshes_(FindMeshes(options.paths, options.subset)),
+        meshes_(FindMeshes("modelnet40", options.paths, options.subset)),
         prefix_("modelnet40_" + ToString(options.task) + "/" + options.split),
         root_(Rng(seed).Fork(prefix_)),
         cache_(options.cached_meshes) {}
@@ -153,7 +63,7 @@ class Modelnet : public Dataset {
       throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
     const Rng rng = root_.Fork("example", index);
     const std::string& path = meshes_[index % meshes_.size()];
-    const std::shared_ptr<const Surface> surface = cache_.Get(path);
+    const std::shared_ptr<const MeshSurface> surface = cache_.Get(path);
     const MatchCounts counts = DrawMatchCounts(options_.matches, task_, rng.Fork("counts"));
     const int outliers = counts.total - counts.inliers;
     const int displaced = DrawDisplacedCount(options_.matches, outliers, rng.Fork("displaced_count"));
@@ -204,7 +114,7 @@ class Modelnet : public Dataset {
   }
 
   // Up to `count` points that both cameras see.
-  std::vector<Eigen::Vector4d> SeenByBoth(const Surface& surface, const Views& views, int count, Rng rng) const {
+  std::vector<Eigen::Vector4d> SeenByBoth(const MeshSurface& surface, const Views& views, int count, Rng rng) const {
     const DepthBuffer first(surface.mesh(), views.pair.first, views.pose1);
     const DepthBuffer second(surface.mesh(), views.pair.second, views.pose2);
     std::vector<Eigen::Vector4d> seen;
@@ -226,7 +136,7 @@ class Modelnet : public Dataset {
   std::vector<std::string> meshes_;
   std::string prefix_;
   Rng root_;
-  mutable SurfaceCache cache_;
+  mutable RecentlyUsed<MeshSurface> cache_;
 };
 
 }  // namespace

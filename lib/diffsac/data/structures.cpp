@@ -50,7 +50,11 @@ int DrawStructureCount(const StructureOptions& options, Rng rng) {
 }
 
 std::vector<int> DrawStructureSizes(const StructureOptions& options, int count, int inliers, int fewest, Rng rng) {
-  const std::vector<double> weights = DrawWeights(options, count, rng);
+  return ShareOut(DrawWeights(options, count, rng), inliers, fewest);
+}
+
+std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int fewest) {
+  const auto count = static_cast<int>(weights.size());
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   // Rounding the running sums keeps the total.
   std::vector<int> sizes(count);

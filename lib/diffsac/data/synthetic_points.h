@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "diffsac/core/random.h"
 #include "diffsac/data/box_section.h"
+#include "diffsac/data/problem.h"
 #include "diffsac/data/synthetic.h"
 #include "diffsac/geometry/points.h"
 
@@ -61,6 +63,18 @@ void AppendUniform(int count, Rng rng, std::vector<Point>* points) {
     Point p;
     for (double& value : p) value = rng.Uniform(0.0, kBoxSide);
     points->push_back(p);
+  }
+}
+
+/// The points and their labels in a random order.
+template <class Point>
+void SetShuffled(const std::vector<Point>& points, const std::vector<std::int32_t>& labels, Rng rng, Example* example) {
+  const auto count = static_cast<int>(points.size());
+  example->problem.points.resize(count, static_cast<Eigen::Index>(Point().size()));
+  for (const int from : rng.Permutation(count)) {
+    const auto row = static_cast<Eigen::Index>(example->truth.labels.size());
+    for (std::size_t k = 0; k < Point().size(); ++k) example->problem.points(row, k) = points[from][k];
+    example->truth.labels.push_back(labels[from]);
   }
 }
 

@@ -67,7 +67,10 @@ class SyntheticStructures : public Dataset {
     AppendUniform(total - static_cast<int>(points.size()), rng.Fork("outliers"), &points);
     labels.resize(points.size(), 0);
 
-    Example example = Shuffled(points, labels, rng.Fork("shuffle"));
+    Example example;
+    example.problem.task = options_.task;
+    example.problem.inlier_threshold = options_.inlier_threshold;
+    SetShuffled(points, labels, rng.Fork("shuffle"), &example);
     example.index = index;
     example.id = prefix_ + "/" + std::to_string(index);
     example.scene = "all";
@@ -113,21 +116,6 @@ class SyntheticStructures : public Dataset {
       return ShareWithin(section, other, distance, rng) >= kSharedMost ||
              ShareWithin(other, section, distance, rng) >= kSharedMost;
     });
-  }
-
-  Example Shuffled(const std::vector<PointOf<Section>>& points, const std::vector<std::int32_t>& labels,
-                   Rng rng) const {
-    const auto count = static_cast<int>(points.size());
-    Example example;
-    example.problem.task = options_.task;
-    example.problem.inlier_threshold = options_.inlier_threshold;
-    example.problem.points.resize(count, kDimension);
-    for (const int from : rng.Permutation(count)) {
-      const auto row = static_cast<Eigen::Index>(example.truth.labels.size());
-      for (int k = 0; k < kDimension; ++k) example.problem.points(row, k) = points[from][k];
-      example.truth.labels.push_back(labels[from]);
-    }
-    return example;
   }
 
   SyntheticStructuresOptions options_;
