@@ -137,6 +137,11 @@ TEST_CASE("several structures have tables of misclassification, recall and sets 
         "| Second                        |    43.75 |     65.62 |     – |         20 | 0.5 |\n"
         "| Oracle                        |     0.00 |      0.00 |     – |          – |   – |\n"
         "| Published (paper, other data) |        – |      5.25 |       |            |     |\n");
+  CHECK_THAT(MarkdownOf(results), Contains("Rows marked"));
+  ExperimentResults same = results;
+  same.experiment.paper[0].second.same_data = true;
+  CHECK(TablesOf(same)[0].rows[3].cells[0] == "Published (published)");
+  CHECK_THAT(MarkdownOf(same), !Contains("Rows marked") && !Contains("other data"));
   CHECK(tables[1].heading == "misclassification error in %, median, lower is better");
   CHECK(tables[1].rows[1].cells[2] == "75.00");
   CHECK(tables[2].heading == "recall of structures, higher is better");

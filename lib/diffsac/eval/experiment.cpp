@@ -123,6 +123,7 @@ void PaperValue::Bind(OptionsBinder& b) {
 
 void PaperRow::Bind(OptionsBinder& b) {
   b.Field("ours", ours).Help("our row that it stands beside");
+  b.Field("same_data", same_data).Help("it was measured on the same, public, problems");
   b.Rest(values);
 }
 

@@ -50,6 +50,7 @@ struct PaperValue {
 };
 struct PaperRow {
   std::string ours;                          ///< Our row that it stands beside (PaperTable); empty: none.
+  bool same_data = false;                    ///< It was measured on the same, public, problems.
   std::map<std::string, PaperValue> values;  ///< By the condition's name.
   void Bind(OptionsBinder& b);
 };

@@ -137,7 +137,7 @@ void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Ta
   for (const auto& [label, paper] : results.experiment.paper) {
     Table::Row row;
     bool known = false;
-    row.cells.push_back(label + " (paper, other data)");
+    row.cells.push_back(label + (paper.same_data ? " (published)" : " (paper, other data)"));
     for (const MetricColumn& column : shown.columns) {
       const auto found = paper.values.find(results.experiment.conditions[column.condition].name);
       const bool has_value = column.paper != nullptr && found != paper.values.end();

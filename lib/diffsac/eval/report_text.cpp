@@ -116,7 +116,9 @@ std::string ReportNotes(const Report& report) {
         " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
         "bold where the interval leaves zero out.";
   text += "\n";
-  if (!experiment.paper.empty())
+  const bool other_data = std::any_of(experiment.paper.begin(), experiment.paper.end(),
+                                      [](const auto& row) { return !row.second.same_data; });
+  if (other_data)
     text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
   return text;
 }
