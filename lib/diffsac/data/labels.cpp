@@ -1,17 +1,28 @@
 #include "diffsac/data/labels.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "diffsac/data/random_labels.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
 
 void LabelOptions::Bind(OptionsBinder& b) {
+  b.Field("target", target)
+      .Help(
+          "which points are +1: those of an optimal minimal set, or all of one structure; the latter has no other "
+          "keys");
+  const bool minimal = target == LabelTarget::kMinimalSet;
   b.Field("top_m", top_m, AtLeast(1))
+      .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("the label is drawn anew from the M best sets each time an example is seen; 1: the paper's single optimum");
   b.Field("search_budget", search_budget, AtLeast(1))
+      .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("planes: triplets that the bounded search may solve (lines are searched exhaustively)");
   b.Field("draws", draws, AtLeast(1)).Help("two views: random sets of true inliers that are solved");
   b.Field("truncation_factor", truncation_factor, Positive())
+      .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("two views: an inlier's distance from a candidate counts at most this many ε");
 }
 
@@ -44,6 +55,21 @@ std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOpt
   std::vector<RankedSet> sets;
   for (std::size_t k = 0; k < example.truth.structures.size(); ++k)
     for (RankedSet& set : SetsOfOne(OfStructure(example, k), options, count)) sets.push_back(std::move(set));
+  return sets;
+}
+
+std::vector<std::vector<int>> LabelSets(const Example& example, const LabelOptions& options) {
+  std::vector<std::vector<int>> sets;
+  if (options.target == LabelTarget::kMinimalSet) {
+    for (RankedSet& ranked : OptimalMinimalSets(example, options, options.top_m))
+      sets.push_back(std::move(ranked.points));
+    return sets;
+  }
+  const GroundTruth& truth = example.truth;
+  sets.resize(std::max<std::size_t>(1, truth.structures.size()));
+  for (int i = 0; i < static_cast<int>(truth.inliers.size()); ++i)
+    if (truth.inliers[i] != 0) sets[truth.structures.empty() ? 0 : truth.labels[i] - 1].push_back(i);
+  std::erase_if(sets, [](const std::vector<int>& set) { return set.empty(); });
   return sets;
 }
 

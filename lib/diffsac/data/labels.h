@@ -8,7 +8,17 @@
 
 namespace diffsac {
 
+/// Which points of a training item are labelled +1.
+///   kMinimalSet  "minimal_set": an optimal minimal set, the paper's
+///   kStructure   "structure": all true inliers, of several structures those of one: a set is then what the reverse
+///                process puts first among the points of the structure that it has settled on
+enum class LabelTarget { kMinimalSet, kStructure };
+template <>
+inline constexpr auto kEnumNames<LabelTarget> = NamesOf<LabelTarget>({{LabelTarget::kMinimalSet, "minimal_set"},
+                                                                      {LabelTarget::kStructure, "structure"}});
+
 struct LabelOptions {
+  LabelTarget target = LabelTarget::kMinimalSet;
   /// The label is drawn anew from the M best sets each time an example is seen; 1 is the paper's single optimum.
   int top_m = 1;
   /// Planes: how many triplets the bounded search may solve (lines are searched exhaustively).
@@ -37,5 +47,9 @@ Example OfStructure(const Example& example, std::size_t structure);
 /// so an example has the same sets in every epoch. Of several structures (GroundTruth::structures) up to M of each, one
 /// structure behind the other: a set drawn from all of them stands for each alike. Throws Error when options.model is none of the example's task.
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count);
+
+/// The points that may be labelled +1 together, by options.target: up to top_m optimal minimal sets, or the true inliers,
+/// of each structure.
+std::vector<std::vector<int>> LabelSets(const Example& example, const LabelOptions& options);
 
 }  // namespace diffsac

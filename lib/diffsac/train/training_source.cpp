@@ -20,12 +20,6 @@ constexpr double kCommonTurnDeg = 10.0, kRelativeTurnDeg = 5.0;
 
 using Sets = std::vector<std::vector<int>>;
 
-Sets FindSets(const Example& example, const LabelOptions& options) {
-  Sets sets;
-  for (auto& ranked : OptimalMinimalSets(example, options, options.top_m)) sets.push_back(std::move(ranked.points));
-  return sets;
-}
-
 // A pair whose plane was not found, say, would teach that all of its matches are wrong.
 bool KnowsTruth(const Example& example) {
   const auto& inliers = example.truth.inliers;
@@ -157,12 +151,12 @@ TrainingSource::TrainingSource(const Dataset& dataset, PointFeatures features, L
 std::shared_ptr<const TrainingSource::Sets> TrainingSource::SetsOf(std::size_t part, std::uint64_t position,
                                                                    const Example& example) const {
   if (copies_ == 0) return std::make_shared<const Sets>();
-  if (kept_[part].empty()) return std::make_shared<const Sets>(FindSets(example, labels_));
+  if (kept_[part].empty()) return std::make_shared<const Sets>(LabelSets(example, labels_));
   {
     const std::lock_guard lock(mutex_);
     if (kept_[part][position]) return kept_[part][position];
   }
-  auto sets = std::make_shared<const Sets>(FindSets(example, labels_));
+  auto sets = std::make_shared<const Sets>(LabelSets(example, labels_));
   const std::lock_guard lock(mutex_);
   return kept_[part][position] = std::move(sets);
 }
@@ -211,7 +205,7 @@ TrainingSource::Drawn TrainingSource::Restricted(Drawn drawn, const Rng& rng) co
   if (drawn.sets->empty()) return drawn;
   Sets usable = SetsWithin(*drawn.sets, present, rows);
   // Where none of the kept sets lies within, others are searched for among what is left.
-  if (usable.empty()) usable = FindSets(example, labels_);
+  if (usable.empty()) usable = LabelSets(example, labels_);
   drawn.sets = std::make_shared<const Sets>(std::move(usable));
   return drawn;
 }
