@@ -43,5 +43,16 @@ TEST_CASE("Best lines through points without structure stay above zero, a true o
   }
 }
 
+TEST_CASE("The number of chance models is the number of sets times the binomial tail") {
+  // C(5, 2) P(X >= 2 of 3) = 10 (3 · .1² · .9 + .1³)
+  CHECK(LogChanceModels(5, 4, 2, 0.1) == Approx(std::log10(10.0 * 0.028)));
+  CHECK(LogChanceModels(5, 5, 2, 0.1) == Approx(std::log10(10.0 * 0.001)));
+  CHECK(LogChanceModels(5, 2, 2, 0.1) == std::numeric_limits<double>::infinity());
+  CHECK(LogChanceModels(3, 4, 2, 0.1) == std::numeric_limits<double>::infinity());
+  CHECK(LogChanceModels(100, 100, 2, 1.0) == Approx(std::log10(4950.0)));
+  CHECK(std::isfinite(LogChanceModels(100000, 90000, 4, 1e-4)));
+  for (int k = 4; k < 60; ++k) CHECK(LogChanceModels(60, k, 2, 0.02) > LogChanceModels(60, k + 1, 2, 0.02));
+}
+
 }  // namespace
 }  // namespace diffsac

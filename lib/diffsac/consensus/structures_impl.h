@@ -141,15 +141,25 @@ class StructuresSearch {
     std::vector<std::vector<int>> members(count);
     for (int i = 0; i < static_cast<int>(cluster.size()); ++i) members[cluster[i]].push_back(i);
     std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
-    for (const std::vector<int>& rows : members) {
-      if (static_cast<int>(models_.size()) == structures_.most || rows.size() <= Model::kMinimalSize) break;
-      const auto left = static_cast<int>(std::count(found_.labels.begin(), found_.labels.end(), 0));
+    for (std::vector<int>& rows : members) {
+      if (static_cast<int>(models_.size()) == structures_.most) break;
+      std::erase_if(rows, [&](int i) { return found_.labels[i] != 0; });
+      if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
       ModelParameters model;
-      if (!Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) continue;
-      if (IsChance(model, left, static_cast<int>(rows.size()))) break;
-      models_.push_back(model);
-      for (const int i : rows) found_.labels[i] = static_cast<std::int32_t>(models_.size());
+      if (Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) Accept(model);
     }
+  }
+
+  /// Takes a model with all free points that it explains, for a structure may be in several clusters; unless chance
+  /// would give as many.
+  void Accept(const ModelParameters& model) {
+    const std::vector<int> left = RowsOf(0);
+    std::vector<int> own;
+    for (const int i : left)
+      if (Model::Residual(Parameters(model), points_.data() + i * points_.cols()) <= threshold_) own.push_back(i);
+    if (IsChance(model, static_cast<int>(left.size()), static_cast<int>(own.size()))) return;
+    models_.push_back(model);
+    for (const int i : own) found_.labels[i] = static_cast<std::int32_t>(models_.size());
   }
 
   PreferenceMatrix Preferences() const {
