@@ -51,8 +51,8 @@ TEST_CASE("Points with common preferences are one cluster, a point that prefers 
       0, 1, 0,             //
       1, 0, 1;
   CHECK(LinkPoints(preferences) == std::vector<int>{0, 1, 0, 2, 1, 0});
-  CHECK(LinkPoints(PreferenceMatrix(0, 3)).empty());
-  CHECK(LinkPoints(PreferenceMatrix(2, 0)) == std::vector<int>{0, 1});
+  CHECK(LinkPoints(PreferenceMatrix::Zero(0, 3)).empty());
+  CHECK(LinkPoints(PreferenceMatrix::Zero(2, 0)) == std::vector<int>{0, 1});
 }
 
 TEST_CASE("A bridge between two clusters joins one of them, for they have no hypothesis in common") {

@@ -17,7 +17,11 @@ void CheckConfig(const std::string& path) {
   // Mixtures are training's (tests/train).
   if (config.Text("data.type") != "mixture") {
     CHECK_FALSE(WriteDatasetOptions(config.Sub("data")).empty());
-    if (IsTwoView(task)) CHECK(config.Text("data.task") == config.Text("task"));
+    if (IsGenerated(config.Sub("data"))) {
+      CHECK(MakeDataset(config.Sub("data"), 1)->task() == task);
+    } else if (IsTwoView(task)) {
+      CHECK(config.Text("data.task") == config.Text("task"));
+    }
   }
   ReadOptions<LabelOptions>(config.Sub("labels"));
   CHECK(PointFeatures(ReadOptions<PointFeaturesOptions>(config.Sub("network.features")), task).width() > 0);

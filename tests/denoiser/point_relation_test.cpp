@@ -46,7 +46,7 @@ TEST_CASE("points agree with confident points of their own structure") {
     CHECK(std::min(first, second) < 0.3f);
   }
   CHECK(sharp[0][0][8].item<float>() == 0.0f);
-  CHECK(outputs[0][0][4].item<float>() > sharp[0][0][4].item<float>());  // the flat one sees more of the others
+  CHECK(outputs[0][0][0][4].item<float>() > sharp[0][0][4].item<float>());  // the flat one sees more of the others
 }
 
 TEST_CASE("a denoiser that relates points is equivariant and does not see padding") {

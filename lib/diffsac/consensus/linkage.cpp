@@ -1,7 +1,6 @@
 #include "diffsac/consensus/linkage.h"
 
 #include <limits>
-#include <utility>
 
 namespace diffsac {
 namespace {
@@ -10,8 +9,8 @@ constexpr float kNothingInCommon = 1.0f;
 
 class Linkage {
  public:
-  explicit Linkage(PreferenceMatrix preferences)
-      : preferences_(std::move(preferences)),
+  explicit Linkage(const PreferenceMatrix& preferences)
+      : preferences_(preferences),
         squares_(preferences_.rowwise().squaredNorm()),
         cluster_(static_cast<std::size_t>(preferences_.rows())),
         alive_(cluster_.size(), true),
@@ -95,6 +94,6 @@ class Linkage {
 
 }  // namespace
 
-std::vector<int> LinkPoints(PreferenceMatrix preferences) { return Linkage(std::move(preferences)).Run(); }
+std::vector<int> LinkPoints(const PreferenceMatrix& preferences) { return Linkage(preferences).Run(); }
 
 }  // namespace diffsac

@@ -19,6 +19,6 @@ using PreferenceMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Ei
 ///
 /// Returns a cluster's number for each point, 0 … in the order of the clusters' first points. Ties: the cluster with
 /// the lowest first points. Time O(N² H), memory O(N H).
-std::vector<int> LinkPoints(PreferenceMatrix preferences);
+std::vector<int> LinkPoints(const PreferenceMatrix& preferences);
 
 }  // namespace diffsac

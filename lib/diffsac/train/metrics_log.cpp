@@ -44,6 +44,12 @@ void MetricsLog::Write() const {
   WriteFileAtomically(folder_ + "/metrics.csv", text + "\n");
 }
 
+std::string ValidationMeasure(const std::string& column) {
+  for (const char* measure : {"mAA", "recall"})
+    if (column.find(measure) != std::string::npos) return measure;
+  return "";
+}
+
 void MetricsLog::WriteReport() const {
   const std::filesystem::path folder(folder_), config = folder / "config.yaml";
   std::string page;
@@ -58,15 +64,18 @@ void MetricsLog::WriteReport() const {
 }
 
 void MetricsLog::Draw() const {
+  std::string measure;
+  for (const std::string& column : columns_) measure = measure.empty() ? ValidationMeasure(column) : measure;
   std::string script =
       "set datafile separator ','\nset key outside right top\nset grid ls 100\nset title 'Training curve'\n"
-      "set xlabel 'iteration'\nset ylabel 'loss'\nset logscale y\nset format x '%.1s%c'\nset y2label 'validation "
-      "mAA'\nset y2tics\nset ytics nomirror\n"
+      "set xlabel 'iteration'\nset ylabel 'loss'\nset logscale y\nset format x '%.1s%c'\nset y2label " +
+      GnuplotText("validation " + measure) +
+      "\nset y2tics\nset ytics nomirror\n"
       "set y2range [0:1]\nplot ";
   std::string separator;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const bool loss = columns_[i].find("loss") != std::string::npos;
-    const bool accuracy = columns_[i].find("mAA") != std::string::npos;
+    const bool accuracy = !ValidationMeasure(columns_[i]).empty();
     if (!loss && !accuracy) continue;
     script += separator + "'metrics.csv' every ::1 using 1:" + std::to_string(i + 2) +
               (accuracy ? " axes x1y2 with points pt 7 ps 1" : " with lines lw 2") + " lc rgb '" + SeriesColour(i) +

@@ -10,6 +10,9 @@ namespace diffsac {
 /// Leaves a cell of metrics.csv empty.
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
+/// What a column of validation measures, "mAA" or, of several structures, "recall"; empty for other columns.
+std::string ValidationMeasure(const std::string& column);
+
 /// metrics.csv of a training run, a picture of it (training_curve.png, through gnuplot when it is there), and a page
 /// (report.html).
 class MetricsLog {

@@ -8,6 +8,7 @@
 #include "diffsac/eval/html_page.h"
 #include "diffsac/eval/svg_axes.h"
 #include "diffsac/eval/svg_chart.h"
+#include "diffsac/train/metrics_log.h"
 
 namespace diffsac {
 namespace {
@@ -70,26 +71,30 @@ std::string TrainingReportHtml(const std::string& title, const std::vector<std::
   validation.y_range = {0.0, 1.0};
   rate.title = "Learning rate";
   loss.y_label = "loss";
-  validation.y_label = "mAA";
   rate.y_label = "learning rate";
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    LineChart* chart = Has(columns[c], "loss") ? &loss : Has(columns[c], "mAA") ? &validation : nullptr;
+    LineChart* chart = Has(columns[c], "loss") ? &loss : !ValidationMeasure(columns[c]).empty() ? &validation : nullptr;
     if (columns[c] == "learning_rate") chart = &rate;
+    if (chart == &validation) validation.y_label = ValidationMeasure(columns[c]);
     const std::vector<CurvePoint> points = ColumnPoints(rows, c);
     if (chart == nullptr || points.empty()) continue;
     const CurveKind kind = chart == &validation || points.size() > 200 ? CurveKind::kMethod : CurveKind::kStrong;
     chart->curves.push_back({columns[c], kind, chart->curves.size(), Thinned(points)});
   }
   HtmlPage page(title);
-  if (rows.empty()) page.AddSubtitle("Nothing measured yet.");
-  else page.AddSubtitle("To iteration " + rows.back().substr(0, rows.back().find(',')) + ".");
+  if (rows.empty())
+    page.AddSubtitle("Nothing measured yet.");
+  else
+    page.AddSubtitle("To iteration " + rows.back().substr(0, rows.back().find(',')) + ".");
   page.AddSection("Curves");
   for (LineChart* chart : {&loss, &validation, &rate}) {
     chart->x_label = "iteration";
     chart->height = chart == &rate ? 160 : 320;
     const std::string svg = SvgOf(*chart);
-    if (!svg.empty()) page.AddSvg(svg, chart == &loss ? "Means over the iterations between two lines of metrics.csv."
-                                                      : chart == &validation ? "Higher is better." : "");
+    if (!svg.empty())
+      page.AddSvg(svg, chart == &loss         ? "Means over the iterations between two lines of metrics.csv."
+                       : chart == &validation ? "Higher is better."
+                                              : "");
   }
   page.AddSection("Values");
   page.AddTable(ValuesTable(columns, rows));
