@@ -17,7 +17,7 @@ void CheckConfig(const std::string& path) {
   // Mixtures are training's (tests/train).
   if (config.Text("data.type") != "mixture") {
     CHECK_FALSE(WriteDatasetOptions(config.Sub("data")).empty());
-    if (IsGenerated(config.Sub("data"))) {
+    if (IsGenerated(config.Sub("data")) && !config.Has("data.paths")) {
       CHECK(MakeDataset(config.Sub("data"), 1)->task() == task);
     } else if (IsTwoView(task)) {
       CHECK(config.Text("data.task") == config.Text("task"));

@@ -96,6 +96,18 @@ TEST_CASE("a learned row looks for several structures at once and one after the 
     }
 }
 
+TEST_CASE("a network that relates points decodes only the likeliest of them") {
+  NetworkOptions network = TinyOptions();
+  network.denoiser.relation = true;
+  DiffsacOptions options;
+  options.sampler.steps = 2;
+  options.max_decoded_points = 30;
+  options.structures.search = StructureSearch::kAtOnce;
+  const Example example = Lines(1);
+  const Estimate estimate = DiffsacMethod(TinyNetwork(Task::kLine, network), options, 1).Estimate(example.problem, 3);
+  CHECK(estimate.report.draws == options.copies);
+}
+
 TEST_CASE("what cannot hold a structure gives a status and an empty list, for every search") {
   Problem nothing = Lines(1).problem, noise = nothing, bad = nothing;
   nothing.points.conservativeResize(1, 2);

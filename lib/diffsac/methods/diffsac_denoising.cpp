@@ -28,7 +28,8 @@ torch::Tensor KeepLikelyPoints(Context& context, std::int64_t count) {
   auto logits = context.inlier_logits;
   if (context.mask.defined()) logits = logits.masked_fill(context.mask.logical_not(), -1e9);
   const auto kept = std::get<1>(logits.topk(count, -1));
-  context.points = context.points.gather(1, kept.unsqueeze(-1).expand({-1, -1, context.points.size(2)}));
+  for (torch::Tensor* rows : {&context.points, &context.agreements})
+    if (rows->defined()) *rows = rows->gather(1, kept.unsqueeze(-1).expand({-1, -1, rows->size(2)}));
   if (context.mask.defined()) context.mask = context.mask.gather(1, kept);
   return kept;
 }
