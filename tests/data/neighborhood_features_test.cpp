@@ -1,7 +1,13 @@
 #include "diffsac/data/neighborhood_features.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
 
 #include "diffsac/core/random.h"
 
@@ -34,7 +40,78 @@ float Difference(const Scene& a, const PointMatrix& points) {
   return (NeighborhoodFeatures(a.points, a.ratios) - NeighborhoodFeatures(points, a.ratios)).cwiseAbs().maxCoeff();
 }
 
+// What the header says of one match, by comparing everything with everything.
+Eigen::RowVector3d Expected(const PointMatrix& points, const std::vector<int>& good, int match) {
+  std::array<std::vector<int>, 2> nearest;
+  double stretch = 0.0, incoherence = 0.0;
+  const auto median = [](std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return 0.5 * (values[3] + values[4]);
+  };
+  for (int image = 0; image < 2; ++image) {
+    const auto step = [&](int other, int in) -> Eigen::RowVector2d {
+      return points.row(other).segment<2>(2 * in) - points.row(match).segment<2>(2 * in);
+    };
+    nearest[image] = good;
+    std::erase(nearest[image], match);
+    std::stable_sort(nearest[image].begin(), nearest[image].end(),
+                     [&](int a, int b) { return step(a, image).squaredNorm() < step(b, image).squaredNorm(); });
+    nearest[image].resize(8);
+    std::vector<double> stretches, incoherences;
+    for (int other : nearest[image]) {
+      const double here = step(other, image).norm(), there = step(other, 1 - image).norm();
+      stretches.push_back(std::log((there + 1e-4) / (here + 1e-4)));
+      incoherences.push_back((step(other, 1 - image) - step(other, image)).norm() / (here + 0.02));
+    }
+    stretch += 0.5 * median(stretches);
+    incoherence += 0.5 * median(incoherences);
+  }
+  const auto shared = std::count_if(nearest[0].begin(), nearest[0].end(), [&](int i) {
+    return std::find(nearest[1].begin(), nearest[1].end(), i) != nearest[1].end();
+  });
+  return {static_cast<double>(shared) / 8.0, 0.5 * std::clamp(stretch, -4.0, 4.0),
+          (2.0 + std::log(std::min(incoherence, 100.0) + 1e-3)) / 3.0};
+}
+
+void CheckExpected(const PointMatrix& points, const Eigen::VectorXd& ratios) {
+  const auto count = static_cast<int>(points.rows());
+  std::vector<int> good(count);
+  std::iota(good.begin(), good.end(), 0);
+  if (ratios.size() == count) {
+    const auto rank = [&](int i) { return std::isnan(ratios[i]) ? 1e300 : ratios[i]; };
+    std::stable_sort(good.begin(), good.end(), [&](int a, int b) { return rank(a) < rank(b); });
+    good.resize(std::min(count, std::max(16, count / 4)));
+    std::sort(good.begin(), good.end());
+  }
+  const auto values = NeighborhoodFeatures(points, ratios);
+  double most = 0.0;
+  for (int i = 0; i < count; ++i)
+    most = std::max(most, (values.row(i).cast<double>() - Expected(points, good, i)).cwiseAbs().maxCoeff());
+  CHECK(most < 1e-5);
+}
+
 }  // namespace
+
+TEST_CASE("neighborhood features: what the header says, however the matches lie") {
+  const Scene scene = MakeScene();
+  CheckExpected(scene.points, scene.ratios);
+  CheckExpected(scene.points, {});
+  for (const int count : {9, 16, 17, 70}) CheckExpected(scene.points.topRows(count), scene.ratios.head(count));
+  Scene changed = scene;
+  for (int i = 0; i < 300; i += 3) changed.ratios[i] = std::numeric_limits<double>::quiet_NaN();
+  changed.points.row(3) << 1e4, -2e3, -1e3, 5e3;                // far from all others
+  for (int i = 0; i < 200; ++i) changed.points.row(i) *= 1e-4;  // nearly in one place
+  CheckExpected(changed.points, changed.ratios);
+  changed = scene;
+  changed.points.col(1).setConstant(0.25);  // on a line in image 1
+  for (int i = 0; i < 100; ++i) changed.points.row(200 + i) = changed.points.row(i);
+  CheckExpected(changed.points, changed.ratios);
+  // Ties: everything in one place of image 1, and on a lattice.
+  changed.points.leftCols(2).setZero();
+  CheckExpected(changed.points, changed.ratios);
+  changed.points = (16.0 * scene.points).array().round() / 16.0;
+  CheckExpected(changed.points, changed.ratios);
+}
 
 TEST_CASE("neighborhood features: correct matches move as the good ones around them") {
   const Scene scene = MakeScene();
@@ -71,7 +148,8 @@ TEST_CASE("neighborhood features: permuted matches have permuted features") {
   }
   const auto values = NeighborhoodFeatures(scene.points, scene.ratios);
   const auto after = NeighborhoodFeatures(permuted.points, permuted.ratios);
-  for (int i = 0; i < kCorrect + kWrong; ++i) CHECK((after.row(i) - values.row(order[i])).cwiseAbs().maxCoeff() < 1e-6f);
+  for (int i = 0; i < kCorrect + kWrong; ++i)
+    CHECK((after.row(i) - values.row(order[i])).cwiseAbs().maxCoeff() < 1e-6f);
 }
 
 TEST_CASE("neighborhood features: few, equal and unrated matches are finite") {

@@ -1,108 +1,182 @@
 #include "diffsac/data/neighborhood_features.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <utility>
 #include <vector>
 
-#include "diffsac/consensus/neighbor_index.h"
+#include "diffsac/data/nearest_eight.h"
+#include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
 namespace {
 
-constexpr int kNeighbors = 8, kFewestGood = 16;
+constexpr int kNeighbors = kEight, kFewestGood = 16;
+// Matches whose figures are reckoned together, each in a lane of a vector.
+constexpr int kLanes = 8;
 // Keep quotients finite where points coincide, and small distances from deciding.
-constexpr double kLeastDistance = 1e-4, kCoherenceDistance = 0.02;
+constexpr float kLeastDistance = 1e-4f, kCoherenceDistance = 0.02f;
 constexpr double kMostStretch = 4.0, kMostIncoherence = 100.0, kLeastIncoherence = 1e-3;
+// A longer step counts as this one, whose square single precision holds.
+constexpr double kFarthest = 1e15;
 
-std::vector<int> GoodMatches(Eigen::Index count, const Eigen::VectorXd& quality) {
-  std::vector<int> good(count);
-  std::iota(good.begin(), good.end(), 0);
-  if (quality.size() != count) return good;
-  // NaN ranks last.
-  const auto ratio = [&](int i) {
-    return std::isnan(quality[i]) ? std::numeric_limits<double>::infinity() : quality[i];
-  };
-  std::stable_sort(good.begin(), good.end(), [&](int a, int b) { return ratio(a) < ratio(b); });
-  good.resize(std::min<std::size_t>(good.size(), std::max<std::size_t>(kFewestGood, good.size() / 4)));
+// Rows of the matches of lowest ratio, ascending.
+std::vector<std::int32_t> GoodMatches(std::int32_t count, const Eigen::VectorXd& quality) {
+  const bool known = quality.size() == count;
+  std::vector<std::pair<double, std::int32_t>> ranked(count);
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double ratio = known ? quality[i] : 0.0;
+    // NaN ranks last.
+    ranked[i] = {std::isnan(ratio) ? std::numeric_limits<double>::infinity() : ratio, i};
+  }
+  const std::int32_t kept = known ? std::min(count, std::max(kFewestGood, count / 4)) : count;
+  if (kept < count) std::nth_element(ranked.begin(), ranked.begin() + kept, ranked.end());
+  std::vector<std::int32_t> good(kept);
+  for (std::int32_t i = 0; i < kept; ++i) good[i] = ranked[i].second;
+  std::sort(good.begin(), good.end());
   return good;
 }
 
-// The neighbours of one match in one image, and how they lie in both.
-struct Surroundings {
-  std::array<int, kNeighbors> neighbors;
-  double stretch = 0.0;  // median log of the distance in the other image over that in this one
-  double incoherence = 0.0;
-};
-
-double MedianOf(std::array<double, kNeighbors> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[kNeighbors / 2 - 1] + values[kNeighbors / 2]);
+// Coordinates of one image, a column each.
+PlanePoints ImagePlane(const PointMatrix& coordinates, int image) {
+  PlanePoints plane(coordinates.rows());
+  for (Eigen::Index i = 0; i < coordinates.rows(); ++i) {
+    plane.x[i] = coordinates(i, 2 * image);
+    plane.y[i] = coordinates(i, 2 * image + 1);
+  }
+  return plane;
 }
 
-class View {
- public:
-  View(const PointMatrix& coordinates, const std::vector<int>& good, int image)
-      : coordinates_(coordinates), good_(good), image_(image), index_(Columns(coordinates, good, image)) {}
+PlanePoints RowsOf(const PlanePoints& plane, const std::vector<std::int32_t>& rows) {
+  PlanePoints chosen(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) chosen.x[i] = plane.x[rows[i]], chosen.y[i] = plane.y[rows[i]];
+  return chosen;
+}
 
-  Surroundings Of(int match) const {
-    const Eigen::RowVector4d point = coordinates_.row(match);
-    const Eigen::RowVector2d here = point.segment<2>(2 * image_), there = point.segment<2>(2 - 2 * image_);
-    Surroundings around;
-    std::array<double, kNeighbors> stretch, incoherence;
-    int count = 0;
-    // One more than asked for, since a good match finds itself.
-    for (int found : index_.NearestTo(here.data(), kNeighbors + 1)) {
-      const int other = good_[found];
-      if (other == match || count == kNeighbors) continue;
-      const Eigen::RowVector4d neighbor = coordinates_.row(other);
-      const Eigen::RowVector2d step = neighbor.segment<2>(2 * image_) - here;
-      const Eigen::RowVector2d other_step = neighbor.segment<2>(2 - 2 * image_) - there;
-      stretch[count] = std::log((other_step.norm() + kLeastDistance) / (step.norm() + kLeastDistance));
-      incoherence[count] = (other_step - step).norm() / (step.norm() + kCoherenceDistance);
-      around.neighbors[count++] = other;
-    }
-    around.stretch = MedianOf(stretch);
-    around.incoherence = MedianOf(incoherence);
-    return around;
-  }
+// One value a lane; what is done to rows is done to whole vectors.
+using Row = float[kLanes];
+using Places = double[kLanes];
 
- private:
-  static PointMatrix Columns(const PointMatrix& coordinates, const std::vector<int>& rows, int image) {
-    return coordinates(rows, Eigen::seqN(2 * image, 2));
-  }
-
-  const PointMatrix& coordinates_;
-  const std::vector<int>& good_;
-  int image_;
-  NeighborIndex index_;
+// kLanes matches and their neighbours, in the image where they are neighbours and in the other one.
+struct Surroundings {
+  Places here[2], there[2];
+  Places neighbors_here[2][kNeighbors], neighbors_there[2][kNeighbors];
 };
 
-int Shared(const Surroundings& a, const Surroundings& b) {
-  int shared = 0;
-  for (int i : a.neighbors) shared += std::find(b.neighbors.begin(), b.neighbors.end(), i) != b.neighbors.end() ? 1 : 0;
-  return shared;
+// Rounded only as a difference; inlined into loops over lanes.
+inline float Step(double from, double to) {
+  const double step = to - from;
+  const double most = step < kFarthest ? step : kFarthest;
+  return static_cast<float>(most > -kFarthest ? most : -kFarthest);
+}
+
+inline void Order(Row& a, Row& b) {
+  for (int l = 0; l < kLanes; ++l) {
+    const float first = a[l], second = b[l];
+    a[l] = first < second ? first : second;
+    b[l] = first > second ? first : second;
+  }
+}
+
+// Brings the two middle ones of eight to places 3 and 4.
+inline void SortMiddle(Row* v) {
+  Order(v[0], v[2]), Order(v[1], v[3]), Order(v[4], v[6]), Order(v[5], v[7]);
+  Order(v[0], v[4]), Order(v[1], v[5]), Order(v[2], v[6]), Order(v[3], v[7]);
+  Order(v[0], v[1]), Order(v[2], v[3]), Order(v[4], v[5]), Order(v[6], v[7]);
+  Order(v[2], v[4]), Order(v[3], v[5]);
+  Order(v[1], v[4]), Order(v[3], v[6]);
+  Order(v[3], v[4]);
+}
+
+// Of each lane the product of the two middle quotients of distances (there over here), and the median incoherence.
+DIFFSAC_VECTOR_CLONES
+void Summarize(const Surroundings& around, double* __restrict quotients, double* __restrict incoherence) {
+  Row quotient[kNeighbors], apart[kNeighbors];
+  for (int k = 0; k < kNeighbors; ++k) {
+#pragma GCC unroll 1  // so that lanes become vectors
+    for (int l = 0; l < kLanes; ++l) {
+      const float hx = Step(around.here[0][l], around.neighbors_here[0][k][l]);
+      const float hy = Step(around.here[1][l], around.neighbors_here[1][k][l]);
+      const float tx = Step(around.there[0][l], around.neighbors_there[0][k][l]);
+      const float ty = Step(around.there[1][l], around.neighbors_there[1][k][l]);
+      const float here = std::sqrt(hx * hx + hy * hy), there = std::sqrt(tx * tx + ty * ty);
+      const float dx = tx - hx, dy = ty - hy;
+      quotient[k][l] = (there + kLeastDistance) / (here + kLeastDistance);
+      apart[k][l] = std::sqrt(dx * dx + dy * dy) / (here + kCoherenceDistance);
+    }
+  }
+  SortMiddle(quotient);
+  SortMiddle(apart);
+  for (int l = 0; l < kLanes; ++l) {
+    quotients[l] = static_cast<double>(quotient[3][l]) * quotient[4][l];
+    incoherence[l] = 0.5 * (static_cast<double>(apart[3][l]) + apart[4][l]);
+  }
+}
+
+// One image's neighbours of each match, and what they say. The columns end with whole groups of lanes.
+struct View {
+  std::vector<EightNearest> neighbors;  // numbers among the good matches
+  Eigen::ArrayXd quotients, incoherence;
+};
+
+View MakeView(const PlanePoints& here, const PlanePoints& there, const std::vector<std::int32_t>& good,
+              const std::vector<std::int32_t>& own) {
+  const PlanePoints good_here = RowsOf(here, good), good_there = RowsOf(there, good);
+  const auto count = static_cast<int>(here.size());
+  const int padded = (count + kLanes - 1) / kLanes * kLanes;
+  View view{NearestEight(good_here, here, own), Eigen::ArrayXd(padded), Eigen::ArrayXd(padded)};
+  Surroundings around;
+  for (int first = 0; first < count; first += kLanes) {
+    for (int l = 0; l < kLanes; ++l) {
+      const int match = std::min(first + l, count - 1);
+      around.here[0][l] = here.x[match], around.here[1][l] = here.y[match];
+      around.there[0][l] = there.x[match], around.there[1][l] = there.y[match];
+      for (int k = 0; k < kNeighbors; ++k) {
+        const std::int32_t other = view.neighbors[match][k];
+        around.neighbors_here[0][k][l] = good_here.x[other], around.neighbors_here[1][k][l] = good_here.y[other];
+        around.neighbors_there[0][k][l] = good_there.x[other], around.neighbors_there[1][k][l] = good_there.y[other];
+      }
+    }
+    Summarize(around, view.quotients.data() + first, view.incoherence.data() + first);
+  }
+  return view;
+}
+
+// How many of their neighbours the two images share, match by match.
+DIFFSAC_VECTOR_CLONES
+void CountShared(const EightNearest* a, const EightNearest* b, int count, float* shared) {
+  for (int i = 0; i < count; ++i) {
+    std::int32_t equal[kNeighbors] = {};
+    for (int j = 0; j < kNeighbors; ++j)
+      for (int k = 0; k < kNeighbors; ++k) equal[k] += a[i][j] == b[i][k] ? 1 : 0;
+    std::int32_t sum = 0;
+    for (int k = 0; k < kNeighbors; ++k) sum += equal[k];
+    shared[i] = static_cast<float>(sum) / kNeighbors;
+  }
 }
 
 }  // namespace
 
 Eigen::Matrix<float, Eigen::Dynamic, kNeighborhoodColumns> NeighborhoodFeatures(const PointMatrix& coordinates,
                                                                                 const Eigen::VectorXd& quality) {
-  const auto count = static_cast<int>(coordinates.rows());
+  const auto count = static_cast<std::int32_t>(coordinates.rows());
   Eigen::Matrix<float, Eigen::Dynamic, kNeighborhoodColumns> values(count, kNeighborhoodColumns);
   values.setZero();
   if (count <= kNeighbors) return values;
-  const std::vector<int> good = GoodMatches(count, quality);
-  const View view1(coordinates, good, 0), view2(coordinates, good, 1);
-  for (int i = 0; i < count; ++i) {
-    const Surroundings a = view1.Of(i), b = view2.Of(i);
-    const double stretch = std::clamp(0.5 * (a.stretch + b.stretch), -kMostStretch, kMostStretch);
-    const double incoherence = std::min(0.5 * (a.incoherence + b.incoherence), kMostIncoherence);
-    values(i, 0) = static_cast<float>(Shared(a, b)) / kNeighbors;
-    values(i, 1) = static_cast<float>(0.5 * stretch);
-    values(i, 2) = static_cast<float>((2.0 + std::log(incoherence + kLeastIncoherence)) / 3.0);
-  }
+  const std::vector<std::int32_t> good = GoodMatches(count, quality);
+  std::vector<std::int32_t> own(count, -1);
+  for (std::size_t i = 0; i < good.size(); ++i) own[good[i]] = static_cast<std::int32_t>(i);
+  const PlanePoints image1 = ImagePlane(coordinates, 0), image2 = ImagePlane(coordinates, 1);
+  const View a = MakeView(image1, image2, good, own), b = MakeView(image2, image1, good, own);
+  CountShared(a.neighbors.data(), b.neighbors.data(), count, values.col(0).data());
+  // Medians are means of two logarithms, and the views' mean is taken: a quarter of the logarithm of the product.
+  // Whole SIMD packets only: a value must not depend on where in the array its match stands.
+  const Eigen::ArrayXd stretch = (0.25 * (a.quotients * b.quotients).log()).max(-kMostStretch).min(kMostStretch);
+  const Eigen::ArrayXd incoherence =
+      ((0.5 * (a.incoherence + b.incoherence)).min(kMostIncoherence) + kLeastIncoherence).log();
+  values.col(1) = (0.5 * stretch.head(count)).cast<float>();
+  values.col(2) = ((2.0 + incoherence.head(count)) / 3.0).cast<float>();
   return values;
 }
 
