@@ -1,11 +1,11 @@
 #include "diffsac/data/preference_features.h"
 
 #include <algorithm>
-#include <cmath>
 #include <concepts>
 #include <numeric>
 #include <queue>
 
+#include "diffsac/data/preference_kernels.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
@@ -15,10 +15,6 @@ using FeatureMatrix = decltype(FeatureSet::values);
 
 // MSAC ranks hypotheses best at 1.5 ε (field measurements: docs/generators.md).
 constexpr double kScoreThresholdFactor = 1.5;
-// Soft agreement falls off with this multiple of ε.
-constexpr float kAgreementSigma = 0.5f;
-// log1p(r/ε) reaches about 4.9 across the synthetic picture; this brings it to about unit range.
-constexpr float kDistanceScale = 0.25f;
 // But for lines and planes: a residual beyond so many ε, or none at all (a point sent to infinity), counts as this
 // many.
 constexpr double kFarthest = 1e6;
@@ -50,32 +46,51 @@ Pool SolveSets(const PointMatrix& points, const std::vector<int>& sets) {
   return pool;
 }
 
-// Residuals of all points to one model; `axes` holds a coordinate a column.
-template <class Model>
-auto Residuals(const Eigen::ArrayXXd& axes, const double* model, [[maybe_unused]] double threshold) {
-  if constexpr (std::same_as<Model, Line>) {
-    return (axes.col(0) * model[0] + axes.col(1) * model[1] + model[2]).abs();
-  } else if constexpr (std::same_as<Model, Plane>) {
-    return (axes.col(0) * model[0] + axes.col(1) * model[1] + axes.col(2) * model[2] + model[3]).abs();
-  } else {
-    const double* columns[Model::kDimension];
-    for (int k = 0; k < Model::kDimension; ++k) columns[k] = axes.col(k).data();
-    Eigen::ArrayXd residuals(axes.rows());
-    Model::Residuals(Eigen::Map<const typename Model::Parameters>(model), columns, 0, static_cast<int>(axes.rows()),
-                     residuals.data());
-    const double farthest = kFarthest * threshold;
-    for (double& r : residuals) r = r < farthest ? r : farthest;  // a NaN too
-    return residuals;
+// Points, a coordinate a column, in blocks that stay in the processor's first cache.
+class Blocks {
+ public:
+  static constexpr int kSize = 128;
+
+  Blocks(const PointMatrix& points, double threshold) : axes_(points), threshold_(threshold) {}
+
+  int points() const { return static_cast<int>(axes_.rows()); }
+  double threshold() const { return threshold_; }
+
+  // Calls use(first, count) for each block.
+  template <class Use>
+  void ForEach(const Use& use) const {
+    for (int first = 0; first < points(); first += kSize) use(first, std::min(kSize, points() - first));
   }
-}
+
+  // Residuals of a block of points to one model.
+  template <class Model>
+  void Residuals(const double* model, int first, int count, double* out) const {
+    const double* columns[Model::kDimension];
+    for (int k = 0; k < Model::kDimension; ++k) columns[k] = axes_.col(k).data() + first;
+    if constexpr (std::same_as<Model, Line> || std::same_as<Model, Plane>) {
+      HyperplaneResiduals(model, Model::kDimension, columns, count, out);
+    } else {
+      Model::Residuals(Eigen::Map<const typename Model::Parameters>(model), columns, 0, count, out);
+      LimitResiduals(kFarthest * threshold_, count, out);
+    }
+  }
+
+ private:
+  Eigen::MatrixXd axes_;
+  double threshold_;
+};
 
 template <class Model>
-void ScoreByMsac(const Eigen::ArrayXXd& axes, double threshold, Pool* pool) {
+void ScoreByMsac(const Blocks& blocks, double threshold, Pool* pool) {
   const double inverse = 1.0 / (threshold * threshold);
-  pool->scores.resize(pool->count);
-  for (int h = 0; h < pool->count; ++h)
-    pool->scores[h] =
-        (1.0 - Residuals<Model>(axes, pool->models.col(h).data(), threshold).square() * inverse).max(0.0).sum();
+  pool->scores.setZero(pool->count);
+  double residuals[Blocks::kSize];
+  blocks.ForEach([&](int first, int count) {
+    for (int h = 0; h < pool->count; ++h) {
+      blocks.Residuals<Model>(pool->models.col(h).data(), first, count, residuals);
+      pool->scores[h] += SumOfGains(residuals, inverse, count);
+    }
+  });
 }
 
 // The best `kept` hypotheses with distinct sets, by score, then by order of drawing.
@@ -101,14 +116,17 @@ std::vector<int> BestDistinct(const Pool& pool, int set_size, int kept) {
 // choice for Σ over points of the best MSAC gain, whose gains only fall, so that a bound from an earlier round decides
 // most candidates unseen (Minoux, "Accelerated greedy algorithms for maximizing submodular set functions", 1978).
 template <class Model>
-std::vector<int> Spread(const Eigen::ArrayXXd& axes, double threshold, const Pool& pool, int kept) {
+std::vector<int> Spread(const Blocks& blocks, double threshold, const Pool& pool, int kept) {
   const double inverse = 1.0 / (threshold * threshold);
-  Eigen::ArrayXXf gains(axes.rows(), pool.count);
-  for (int h = 0; h < pool.count; ++h)
-    gains.col(h) = (1.0 - Residuals<Model>(axes, pool.models.col(h).data(), threshold).square() * inverse)
-                       .max(0.0)
-                       .template cast<float>();
-  Eigen::ArrayXf covered = Eigen::ArrayXf::Zero(axes.rows());
+  Eigen::ArrayXXf gains(blocks.points(), pool.count);
+  double residuals[Blocks::kSize];
+  blocks.ForEach([&](int first, int count) {
+    for (int h = 0; h < pool.count; ++h) {
+      blocks.Residuals<Model>(pool.models.col(h).data(), first, count, residuals);
+      WriteGains(residuals, inverse, count, gains.col(h).data() + first);
+    }
+  });
+  Eigen::ArrayXf covered = Eigen::ArrayXf::Zero(blocks.points());
   struct Candidate {
     float gain;
     int hypothesis;
@@ -134,42 +152,46 @@ std::vector<int> Spread(const Eigen::ArrayXXd& axes, double threshold, const Poo
   return chosen;
 }
 
-// Writes the three columns of each kept hypothesis, from column `first` on.
+// Writes the three columns of each kept hypothesis, from column `first_column` on.
 template <class Model>
-void WriteColumns(const Eigen::ArrayXXd& axes, double threshold, const Pool& pool, const std::vector<int>& best,
-                  int kept, int first, FeatureMatrix* values) {
+void WriteColumns(const Blocks& blocks, const Pool& pool, const std::vector<int>& best, int kept, int first_column,
+                  FeatureMatrix* values) {
   if (best.empty()) {
-    values->middleCols(first, kColumnsPerHypothesis * kept).setZero();
+    values->middleCols(first_column, kColumnsPerHypothesis * kept).setZero();
     return;
   }
-  // Whole SIMD packets only: a value must not depend on where in the array its point stands.
-  const Eigen::Index count = axes.rows(), padded = (count + 15) / 16 * 16;
-  Eigen::ArrayXf scaled = Eigen::ArrayXf::Zero(padded);
-  Eigen::ArrayXf agreement(padded), distance(padded);
-  for (int j = 0; j < kept; ++j) {
-    const int h = best[j < static_cast<int>(best.size()) ? j : 0];
-    scaled.head(count) =
-        (Residuals<Model>(axes, pool.models.col(h).data(), threshold) / threshold).template cast<float>();
-    agreement = (scaled.square() * (-0.5f / (kAgreementSigma * kAgreementSigma))).exp();
-    distance = (scaled + 1.0f).log() * kDistanceScale;
-    const int column = first + kColumnsPerHypothesis * j;
-    values->col(column) = agreement.head(count);
-    values->col(column + 1) = distance.head(count);
-    values->col(column + 2).setConstant(static_cast<float>(pool.scores[h] / static_cast<double>(count)));
-  }
+  const auto different = std::min(kept, static_cast<int>(best.size()));
+  std::vector<float> score(different), agreement(different * Blocks::kSize), distance(different * Blocks::kSize);
+  for (int j = 0; j < different; ++j) score[j] = static_cast<float>(pool.scores[best[j]] / blocks.points());
+  double residuals[Blocks::kSize];
+  blocks.ForEach([&](int first, int count) {
+    for (int j = 0; j < different; ++j) {
+      blocks.Residuals<Model>(pool.models.col(best[j]).data(), first, count, residuals);
+      WriteAgreement(residuals, blocks.threshold(), count, &agreement[j * Blocks::kSize], &distance[j * Blocks::kSize]);
+    }
+    for (int i = 0; i < count; ++i) {
+      float* out = &(*values)(first + i, first_column);
+      for (int k = 0; k < kept; ++k, out += kColumnsPerHypothesis) {
+        const int j = k < different ? k : 0;
+        out[0] = agreement[j * Blocks::kSize + i];
+        out[1] = distance[j * Blocks::kSize + i];
+        out[2] = score[j];
+      }
+    }
+  });
 }
 
 template <class Model>
 void Describe(const SolverSpace& space, const std::vector<int>& sets, const KeptHypotheses& kept, int first,
               FeatureSet* features) {
-  const Eigen::ArrayXXd axes = space.points().array();  // column-major: a coordinate is contiguous
+  const Blocks blocks(space.points(), space.threshold());
   Pool pool = SolveSets<Model>(space.points(), sets);
   const double score_threshold = kScoreThresholdFactor * space.threshold();
-  ScoreByMsac<Model>(axes, score_threshold, &pool);
+  ScoreByMsac<Model>(blocks, score_threshold, &pool);
   const std::vector<int> best = kept.choice == PreferenceChoice::kSpread
-                                    ? Spread<Model>(axes, score_threshold, pool, kept.count)
+                                    ? Spread<Model>(blocks, score_threshold, pool, kept.count)
                                     : BestDistinct(pool, Model::kMinimalSize, kept.count);
-  WriteColumns<Model>(axes, space.threshold(), pool, best, kept.count, first, &features->values);
+  WriteColumns<Model>(blocks, pool, best, kept.count, first, &features->values);
   features->hypotheses = pool.count;
   for (int h : best) {
     features->models.emplace_back(pool.models.col(h));
