@@ -3,8 +3,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diffsac/consensus/magsac.h"
+#include "diffsac/geometry/float_sums.h"
+#include "diffsac/geometry/square_bounds.h"
+#include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
 
@@ -15,15 +19,65 @@ constexpr double kLeastShare = 1e-3, kLargestShare = 0.99;
 
 double Cube(double x) { return x * x * x; }
 
-/// Four running sums of values: one would make every addition wait for the last.
-template <class Value>
-double SumInLanes(int count, const Value& value) {
-  double sums[4] = {0.0, 0.0, 0.0, 0.0};
-  int i = 0;
-  for (; i + 4 <= count; i += 4)
-    for (int lane = 0; lane < 4; ++lane) sums[lane] += value(i + lane);
-  for (; i < count; ++i) sums[0] += value(i);
+/// Four running sums of values: one would make every addition wait for the last. For functions compiled for several
+/// processors (vector_clones.h).
+/// value: of what `prepare` makes of x. Apart from each other, so that the compiler puts no branch between their
+/// choices.
+template <class Prepare, class Value>
+[[gnu::always_inline]] inline double SumInLanes(const double* x, const double* weights, int count,
+                                                const Prepare& prepare, const Value& value) {
+  constexpr int kLanes = 4, kChunk = 64;
+  using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), may_alias));
+  alignas(sizeof(Lanes)) double terms[kChunk];
+  Lanes sums = {};
+  for (int begin = 0; begin < count; begin += kChunk) {
+    const int size = std::min(kChunk, count - begin);
+    for (int i = 0; i < size; ++i) terms[i] = prepare(x[begin + i]);
+    for (int i = 0; i < size; ++i) terms[i] = value(terms[i]);
+    if (weights != nullptr)
+      for (int i = 0; i < size; ++i) terms[i] *= weights[begin + i];
+    const int whole = size - size % kLanes;
+    for (int i = 0; i < whole; i += kLanes) sums += *reinterpret_cast<const Lanes*>(terms + i);
+    for (int i = whole; i < size; ++i) sums[0] += terms[i];
+  }
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+double Same(double x) { return x; }
+
+/// Constants of kScales: a residual's contribution is a function of its share of ε.
+template <class Real>
+struct OverScales {
+  Real least, norm;
+
+  /// NaN counts as ε, where the score is 0.
+  static Real Near(Real share) { return share < Real(1) ? share : Real(1); }
+  /// near: Near(share). In shares of ε: their cubes are ordinary numbers.
+  Real operator()(Real near) const {
+    const Real inverse = Real(1) / (near > least ? near : least);
+    const Real slope = (inverse * inverse * inverse - Real(1)) / Real(3);
+    return (inverse - Real(1) - near * near * slope) * norm;
+  }
+};
+
+DIFFSAC_VECTOR_CLONES
+double SumMsac(const double* residuals, const double* weights, int count, double inverse_square) {
+  return SumInLanes(
+      residuals, weights, count, [=](double residual) { return 1.0 - residual * residual * inverse_square; },
+      [](double share) { return share > 0.0 ? share : 0.0; });
+}
+
+DIFFSAC_VECTOR_CLONES
+double SumOverScales(const double* residuals, const double* weights, int count, double inverse,
+                     OverScales<double> scales) {
+  return SumInLanes(
+      residuals, weights, count, [=](double residual) { return OverScales<double>::Near(residual * inverse); }, scales);
+}
+
+DIFFSAC_VECTOR_CLONES
+float BoundOverScales(const float* squares, const float* weights, int count, OverScales<float> scales) {
+  return SumFloats<kBoundBlock>(
+      squares, weights, count, [](float square) { return std::sqrt(OverScales<float>::Near(square)); }, scales);
 }
 
 }  // namespace
@@ -52,7 +106,7 @@ double Score::operator()(double residual) const {
     case ScoreKind::kMagsac:
       return FromTable(residual);
     case ScoreKind::kScales:
-      return OverScales(residual);
+      return OverScales<double>{least_share_, scales_norm_}(OverScales<double>::Near(residual * inverse_threshold_));
     case ScoreKind::kGaussianUniform:
       break;
   }
@@ -96,34 +150,30 @@ double Score::Sum(const double* residuals, int count) const {
     for (int i = 0; i < count; ++i) inliers += residuals[i] <= threshold_ ? 1 : 0;
     return static_cast<double>(inliers);
   }
-  if (kind_ == ScoreKind::kMsac)
-    return SumInLanes(count, [&](int i) {
-      const double share = 1.0 - residuals[i] * residuals[i] * inverse_threshold_squared_;
-      return share > 0.0 ? share : 0.0;
-    });
-  if (kind_ == ScoreKind::kMagsac) return SumInLanes(count, [&](int i) { return FromTable(residuals[i]); });
-  if (kind_ == ScoreKind::kScales) return SumInLanes(count, [&](int i) { return OverScales(residuals[i]); });
+  if (kind_ == ScoreKind::kMsac) return SumMsac(residuals, nullptr, count, inverse_threshold_squared_);
+  if (kind_ == ScoreKind::kMagsac)
+    return SumInLanes(residuals, nullptr, count, Same, [&](double residual) { return FromTable(residual); });
+  if (kind_ == ScoreKind::kScales)
+    return SumOverScales(residuals, nullptr, count, inverse_threshold_, {least_share_, scales_norm_});
   return SumGaussianUniform(residuals, count);
 }
 
 double Score::Sum(const double* residuals, const double* weights, int count) const {
-  if (kind_ == ScoreKind::kMsac)
-    return SumInLanes(count, [&](int i) {
-      const double share = 1.0 - residuals[i] * residuals[i] * inverse_threshold_squared_;
-      return share > 0.0 ? weights[i] * share : 0.0;
-    });
+  if (kind_ == ScoreKind::kMsac) return SumMsac(residuals, weights, count, inverse_threshold_squared_);
   if (kind_ == ScoreKind::kScales)
-    return SumInLanes(count, [&](int i) { return weights[i] * OverScales(residuals[i]); });
-  return SumInLanes(count, [&](int i) { return weights[i] * (*this)(residuals[i]); });
+    return SumOverScales(residuals, weights, count, inverse_threshold_, {least_share_, scales_norm_});
+  return SumInLanes(residuals, weights, count, Same, [&](double residual) { return (*this)(residual); });
 }
 
-double Score::OverScales(double residual) const {
-  // Without a branch; NaN counts as ε, where the score is 0. In shares of ε: their cubes are ordinary numbers.
-  const double share = residual * inverse_threshold_;
-  const double near = share < 1.0 ? share : 1.0;
-  const double inverse = 1.0 / (near > least_share_ ? near : least_share_);
-  const double slope = (Cube(inverse) - 1.0) / 3.0;
-  return (inverse - 1.0 - near * near * slope) * scales_norm_;
+bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == ScoreKind::kScales; }
+
+double Score::Bound(const float* squares, const float* weights, int count) const {
+  if (kind_ == ScoreKind::kMsac) return MsacBound(squares, weights, count);
+  // A term is a difference of numbers up to 1/least_share, times the norm.
+  const double slack = 16.0 * std::numeric_limits<float>::epsilon() * scales_norm_ / least_share_;
+  return static_cast<double>(BoundOverScales(squares, weights, count,
+                                             {static_cast<float>(least_share_), static_cast<float>(scales_norm_)})) +
+         slack * count;
 }
 
 double Score::SumGaussianUniform(const double* residuals, int count) const {

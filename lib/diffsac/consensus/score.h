@@ -39,10 +39,15 @@ class Score {
   /// Of contributions times weights.
   double Sum(const double* residuals, const double* weights, int count) const;
   ScoreKind kind() const { return kind_; }
+  double threshold() const { return threshold_; }
+  /// Whether there is a quick bound for this kind.
+  bool HasBound() const;
+  /// At least the sum of contributions (times weights, unless null) of residuals whose squares, in squares of the
+  /// threshold, are at least these; count ≤ kBoundBlock. In single precision. Only where HasBound().
+  double Bound(const float* squares, const float* weights, int count) const;
 
  private:
   double FromTable(double residual) const;
-  double OverScales(double residual) const;
   double SumGaussianUniform(const double* residuals, int count) const;
 
   ScoreKind kind_;

@@ -5,10 +5,12 @@
 #include <array>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/score.h"
 #include "diffsac/geometry/model.h"
+#include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
 
@@ -18,14 +20,25 @@ struct ScorePrior {
   std::optional<CameraPrior> cameras = {};  ///< Of models that have the hook.
 };
 
+/// Models with quick lower bounds of their squared residuals, `Bounds` (geometry/square_bounds.h).
+template <class M>
+concept HasSquareBounds = requires {
+  typename ModelHooks<M>::Bounds;
+};
+
 /// Scores models against one point set. The points are also kept as columns, so that residuals of a model that offers
 /// `Residuals` over columns are computed several at a time; other models go point by point. Borrows `points`.
 template <MinimalModel Model>
 class Scorer {
  public:
   explicit Scorer(const PointMatrix& points, ScorePrior prior = {})
-      : points_(points), columns_(points), prior_(std::move(prior)) {
+      : points_(points), columns_(points), prior_(std::move(prior)), rest_((size() + kBlock - 1) / kBlock + 1) {
     for (int i = 0; i < Model::kDimension; ++i) pointers_[i] = columns_.col(i).data();
+    rest_.back() = 0.0;
+    for (int block = static_cast<int>(rest_.size()) - 2; block >= 0; --block)
+      rest_[block] = rest_[block + 1] + MostOf(block * kBlock);
+    float_weights_ = prior_.weights.template cast<float>();
+    if constexpr (HasSquareBounds<Model>) bounds_.emplace(pointers_.data(), size());
   }
 
   int size() const { return static_cast<int>(points_.rows()); }
@@ -50,13 +63,13 @@ class Scorer {
   /// The model's score. Gives up, returning `bar`, once even perfect remaining points could not lift it above `bar`;
   /// the margin keeps rounding from changing what a full sum would decide.
   double operator()(const typename Model::Parameters& model, const Score& score, double bar = -1.0) const {
-    constexpr double kMargin = 1e-6;
     const double plausibility = Plausibility(model);
     const double bar_of_sum = bar / plausibility;
+    if (!MayReach(model, score, bar_of_sum)) return bar;
     double sum = 0.0;
     std::array<double, kBlock> residuals;
     for (int begin = 0; begin < size(); begin += kBlock) {
-      if (sum + (size() - begin) + kMargin < bar_of_sum) return bar;
+      if (sum + rest_[begin / kBlock] + kMargin < bar_of_sum) return bar;
       const int end = std::min(begin + kBlock, size());
       Residuals(model, begin, end, residuals.data());
       sum += Sum(score, residuals.data(), begin, end);
@@ -71,6 +84,33 @@ class Scorer {
   }
 
  private:
+  /// What the points of the block that begins here can add at most.
+  double MostOf(int begin) const {
+    const int count = std::min(kBlock, size() - begin);
+    return prior_.weights.size() == 0 ? count : prior_.weights.segment(begin, count).sum();
+  }
+
+  /// False once a bound in single precision shows that the sum stays below `bar`.
+  bool MayReach([[maybe_unused]] const typename Model::Parameters& model, [[maybe_unused]] const Score& score,
+                [[maybe_unused]] double bar) const {
+    if constexpr (HasSquareBounds<Model>) {
+      static_assert(kBoundBlock % kBlock == 0);
+      typename ModelHooks<Model>::Bounds::Prepared prepared;
+      if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.threshold(), &prepared)) return true;
+      const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
+      std::array<float, kBoundBlock> squares;
+      double most = kMargin;
+      for (int begin = 0; begin < size(); begin += kBoundBlock) {
+        if (most + rest_[begin / kBlock] < bar) return false;
+        const int end = std::min(begin + kBoundBlock, size());
+        (*bounds_)(prepared, begin, end, squares.data());
+        most += score.Bound(squares.data(), weights == nullptr ? nullptr : weights + begin, end - begin);
+      }
+      return !(most < bar);
+    }
+    return true;
+  }
+
   double Sum(const Score& score, const double* residuals, int begin, int end) const {
     if (prior_.weights.size() == 0) return score.Sum(residuals, end - begin);
     return score.Sum(residuals, prior_.weights.data() + begin, end - begin);
@@ -86,11 +126,26 @@ class Scorer {
     return 1.0;
   }
 
+  /// What stands for the bounds of a model that has none.
+  struct NoBounds {};
+  template <class M>
+  struct BoundsOf {
+    using Type = NoBounds;
+  };
+  template <HasSquareBounds M>
+  struct BoundsOf<M> {
+    using Type = typename ModelHooks<M>::Bounds;
+  };
+
   static constexpr int kBlock = 64;
+  static constexpr double kMargin = 1e-6;
   const PointMatrix& points_;
   Eigen::MatrixXd columns_;
   std::array<const double*, Model::kDimension> pointers_;
   ScorePrior prior_;
+  std::vector<double> rest_;  ///< What the points from a block on can add at most.
+  Eigen::VectorXf float_weights_;
+  std::optional<typename BoundsOf<Model>::Type> bounds_;
 };
 
 }  // namespace diffsac

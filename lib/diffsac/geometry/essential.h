@@ -7,6 +7,7 @@
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
+#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -16,6 +17,7 @@ namespace diffsac {
 /// Frobenius norm.
 struct Essential {
   using Parameters = Matrix3Parameters;
+  using Bounds = SampsonBounds;  ///< Of `Residual`.
   static constexpr int kDimension = 4;
   static constexpr int kMinimalSize = 5;
   static constexpr int kMaxSolutions = 10;

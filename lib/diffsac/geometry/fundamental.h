@@ -6,6 +6,7 @@
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
+#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -14,6 +15,7 @@ namespace diffsac {
 /// (any unit); parameters are F, row-major, unit Frobenius norm. Minimal sets of 7 points.
 struct Fundamental {
   using Parameters = Matrix3Parameters;
+  using Bounds = SampsonBounds;  ///< Of `Residual`.
   static constexpr int kDimension = 4;
   static constexpr int kMinimalSize = 7;
   static constexpr int kMaxSolutions = 3;

@@ -4,6 +4,7 @@
 
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
+#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -12,6 +13,7 @@ namespace diffsac {
 /// H, row-major, unit Frobenius norm.
 struct Homography {
   using Parameters = Matrix3Parameters;
+  using Bounds = TransferBounds;  ///< Of `Residual`.
   static constexpr int kDimension = 4;
   static constexpr int kMinimalSize = 4;
   static constexpr int kMaxSolutions = 1;

@@ -3,13 +3,16 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
 namespace {
@@ -138,6 +141,8 @@ class OffPlane {
     for (std::size_t i = 0; i < off.size(); ++i)
       columns_.row(static_cast<Eigen::Index>(i)) = scene.points().row(off[i]);
     distances_.resize(columns_.rows());
+    for (int j = 0; j < 4; ++j) pointers_[j] = columns_.col(j).data();
+    bounds_.emplace(pointers_, static_cast<int>(columns_.rows()));
   }
 
   /// Points whose parallax tells of the epipole.
@@ -148,18 +153,17 @@ class OffPlane {
     int votes = 0;       ///< of far points
   };
 
-  /// Gives up, with what it has, once `bar` is out of reach.
+  /// Gives up, with what it has or nothing, once `bar` is out of reach.
   Support operator()(const Eigen::Matrix3d& f, double bar) {
     constexpr int kBlock = 64;
     const Matrix3Parameters model = AsParameters(f);
-    const double* pointers[4];
-    for (int j = 0; j < 4; ++j) pointers[j] = columns_.col(j).data();
     const int size = static_cast<int>(columns_.rows());
     Support support;
+    if (!MayReach(model, bar)) return support;
     for (int begin = 0; begin < size; begin += kBlock) {
       if (support.score + (size - begin) < bar) break;
       const int end = std::min(begin + kBlock, size);
-      SampsonDistances(model.data(), pointers, begin, end, distances_.data());
+      SampsonDistances(model.data(), pointers_, begin, end, distances_.data());
       for (int i = 0; i < end - begin; ++i) {
         const double share = distances_[i] / threshold_;
         if (!(share <= 1.0)) continue;
@@ -171,9 +175,26 @@ class OffPlane {
   }
 
  private:
+  bool MayReach(const Matrix3Parameters& model, double bar) const {
+    SampsonBounds::Prepared prepared;
+    if (!(bar > 0.0) || !bounds_->Prepare(model, threshold_, &prepared)) return true;
+    const int size = static_cast<int>(columns_.rows());
+    std::array<float, kBoundBlock> squares;
+    double most = 0.0;
+    for (int begin = 0; begin < size && most + (size - begin) >= bar; begin += kBoundBlock) {
+      const int end = std::min(begin + kBoundBlock, size);
+      (*bounds_)(prepared, begin, end, squares.data());
+      most += MsacBound(squares.data(), nullptr, end - begin);
+      if (most >= bar) return true;
+    }
+    return false;
+  }
+
   double threshold_;
   std::vector<int> far_;
   Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;
+  const double* pointers_[4];
+  std::optional<SampsonBounds> bounds_;
   Eigen::VectorXd distances_;
 };
 

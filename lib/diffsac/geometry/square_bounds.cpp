@@ -1,0 +1,160 @@
+#include "diffsac/geometry/square_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diffsac/geometry/float_sums.h"
+#include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/vector_clones.h"
+
+namespace diffsac {
+namespace {
+
+// With coordinates and models rounded to single precision (u = 2⁻²⁴, |coordinate| ≤ 1, unit norm), a product sum of
+// three terms such as (F x1)₁ errs by at most 4.6 √3 u, and x2ᵀ F x1 or (H x1)₁ − x2 (H x1)₃ by at most 25 u.
+constexpr float kUnit = 5.9604645e-8f;
+constexpr float kNumeratorError = 32.0f * kUnit;
+constexpr float kLineError = 14.0f * kUnit;
+/// Σ (|a| + error)² ≤ (1 + share) Σ a² + (1 + 1/share) Σ error²; the rest of the factor is for rounding.
+constexpr float kShare = 1.0f / 512.0f;
+constexpr float kSlopeFactor = 1.0f + 1.25f * kShare;
+constexpr float kSlopeError = 1.25f * kLineError * kLineError / kShare;
+/// Of the centre from the origin, in extents: beyond, the residuals' own rounding would count.
+constexpr double kFarthest = 1e3;
+/// Thresholds in normalised units whose squares are ordinary numbers.
+constexpr double kLeastThreshold = 1e-9, kLargestThreshold = 1e9;
+
+bool IsOrdinary(double threshold) { return threshold >= kLeastThreshold && threshold <= kLargestThreshold; }
+
+/// Row-major, unit norm, single precision. False when the matrix has no direction.
+bool RoundMatrix(const Eigen::Matrix3d& matrix, float* out) {
+  const Matrix3Parameters unit = AsParameters(matrix);
+  if (!unit.allFinite()) return false;
+  for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(unit[i]);
+  return true;
+}
+
+/// Of a number that errs by at most `error`, the least square.
+inline float LeastSquare(float value, float error) {
+  const float least = std::abs(value) - error;
+  // Twice the positive part; a choice would keep the loops from being vectorised.
+  const float positive = least + std::abs(least);
+  return 0.25f * (positive * positive);
+}
+
+inline float SampsonBound(const float* f, float x1, float y1, float x2, float y2) {
+  const float a = (f[0] * x1 + f[1] * y1) + f[2], b = (f[3] * x1 + f[4] * y1) + f[5];
+  const float c = (f[6] * x1 + f[7] * y1) + f[8];
+  const float d = (f[0] * x2 + f[3] * y2) + f[6], e = (f[1] * x2 + f[4] * y2) + f[7];
+  const float slope = ((a * a + b * b) + (d * d + e * e)) * kSlopeFactor + 4.0f * kSlopeError;
+  return LeastSquare((x2 * a + y2 * b) + c, kNumeratorError) / slope;
+}
+
+DIFFSAC_VECTOR_CLONES
+void SampsonSquares(const float* f, float factor, const float* const* columns, int count, float* out) {
+  float model[9];
+  std::copy_n(f, 9, model);
+  const float *x1 = columns[0], *y1 = columns[1], *x2 = columns[2], *y2 = columns[3];
+  float* __restrict squares = out;
+  for (int i = 0; i < count; ++i) squares[i] = SampsonBound(model, x1[i], y1[i], x2[i], y2[i]) * factor;
+}
+
+/// Numerator and denominator of a squared transfer error's bound: |h x − w (u, v)|² and w².
+inline void TransferTerms(const float* h, float x, float y, float u, float v, float* square, float* weight) {
+  const float w = (h[6] * x + h[7] * y) + h[8];
+  const float across = ((h[0] * x + h[1] * y) + h[2]) - u * w, down = ((h[3] * x + h[4] * y) + h[5]) - v * w;
+  *square = LeastSquare(across, kNumeratorError) + LeastSquare(down, kNumeratorError);
+  *weight = w * w * kSlopeFactor + kSlopeError;
+}
+
+DIFFSAC_VECTOR_CLONES
+void TransferSquares(const float* forward, const float* backward, float factor, const float* const* columns, int count,
+                     float* out) {
+  float h[9], g[9];
+  std::copy_n(forward, 9, h);
+  std::copy_n(backward, 9, g);
+  const float *x1 = columns[0], *y1 = columns[1], *x2 = columns[2], *y2 = columns[3];
+  float* __restrict squares = out;
+  for (int i = 0; i < count; ++i) {
+    float first, second, first_weight, second_weight;
+    TransferTerms(h, x1[i], y1[i], x2[i], y2[i], &second, &second_weight);
+    TransferTerms(g, x2[i], y2[i], x1[i], y1[i], &first, &first_weight);
+    // One quotient in place of two.
+    squares[i] = (first * second_weight + second * first_weight) / (first_weight * second_weight) * factor;
+  }
+}
+
+/// Rounding of one term and its share of the sum.
+constexpr double kTermSlack = 1e-6;
+
+DIFFSAC_VECTOR_CLONES
+float SumMsac(const float* squares, const float* weights, int count) {
+  return SumFloats<kBoundBlock>(
+      squares, weights, count, [](float square) { return 1.0f - square; },
+      [](float share) { return share > 0.0f ? share : 0.0f; });
+}
+
+void ColumnsAt(const FloatPairs& pairs, int begin, const float* (&out)[4]) {
+  for (int j = 0; j < 4; ++j) out[j] = pairs.column(j) + begin;
+}
+
+}  // namespace
+
+double MsacBound(const float* squares, const float* weights, int count) {
+  return static_cast<double>(SumMsac(squares, weights, count)) + kTermSlack * count;
+}
+
+FloatPairs::FloatPairs(const double* const* columns, int count) : columns_(count, 4) {
+  double extent = 0.0, farthest = 0.0;
+  for (int j = 0; j < 4; ++j) {
+    const Eigen::Map<const Eigen::VectorXd> values(columns[j], count);
+    if (count == 0 || !values.allFinite()) return;
+    const double least = values.minCoeff(), most = values.maxCoeff();
+    centre_[j] = 0.5 * least + 0.5 * most;
+    extent = std::max(extent, 0.5 * most - 0.5 * least);
+    farthest = std::max({farthest, std::abs(least), std::abs(most)});
+  }
+  const double scale = 1.0 / extent;
+  if (!(extent > 0.0) || !std::isfinite(scale) || !(farthest * scale < kFarthest)) return;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < count; ++i) columns_(i, j) = static_cast<float>((columns[j][i] - centre_[j]) * scale);
+  scale_ = scale;
+}
+
+Eigen::Matrix3d FloatPairs::ToPoints(int image) const {
+  return ImageNormalization{centre_[2 * image], centre_[2 * image + 1], scale_}.Inverse();
+}
+
+Eigen::Matrix3d FloatPairs::FromPoints(int image) const {
+  return ImageNormalization{centre_[2 * image], centre_[2 * image + 1], scale_}.Matrix();
+}
+
+bool SampsonBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
+  const double normalized = threshold * pairs_.scale();
+  if (!pairs_.usable() || !IsOrdinary(normalized)) return false;
+  out->inverse_square = static_cast<float>(1.0 / (normalized * normalized));
+  return RoundMatrix(pairs_.ToPoints(1).transpose() * AsMatrix(model) * pairs_.ToPoints(0), out->f);
+}
+
+void SampsonBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
+  const float* columns[4];
+  ColumnsAt(pairs_, begin, columns);
+  SampsonSquares(model.f, model.inverse_square, columns, end - begin, out);
+}
+
+bool TransferBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
+  const double normalized = threshold * pairs_.scale();
+  if (!pairs_.usable() || !IsOrdinary(normalized)) return false;
+  out->half_inverse_square = static_cast<float>(0.5 / (normalized * normalized));
+  const Eigen::Matrix3d back = AsMatrix(AdjugateOf(model));
+  return RoundMatrix(pairs_.FromPoints(1) * AsMatrix(model) * pairs_.ToPoints(0), out->forward) &&
+         RoundMatrix(pairs_.FromPoints(0) * back * pairs_.ToPoints(1), out->backward);
+}
+
+void TransferBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
+  const float* columns[4];
+  ColumnsAt(pairs_, begin, columns);
+  TransferSquares(model.forward, model.backward, model.half_inverse_square, columns, end - begin, out);
+}
+
+}  // namespace diffsac
