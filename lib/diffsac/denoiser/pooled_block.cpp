@@ -3,13 +3,11 @@
 #include <torch/torch.h>
 
 #include "diffsac/denoiser/initialize.h"
+#include "diffsac/denoiser/pooled_function.h"
+#include "diffsac/denoiser/pooled_kernels.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
-
-namespace {
-constexpr std::int64_t kPoolingHeads = 4;
-}
 
 PooledBlock::PooledBlock(std::int64_t width, Rng rng) {
   norm_ = register_module("norm", nn::LayerNorm(nn::LayerNormOptions({width})));
@@ -39,6 +37,10 @@ torch::Tensor PooledBlock::Pool(const torch::Tensor& u, const torch::Tensor& mas
 }
 
 torch::Tensor PooledBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
+  if (HasPooledForward(x))
+    return PooledForward(x, mask,
+                         {norm_->weight, norm_->bias, attention_->weight, attention_->bias, set_->weight, set_->bias,
+                          point_->weight, point_->bias, output_->weight, output_->bias});
   const auto u = norm_(x);
   const auto hidden = point_(u) + set_(Pool(u, mask)).unsqueeze(1);
   return x + output_(torch::gelu(hidden, "tanh"));

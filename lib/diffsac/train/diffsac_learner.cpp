@@ -1,8 +1,10 @@
 #include <ATen/autocast_mode.h>
 #include <torch/torch.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "diffsac/diffusion/losses.h"
 #include "diffsac/methods/diffsac_method.h"
@@ -57,7 +59,7 @@ void DiffsacTraining::BindTrain(OptionsBinder& b) {
   b.Field("self_conditioning_probability", self_conditioning_probability, Within(0.0, 1.0))
       .OnlyIf(network.denoiser.self_conditioning, "network.denoiser.self_conditioning")
       .Help("share of the steps in which the network sees its own prediction");
-  b.Field("precision", precision).Help("`auto`: bfloat16 on CUDA and CPUs that have it");
+  b.Field("precision", precision).Help("`auto`: bfloat16 on CUDA and, but for pooled networks, CPUs that have it");
 }
 
 struct StepTensors {
@@ -65,35 +67,39 @@ struct StepTensors {
   torch::Tensor inliers, labels, noise, times;  // [B, N], [B, K, N], [B, K, N], [B, K]
 };
 
+// [items, rows, N] of the items' values, rows × length each; behind an item's length is `padding`.
+torch::Tensor Padded(const std::vector<TrainingItem>& items, std::vector<float> TrainingItem::*values,
+                     std::int64_t rows, const PointBatch& points, float padding) {
+  const std::int64_t longest = points.max_points();
+  auto tensor = torch::empty({points.size(), rows, longest});
+  float* out = tensor.data_ptr<float>();
+  for (std::int64_t b = 0; b < points.size(); ++b) {
+    const float* in = (items[b].*values).data();
+    for (std::int64_t k = 0; k < rows; ++k, out += longest, in += points.lengths[b])
+      std::fill(std::copy_n(in, points.lengths[b], out), out + longest, padding);
+  }
+  return tensor;
+}
+
 StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
   StepTensors step;
   step.points = CollatePoints(items);
-  const std::int64_t batch = static_cast<std::int64_t>(items.size()), points = step.points.max_points();
-  step.inliers = torch::zeros({batch, points});
-  step.labels = torch::full({batch, copies, points}, -1.0f);
-  step.noise = torch::zeros({batch, copies, points});
-  step.times = torch::empty({batch, copies}, torch::kLong);
-  for (std::int64_t b = 0; b < batch; ++b) {
-    const auto& item = items[b];
-    const std::int64_t length = step.points.lengths[b];
-    const auto view = [length](const std::vector<float>& values, std::int64_t first) {
-      return torch::from_blob(const_cast<float*>(values.data()) + first, {length});
-    };
-    step.inliers[b].slice(0, 0, length).copy_(view(item.inliers, 0));
-    for (std::int64_t k = 0; k < copies; ++k) {
-      step.labels[b][k].slice(0, 0, length).copy_(view(item.labels, k * length));
-      step.noise[b][k].slice(0, 0, length).copy_(view(item.noise, k * length));
-      step.times.data_ptr<std::int64_t>()[b * copies + k] = item.times[k];
-    }
-  }
+  step.inliers = Padded(items, &TrainingItem::inliers, 1, step.points, 0.0f).squeeze(1);
+  step.labels = Padded(items, &TrainingItem::labels, copies, step.points, -1.0f);
+  step.noise = Padded(items, &TrainingItem::noise, copies, step.points, 0.0f);
+  step.times = torch::empty({step.points.size(), copies}, torch::kLong);
+  for (std::size_t b = 0; b < items.size(); ++b)
+    std::copy_n(items[b].times.data(), copies, step.times.data_ptr<std::int64_t>() + static_cast<std::int64_t>(b) * copies);
   step.points = step.points.To(device);
   for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device);
   return step;
 }
 
-bool UseBfloat16(TrainingPrecision precision, const torch::Device& device) {
-  if (precision != TrainingPrecision::kAuto) return precision == TrainingPrecision::kBfloat16;
-  return device.is_cuda() || __builtin_cpu_supports("avx512bf16");
+// On a CPU converting costs a pooled network more than its narrow products gain (benchmarks/README.md).
+bool UseBfloat16(const DiffsacTraining& own, const torch::Device& device) {
+  if (own.precision != TrainingPrecision::kAuto) return own.precision == TrainingPrecision::kBfloat16;
+  if (device.is_cuda()) return true;
+  return own.network.denoiser.kind != DenoiserKind::kPooled && __builtin_cpu_supports("avx512bf16");
 }
 
 // Switches autocast on for one scope.
@@ -149,7 +155,7 @@ std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors
 }
 
 DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int64_t iteration) {
-  const Autocast autocast(UseBfloat16(own_.precision, device_), device_);
+  const Autocast autocast(UseBfloat16(own_, device_), device_);
   auto& denoiser = *network_->denoiser;
   const auto context = denoiser.Encode(step.points);
   const auto [c_t, t] = Noised(step);
