@@ -1,6 +1,5 @@
 #include "diffsac/denoiser/pooled_function.h"
 
-#include <ATen/Parallel.h>
 #include <ATen/autocast_mode.h>
 #include <torch/torch.h>
 
@@ -8,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "diffsac/denoiser/parallel_parts.h"
 #include "diffsac/denoiser/pooled_kernels.h"
 
 namespace diffsac {
@@ -21,7 +21,7 @@ using torch::autograd::variable_list;
 constexpr std::int64_t kRowsTogether = 2048;
 // Parts of a batch whose gradients of the weights are summed apart, then in order: the sums do not depend on how many
 // threads there are.
-constexpr std::int64_t kParts = 8;
+constexpr int kParts = 8;
 
 enum Weight { kGain, kShift, kAttention, kAttentionBias, kSet, kSetBias, kPoint, kPointBias, kOutput, kOutputBias };
 constexpr int kWeights = 10;
@@ -38,13 +38,11 @@ struct Shape {
   template <class Use>
   void ForEach(const Use& use) const {
     const std::int64_t together = std::max<std::int64_t>(1, kRowsTogether / std::max<std::int64_t>(points, 1));
-    at::parallel_for(0, kParts, 1, [&](std::int64_t begin, std::int64_t end) {
+    ParallelParts(kParts, [&](int part) {
       const at::NoGradGuard no_grad;
-      for (std::int64_t part = begin; part < end; ++part) {
-        const std::int64_t last = (part + 1) * sets / kParts;
-        for (std::int64_t first = part * sets / kParts; first < last; first += together)
-          use(part, first, std::min(together, last - first));
-      }
+      const std::int64_t last = (part + 1) * sets / kParts;
+      for (std::int64_t first = part * sets / kParts; first < last; first += together)
+        use(part, first, std::min(together, last - first));
     });
   }
   Tensor Rows(const Tensor& all, std::int64_t first, std::int64_t count) const {
