@@ -20,6 +20,7 @@
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/methods/learned_network.h"
 #include "diffsac/train/distributed.h"
+#include "diffsac/train/fused_adam.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/learning_rate.h"
 #include "diffsac/train/metrics_log.h"
@@ -143,7 +144,7 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   loss.total.backward();
   team_.SumGradients(learner_->network().parameters());
   if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(learner_->network().parameters(), train.clip_norm);
-  optimizer_->step();
+  FusedAdamStep(*optimizer_);
   average_->Update(learner_->network());
   for (std::size_t i = 0; i < info_.losses.sums.size(); ++i) info_.losses.sums[i] += joint[i + 1];
   ++info_.losses.steps;
