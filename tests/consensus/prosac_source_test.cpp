@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "diffsac/core/random.h"
+
 namespace diffsac {
 namespace {
 
@@ -24,11 +26,11 @@ std::vector<std::int64_t> LimitsByRecurrence(int m, int num_points, long double 
 
 TEST_CASE("A small growth function by hand") {
   // All 6 pairs of 4 points: 1 within the best 2, 3 within the best 3.
-  const GrowthFunction growth(2, 4, 200000);
+  GrowthFunction growth(2, 4, 200000);
   const int expected[] = {2, 3, 3, 4, 4, 4, 5, 5};
   for (int t = 1; t <= 8; ++t) CHECK(growth.SubsetSize(t) == expected[t - 1]);
   // Half as many sets: T = .5, 1.5, 3.
-  const GrowthFunction shorter(2, 4, 3);
+  GrowthFunction shorter(2, 4, 3);
   const int sooner[] = {2, 3, 4, 4, 5};
   for (int t = 1; t <= 5; ++t) CHECK(shorter.SubsetSize(t) == sooner[t - 1]);
   CHECK(GrowthFunction(3, 3, 10).SubsetSize(1) == 3);
@@ -40,7 +42,7 @@ TEST_CASE("The growth function follows the paper's recurrences") {
     for (int num_points : {m, m + 1, 50, 1000, 5000}) {
       const long double samples = std::min<long double>(200000, Combinations(num_points, m));
       const auto limits = LimitsByRecurrence(m, num_points, samples);
-      const GrowthFunction growth(m, num_points, 200000);
+      GrowthFunction growth(m, num_points, 200000);
       int mistakes = 0;
       for (int n = m; n <= num_points; ++n) {
         const std::int64_t limit = limits[n - m];
@@ -51,6 +53,26 @@ TEST_CASE("The growth function follows the paper's recurrences") {
       CHECK(mistakes == 0);
       CHECK(growth.SubsetSize(1) == m);
     }
+}
+
+TEST_CASE("Sorting as far as it is asked for is sorting all") {
+  Rng rng(3);
+  for (const int count : {1, 5, 127, 128, 129, 1000}) {
+    std::vector<double> quality(count);
+    for (double& value : quality) value = 0.1 * static_cast<double>(rng.Below(40));
+    std::vector<int> expected(count);
+    std::iota(expected.begin(), expected.end(), 0);
+    std::stable_sort(expected.begin(), expected.end(), [&](int a, int b) { return quality[a] < quality[b]; });
+    QualityOrder upwards(quality), anyhow(quality);
+    int mistakes = 0;
+    for (int place = 0; place < count; ++place) mistakes += upwards[place] != expected[place];
+    for (int i = 0; i < count; ++i) {
+      const int place = static_cast<int>(rng.Below(count));
+      mistakes += anyhow[place] != expected[place];
+    }
+    CHECK(mistakes == 0);
+    CHECK(OrderByQuality(quality) == expected);
+  }
 }
 
 TEST_CASE("Order by quality: rising, ties by index, non-finite last") {
@@ -64,7 +86,7 @@ TEST_CASE("Each draw holds the newest point of its subset and better ones") {
   std::vector<double> quality(kPoints);
   for (int i = 0; i < kPoints; ++i) quality[i] = kPoints - i;  // The last point is the best.
   ProsacSource source(quality, kSize, Rng(1));
-  const GrowthFunction growth(kSize, kPoints, 200000);
+  GrowthFunction growth(kSize, kPoints, 200000);
   const std::vector<int> sets = DrawSets(source, kSize, kDraws);
   REQUIRE(sets.size() == kDraws * kSize);
   CHECK(std::vector<int>(sets.begin(), sets.begin() + 3) == std::vector<int>{37, 38, 39});

@@ -12,6 +12,7 @@
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/sampson_equations.h"
+#include "diffsac/geometry/transfer_equations.h"
 #include "geometry/jacobian_check.h"
 #include "geometry/two_view_problems.h"
 
@@ -64,6 +65,45 @@ TEST_CASE("The sums of the normal equations are those of the single residuals") 
     const NormalEquations sums = SumSampsonEquations(problem.essential.data(), pointers, weights.data(), count);
     CHECK((sums.normal - normal).norm() <= 1e-13 * (1.0 + normal.norm()));
     CHECK((sums.gradient - pull).norm() <= 1e-13 * (1.0 + pull.norm()));
+  }
+}
+
+TEST_CASE("The sums over transfer residuals are those of the single ones, points at infinity of no weight left out") {
+  Rng rng(11);
+  for (const int count : {1, 3, 4, 7, 64}) {
+    Matrix3Parameters h = AsParameters(Eigen::Matrix3d::Identity());
+    for (double& value : h) value += 0.1 * rng.Normal();
+    Eigen::MatrixXd columns(count, 4);
+    for (Eigen::Index i = 0; i < columns.size(); ++i) columns.data()[i] = rng.Uniform(-1.0, 1.0);
+    Eigen::VectorXd weights(count), distances(count);
+    for (double& weight : weights) weight = rng.Below(3) == 0 ? 0.0 : rng.Uniform();
+    if (count > 4) {
+      h.tail<3>() << 1.0, 0.0, 0.0;
+      columns.col(0).array() += 2.0;
+      columns(2, 0) = weights[2] = 0.0;  // on the horizon
+    }
+    const double* pointers[4];
+    for (int j = 0; j < 4; ++j) pointers[j] = columns.col(j).data();
+    TransferDistances(h.data(), pointers, count, distances.data());
+    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+    Matrix3Parameters pull = Matrix3Parameters::Zero();
+    for (int i = 0; i < count; ++i) {
+      if (weights[i] == 0.0) continue;
+      const TransferResidual t(h.data(), columns(i, 0), columns(i, 1), columns(i, 2), columns(i, 3));
+      CHECK(distances[i] == Approx(std::sqrt(t.Square())));
+      for (int row = 0; row < 2; ++row) {
+        Matrix3Parameters gradient = Matrix3Parameters::Zero();
+        for (int k = 0; k < 3; ++k) {
+          gradient[3 * row + k] = t.q[k];
+          gradient[6 + k] = -t.p[row] * t.q[k];
+        }
+        normal += weights[i] * gradient * gradient.transpose();
+        pull += weights[i] * t.r[row] * gradient;
+      }
+    }
+    const NormalEquations sums = SumTransferEquations(h.data(), pointers, weights.data(), count);
+    CHECK((sums.normal - normal).norm() <= 1e-12 * (1.0 + normal.norm()));
+    CHECK((sums.gradient - pull).norm() <= 1e-12 * (1.0 + pull.norm()));
   }
 }
 

@@ -12,7 +12,8 @@
 namespace diffsac {
 
 /// What happens after the search: the best hypotheses are refitted and refined, and the best result by
-/// options.final_score is chosen. Borrows scorer and options.
+/// options.final_score is chosen. Those that are refitted to the same model are refined once. Borrows scorer
+/// and options.
 template <MinimalModel Model>
 class FinalRefiner {
  public:
@@ -28,8 +29,12 @@ class FinalRefiner {
   std::optional<ScoredModel<Model>> operator()(const std::vector<typename BestHypotheses<Model>::Entry>& hypotheses,
                                                int* fits) const {
     std::optional<ScoredModel<Model>> best;
+    std::vector<Parameters> refined;
     for (const auto& hypothesis : hypotheses) {
-      const Parameters model = Refined(Refitted(hypothesis.model, fits), fits);
+      const Parameters refitted = Refitted(hypothesis.model, fits);
+      if (std::find(refined.begin(), refined.end(), refitted) != refined.end()) continue;
+      refined.push_back(refitted);
+      const Parameters model = Refined(refitted, fits);
       const double score = ScoreOf(model);
       if (!best || score > best->score) best = {model, score};
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "diffsac/consensus/scorer.h"
@@ -25,12 +26,11 @@ bool FitInliers(const Scorer<Model>& scorer, double threshold, typename Model::P
   return true;
 }
 
-/// Inner sampling of locally optimised RANSAC (Chum, Matas, Kittler, DAGM 2003): `samples` times, least squares on
-/// min(7γ, |I|/2) (at least γ) of the start's inliers I, then four rounds of least squares on the points within 2, 5/3,
-/// 4/3 and 1 times `threshold`. Returns the best model met, the start itself when none scores higher; every fit is
-/// added to *fits.
+/// `samples` times, least squares on min(7γ, |I|/2) (at least γ) of the start's inliers I, then four rounds of least
+/// squares on the points within 2, 5/3, 4/3 and 1 times `threshold`. Returns the best model met, the start itself when
+/// none scores higher; every fit is added to *fits.
 template <MinimalModel Model>
-ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& score, double threshold, int samples,
+ScoredModel<Model> FitInnerSamples(const Scorer<Model>& scorer, const Score& score, double threshold, int samples,
                                    const ScoredModel<Model>& start, Rng rng, int* fits) {
   constexpr int kRounds = 4;
   constexpr double kWidest = 2.0;
@@ -64,6 +64,52 @@ ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& sco
       scorer.Residuals(model, 0, scorer.size(), residuals.data());
       offer(model, residuals);
     }
+  }
+  return best;
+}
+
+/// Inner samples look at no more points than hold so many inliers, and at so many points at least.
+inline constexpr int kPartInliers = 300;
+inline constexpr int kPartPoints = 1000;
+
+/// How many of `size` points, `inliers` of them inliers, inner samples look at; all where that would save little.
+inline int PartSize(int size, int inliers) {
+  const double part = std::max<double>(kPartPoints, std::ceil(static_cast<double>(kPartInliers) * size / inliers));
+  return 2.0 * part <= size ? static_cast<int>(part) : size;
+}
+
+/// Inner sampling of locally optimised RANSAC (Chum, Matas, Kittler, DAGM 2003) by FitInnerSamples. Where there are
+/// many points a random part of them is looked at (as Lebeda, Matas, Chum, "Fixing the locally optimized RANSAC", BMVC
+/// 2012, bound the inliers of a fit), so that the cost does not grow with their number; what comes out is fitted to the
+/// inliers among all points, while its score rises. Returns the best model met by the score on all points, the start
+/// itself when none scores higher; every fit is added to *fits.
+template <MinimalModel Model>
+ScoredModel<Model> OptimizeLocally(const Scorer<Model>& scorer, const Score& score, double threshold, int samples,
+                                   const ScoredModel<Model>& start, const Rng& rng, int* fits) {
+  constexpr int kRounds = 4;
+  const int inliers = static_cast<int>((scorer.Residuals(start.model).array() <= threshold).count());
+  if (inliers <= Model::kMinimalSize) return start;
+  const int size = PartSize(scorer.size(), inliers);
+  if (size == scorer.size()) return FitInnerSamples(scorer, score, threshold, samples, start, rng, fits);
+
+  std::vector<int> rows(size);
+  Rng part_rng = rng.Fork("part");
+  part_rng.Distinct(scorer.size(), size, rows.data());
+  std::sort(rows.begin(), rows.end());
+  const PointMatrix points = scorer.points()(rows, Eigen::all);
+  const Scorer<Model> part(points, scorer.prior().Of(rows));
+  const ScoredModel<Model> from = {start.model, part(start.model, score)};
+  typename Model::Parameters model = FitInnerSamples(part, score, threshold, samples, from, rng, fits).model;
+  ScoredModel<Model> best = start;
+  double last = scorer(model, score, best.score);
+  if (last > best.score) best = {model, last};
+  for (int round = 0; round < kRounds; ++round) {
+    ++*fits;
+    if (!FitInliers(scorer, threshold, &model)) break;
+    const double value = scorer(model, score, best.score);
+    if (value > best.score) best = {model, value};
+    if (round > 0 && !(value > last)) break;
+    last = value;
   }
   return best;
 }

@@ -39,14 +39,14 @@ ProgressiveNapsacSource::ProgressiveNapsacSource(const PointMatrix& points, std:
   if (set_size > 1) local_.emplace_back(set_size - 1, num_points - 1, samples);
 }
 
-int ProgressiveNapsacSource::FirstPoint(Rng& draw) const {
+int ProgressiveNapsacSource::FirstPoint(Rng& draw) {
   const int num_points = index_.size();
   if (order_.empty()) return static_cast<int>(draw.Below(static_cast<std::uint64_t>(num_points)));
   const int subset = std::min(global_[0].SubsetSize(draws_ + 1), num_points);
   return order_[draw.Below(static_cast<std::uint64_t>(subset))];
 }
 
-void ProgressiveNapsacSource::DrawAround(int center, std::int64_t hits, Rng& draw, int* set) const {
+void ProgressiveNapsacSource::DrawAround(int center, std::int64_t hits, Rng& draw, int* set) {
   set[0] = center;
   const int others = set_size_ - 1;
   if (others == 0) return;

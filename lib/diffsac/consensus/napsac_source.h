@@ -45,8 +45,8 @@ class ProgressiveNapsacSource : public HypothesisSource {
   bool Next(std::span<int> set) override;
 
  private:
-  int FirstPoint(Rng& draw) const;
-  void DrawAround(int center, std::int64_t hits, Rng& draw, int* set) const;
+  int FirstPoint(Rng& draw);
+  void DrawAround(int center, std::int64_t hits, Rng& draw, int* set);
 
   NeighborIndex index_;
   int set_size_;

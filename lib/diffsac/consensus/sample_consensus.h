@@ -11,6 +11,7 @@
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/geometry/row_residuals.h"
 
 namespace diffsac {
 
@@ -24,8 +25,8 @@ struct ConsensusResult {
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
   double score = 0.0;  ///< of the returned model, by the score that chose it last
-  /// σ of the inliers' residuals: the likeliest for all residuals where options.noise is estimated, else the inliers' root
-  /// mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
+  /// σ of the inliers' residuals: the likeliest for all residuals where options.noise is estimated, else the inliers'
+  /// root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
@@ -82,9 +83,10 @@ ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_thresho
 template <MinimalModel Model>
 std::vector<std::uint8_t> InlierMask(const PointMatrix& points, const typename Model::Parameters& model,
                                      double threshold) {
+  std::vector<double> residuals(points.rows());
+  RowResiduals<Model>(points, model, residuals.data());
   std::vector<std::uint8_t> mask(points.rows());
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    mask[i] = Model::Residual(model, points.data() + i * points.cols()) <= threshold;
+  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = residuals[i] <= threshold;
   return mask;
 }
 

@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "diffsac/consensus/magsac.h"
-#include "diffsac/geometry/float_sums.h"
+#include "diffsac/geometry/lane_sums.h"
 #include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/vector_clones.h"
 
@@ -18,30 +20,6 @@ namespace {
 constexpr double kLeastShare = 1e-3, kLargestShare = 0.99;
 
 double Cube(double x) { return x * x * x; }
-
-/// Four running sums of values: one would make every addition wait for the last. For functions compiled for several
-/// processors (vector_clones.h).
-/// value: of what `prepare` makes of x. Apart from each other, so that the compiler puts no branch between their
-/// choices.
-template <class Prepare, class Value>
-[[gnu::always_inline]] inline double SumInLanes(const double* x, const double* weights, int count,
-                                                const Prepare& prepare, const Value& value) {
-  constexpr int kLanes = 4, kChunk = 64;
-  using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), may_alias));
-  alignas(sizeof(Lanes)) double terms[kChunk];
-  Lanes sums = {};
-  for (int begin = 0; begin < count; begin += kChunk) {
-    const int size = std::min(kChunk, count - begin);
-    for (int i = 0; i < size; ++i) terms[i] = prepare(x[begin + i]);
-    for (int i = 0; i < size; ++i) terms[i] = value(terms[i]);
-    if (weights != nullptr)
-      for (int i = 0; i < size; ++i) terms[i] *= weights[begin + i];
-    const int whole = size - size % kLanes;
-    for (int i = 0; i < whole; i += kLanes) sums += *reinterpret_cast<const Lanes*>(terms + i);
-    for (int i = whole; i < size; ++i) sums[0] += terms[i];
-  }
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-}
 
 double Same(double x) { return x; }
 
@@ -74,10 +52,25 @@ double SumOverScales(const double* residuals, const double* weights, int count, 
       residuals, weights, count, [=](double residual) { return OverScales<double>::Near(residual * inverse); }, scales);
 }
 
+/// 1/√x from above, by up to kRootSlack: without a root and a quotient, which all else would wait for.
+constexpr float kRootSlack = 1.9e-3f;
+inline float InverseRootFromAbove(float x) {
+  const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(x) >> 1));
+  // Newton's step ends below, by 1.76e-3 at most.
+  return guess * (1.5f - 0.5f * x * guess * guess) * (1.0f + 1.8e-3f);
+}
+
+/// Of kScales: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near, and
+/// rises with v up to there; the slack of v is made up for in Score::Bound.
 DIFFSAC_VECTOR_CLONES
-float BoundOverScales(const float* squares, const float* weights, int count, OverScales<float> scales) {
+float BoundOverScales(const float* squares, const float* weights, int count, float most, float norm) {
   return SumFloats<kBoundBlock>(
-      squares, weights, count, [](float square) { return std::sqrt(OverScales<float>::Near(square)); }, scales);
+      squares, weights, count, [](float square) { return square < 1.0f ? square : 1.0f; },
+      [=](float square) {
+        const float root = InverseRootFromAbove(square + 1e-12f);
+        const float inverse = root < most ? root : most;
+        return (inverse - 1.0f - square * ((inverse * inverse * inverse - 1.0f) * (1.0f / 3.0f))) * norm;
+      });
 }
 
 }  // namespace
@@ -169,10 +162,11 @@ bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == Scor
 
 double Score::Bound(const float* squares, const float* weights, int count) const {
   if (kind_ == ScoreKind::kMsac) return MsacBound(squares, weights, count);
-  // A term is a difference of numbers up to 1/least_share, times the norm.
-  const double slack = 16.0 * std::numeric_limits<float>::epsilon() * scales_norm_ / least_share_;
-  return static_cast<double>(BoundOverScales(squares, weights, count,
-                                             {static_cast<float>(least_share_), static_cast<float>(scales_norm_)})) +
+  // A term is a difference of numbers up to `most`, times the norm; v's slack takes off its square.
+  const double most = 1.0 / least_share_;
+  const double slack = (16.0 * std::numeric_limits<float>::epsilon() + kRootSlack * kRootSlack) * scales_norm_ * most;
+  return static_cast<double>(
+             BoundOverScales(squares, weights, count, static_cast<float>(most), static_cast<float>(scales_norm_))) +
          slack * count;
 }
 

@@ -18,6 +18,12 @@ namespace diffsac {
 struct ScorePrior {
   Eigen::VectorXd weights = {};             ///< Of each point's contribution, within [0, 1]; empty: 1 each.
   std::optional<CameraPrior> cameras = {};  ///< Of models that have the hook.
+
+  /// For these points alone.
+  ScorePrior Of(const std::vector<int>& rows) const {
+    if (weights.size() == 0) return {{}, cameras};
+    return {weights(rows), cameras};
+  }
 };
 
 /// Models with quick lower bounds of their squared residuals, `Bounds` (geometry/square_bounds.h).
@@ -43,6 +49,7 @@ class Scorer {
 
   int size() const { return static_cast<int>(points_.rows()); }
   const PointMatrix& points() const { return points_; }
+  const ScorePrior& prior() const { return prior_; }
   /// Of the points; empty: 1 each.
   const Eigen::VectorXd& weights() const { return prior_.weights; }
 

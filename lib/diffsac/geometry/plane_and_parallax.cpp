@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/row_residuals.h"
 #include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
@@ -27,6 +29,8 @@ constexpr int kMaxSetSize = 8;
 constexpr int kSupportSets = 5;
 constexpr int kPlaneRounds = 10;
 constexpr int kMaxPairs = 1000;
+/// Points off the plane that vote on an epipole.
+constexpr int kMostOffPlane = 2000;
 constexpr double kPairConfidence = 0.999;
 /// Two points define the epipole; fewer others than this prove nothing.
 constexpr int kMinVotes = 1;
@@ -90,8 +94,10 @@ bool FindDominantPlane(const Scene& scene, const Matrix3Parameters& f, const int
   };
   if (found_in([&](int i) { return set[i]; })) return true;
   std::vector<int> support;
+  Eigen::VectorXd distances(scene.size());
+  RowResiduals<Fundamental>(scene.points(), f, distances.data());
   for (int i = 0; i < scene.size(); ++i)
-    if (SampsonError(f, scene.Point(i)) <= limit) support.push_back(i);
+    if (distances[i] <= limit) support.push_back(i);
   if (static_cast<int>(support.size()) < size) return false;
   for (int draw = 0; draw < kSupportSets; ++draw) {
     int chosen[kMaxSetSize];
@@ -128,15 +134,23 @@ void SignPlane(const Scene& scene, const Eigen::VectorXd& errors, double thresho
   if (balance < 0) *h = -*h;
 }
 
-/// The points off a plane, as columns, and how well they support an F.
+/// The points off a plane, as columns, and how well they support an F. Of many a random part, so that the cost of a
+/// pair does not grow with their number.
 class OffPlane {
  public:
-  OffPlane(const Scene& scene, const Eigen::VectorXd& errors, double threshold) : threshold_(threshold) {
+  OffPlane(const Scene& scene, const Eigen::VectorXd& errors, double threshold, Rng rng) : threshold_(threshold) {
+    std::vector<int> off;
     for (int i = 0; i < scene.size(); ++i)
-      if (!(errors[i] <= kParallaxFactor * threshold)) far_.push_back(i);
-    std::vector<int> off = far_;
-    for (int i = 0; i < scene.size(); ++i)
-      if (errors[i] > kPlaneFactor * threshold && errors[i] <= kParallaxFactor * threshold) off.push_back(i);
+      if (!(errors[i] <= kPlaneFactor * threshold)) off.push_back(i);
+    if (static_cast<int>(off.size()) > kMostOffPlane) {
+      std::vector<int> places(kMostOffPlane);
+      rng.Distinct(static_cast<int>(off.size()), kMostOffPlane, places.data());
+      for (int& place : places) place = off[place];
+      off = std::move(places);
+    }
+    const auto near = std::stable_partition(off.begin(), off.end(),
+                                            [&](int i) { return !(errors[i] <= kParallaxFactor * threshold); });
+    far_.assign(off.begin(), near);
     columns_.resize(static_cast<Eigen::Index>(off.size()), 4);
     for (std::size_t i = 0; i < off.size(); ++i)
       columns_.row(static_cast<Eigen::Index>(i)) = scene.points().row(off[i]);
@@ -243,8 +257,10 @@ std::vector<int> DrawInliers(const PointMatrix& points, const Matrix3Parameters&
                              Rng rng) {
   std::vector<int> inliers;
   if (points.cols() != 4) return inliers;
+  Eigen::VectorXd distances(points.rows());
+  RowResiduals<Fundamental>(points, model, distances.data());
   for (int i = 0; i < points.rows(); ++i)
-    if (Fundamental::Residual(model, points.data() + 4 * i) <= threshold) inliers.push_back(i);
+    if (distances[i] <= threshold) inliers.push_back(i);
   if (static_cast<int>(inliers.size()) < size) return {};
   std::vector<int> positions(size);
   rng.Distinct(static_cast<int>(inliers.size()), size, positions.data());
@@ -340,7 +356,7 @@ int RecoverFromPlane(const PointMatrix& points, const int* set, int size, const 
   Eigen::VectorXd errors;
   if (!FitPlane(&scene, kPlaneFactor * limit, &h, &errors, fits)) return 0;
   SignPlane(scene, errors, kPlaneFactor * limit, &h);
-  OffPlane off(scene, errors, limit);
+  OffPlane off(scene, errors, limit, rng.Fork("off_plane"));
   Eigen::Matrix3d f;
   if (!BestEpipole(scene, h, &off, &rng, &f, fits)) return 0;
 

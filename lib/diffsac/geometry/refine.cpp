@@ -6,151 +6,99 @@
 #include <vector>
 
 #include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/robust_loss_sums.h"
 #include "diffsac/geometry/sampson_equations.h"
+#include "diffsac/geometry/transfer_equations.h"
 #include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
 namespace {
 
-struct Observation {
-  double point[4];
-  double weight;
-};
-using Observations = std::vector<Observation>;
+/// Normalised points of positive weight, as columns.
+struct Observations {
+  Eigen::Matrix<double, Eigen::Dynamic, 4> points;
+  Eigen::VectorXd weights;
 
-/// Sampson distances: one residual a point. Keeps the points as columns, so that several are handled at a time.
-class SampsonCost {
- public:
-  SampsonCost(const Observations& observations, const RobustLoss& loss)
-      : loss_(loss), columns_(observations.size(), 4), weights_(observations.size()), work_(observations.size()) {
-    for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-      for (int j = 0; j < 4; ++j) columns_(i, j) = observations[i].point[j];
-      weights_[i] = observations[i].weight;
-    }
-    for (int j = 0; j < 4; ++j) pointers_[j] = columns_.col(j).data();
-  }
-
-  double operator()(const Matrix3Parameters& model) {
-    Distances(model);
-    double sum = 0.0;
-    for (Eigen::Index i = 0; i < work_.size(); ++i) sum += weights_[i] * loss_.Value(work_[i] * work_[i]);
-    return sum;
-  }
-
-  NormalEquations Linearize(const Matrix3Parameters& model) {
-    Distances(model);
-    for (Eigen::Index i = 0; i < work_.size(); ++i) work_[i] = weights_[i] * loss_.Weight(work_[i] * work_[i]);
-    return SumSampsonEquations(model.data(), pointers_, work_.data(), static_cast<int>(work_.size()));
-  }
-
- private:
-  void Distances(const Matrix3Parameters& model) {
-    SampsonDistances(model.data(), pointers_, 0, static_cast<int>(work_.size()), work_.data());
-  }
-
-  RobustLoss loss_;
-  Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;
-  Eigen::VectorXd weights_;
-  Eigen::VectorXd work_;  ///< distances, then robust weights
-  const double* pointers_[4];
+  int size() const { return static_cast<int>(weights.size()); }
 };
 
-/// Sums over transfer residuals. With q qᵀ (6 values) times 1, p_0, p_1 and |p|², the blocks of JᵀJ are
-/// [1, 0, −p_0; 0, 1, −p_1; −p_0, −p_1, |p|²] ⊗ q qᵀ.
-class TransferSums {
- public:
-  void Add(const TransferResidual& t, double weight) {
-    const double* q = t.q;
-    const double square[6] = {q[0] * q[0], q[0] * q[1], q[0] * q[2], q[1] * q[1], q[1] * q[2], q[2] * q[2]};
-    const double factor[4] = {weight, weight * t.p[0], weight * t.p[1], weight * (t.p[0] * t.p[0] + t.p[1] * t.p[1])};
-    const double pull[3] = {weight * t.r[0], weight * t.r[1], -weight * (t.r[0] * t.p[0] + t.r[1] * t.p[1])};
-    for (int j = 0; j < 4; ++j)
-      for (int k = 0; k < 6; ++k) sums_[j][k] += factor[j] * square[k];
-    for (int j = 0; j < 3; ++j)
-      for (int k = 0; k < 3; ++k) gradient_[3 * j + k] += pull[j] * q[k];
+/// Sampson distances: one residual a point.
+struct SampsonResiduals {
+  static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
+    SampsonDistances(model.data(), columns, 0, count, out);
   }
-
-  NormalEquations Equations() const {
-    constexpr int kPair[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    NormalEquations result{Eigen::Matrix<double, 9, 9>::Zero(), Eigen::Map<const Matrix3Parameters>(gradient_)};
-    Eigen::Matrix<double, 9, 9>& m = result.normal;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const int k = kPair[i][j];
-        m(i, j) = m(3 + i, 3 + j) = sums_[0][k];
-        m(i, 6 + j) = m(6 + i, j) = -sums_[1][k];
-        m(3 + i, 6 + j) = m(6 + i, 3 + j) = -sums_[2][k];
-        m(6 + i, 6 + j) = sums_[3][k];
-      }
-    }
-    return result;
+  static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
+                                   int count) {
+    return SumSampsonEquations(model.data(), columns, weights, count);
   }
-
- private:
-  double sums_[4][6] = {};
-  double gradient_[9] = {};
 };
 
 /// Transfer to the second image alone.
-struct TransferCost {
-  const Observations& observations;
-  RobustLoss loss;
-
-  double operator()(const Matrix3Parameters& model) const {
-    double sum = 0.0;
-    for (const auto& [p, weight] : observations)
-      sum += weight * loss.Value(TransferResidual(model.data(), p[0], p[1], p[2], p[3]).Square());
-    return sum;
+struct TransferResiduals {
+  static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
+    TransferDistances(model.data(), columns, count, out);
   }
-
-  NormalEquations Linearize(const Matrix3Parameters& model) const {
-    TransferSums sums;
-    for (const auto& [p, weight] : observations) {
-      const TransferResidual t(model.data(), p[0], p[1], p[2], p[3]);
-      const double w = weight * loss.Weight(t.Square());
-      if (w > 0.0) sums.Add(t, w);
-    }
-    return sums.Equations();
+  static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
+                                   int count) {
+    return SumTransferEquations(model.data(), columns, weights, count);
   }
 };
 
 /// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its
 /// derivative.
-struct SymmetricCost {
-  const Observations& observations;
-  RobustLoss loss;
-
-  double operator()(const Matrix3Parameters& model) const {
-    const Matrix3Parameters back = AdjugateOf(model);
-    double sum = 0.0;
-    for (const auto& [p, weight] : observations) {
-      const double forward = TransferResidual(model.data(), p[0], p[1], p[2], p[3]).Square();
-      const double backward = TransferResidual(back.data(), p[2], p[3], p[0], p[1]).Square();
-      sum += weight * loss.Value(0.5 * (forward + backward));
-    }
-    return sum;
+struct SymmetricResiduals {
+  static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
+    Homography::Residuals(model, columns, 0, count, out);
   }
-
-  NormalEquations Linearize(const Matrix3Parameters& model) const {
+  static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
+                                   int count) {
     const Matrix3Parameters back = AdjugateOf(model);
-    TransferSums forward_sums, backward_sums;
-    for (const auto& [p, weight] : observations) {
-      const TransferResidual forward(model.data(), p[0], p[1], p[2], p[3]);
-      const TransferResidual backward(back.data(), p[2], p[3], p[0], p[1]);
-      const double w = 0.5 * weight * loss.Weight(0.5 * (forward.Square() + backward.Square()));
-      if (!(w > 0.0)) continue;
-      forward_sums.Add(forward, w);
-      backward_sums.Add(backward, w);
-    }
+    const double* swapped[4] = {columns[2], columns[3], columns[0], columns[1]};
+    NormalEquations result = SumTransferEquations(model.data(), columns, weights, count);
+    const NormalEquations second = SumTransferEquations(back.data(), swapped, weights, count);
     const Eigen::Matrix<double, 9, 9> chain = AdjugateDerivative(model);
-    NormalEquations result = forward_sums.Equations();
-    const NormalEquations second = backward_sums.Equations();
-    result.normal += chain.transpose() * second.normal * chain;
-    result.gradient += chain.transpose() * second.gradient;
+    result.normal = 0.5 * (result.normal + chain.transpose() * second.normal * chain);
+    result.gradient = 0.5 * (result.gradient + chain.transpose() * second.gradient);
     return result;
   }
+};
+
+/// The robust cost of a model and its normal equations; several points are handled at a time. Borrows observations.
+template <class Residuals>
+class RobustCost {
+ public:
+  RobustCost(const Observations& observations, const RobustLoss& loss)
+      : loss_(loss), observations_(observations), distances_(observations.size()), work_(observations.size()) {
+    for (int j = 0; j < 4; ++j) columns_[j] = observations.points.col(j).data();
+  }
+
+  double operator()(const Matrix3Parameters& model) {
+    Evaluate(model);
+    return SumLoss(loss_, distances_.data(), observations_.weights.data(), observations_.size());
+  }
+
+  NormalEquations Linearize(const Matrix3Parameters& model) {
+    Evaluate(model);
+    LossWeights(loss_, distances_.data(), observations_.weights.data(), observations_.size(), work_.data());
+    return Residuals::Equations(model, columns_, work_.data(), observations_.size());
+  }
+
+ private:
+  /// A model is mostly linearised right after its cost was asked for.
+  void Evaluate(const Matrix3Parameters& model) {
+    if (model == evaluated_) return;
+    Residuals::Distances(model, columns_, observations_.size(), distances_.data());
+    evaluated_ = model;
+  }
+
+  RobustLoss loss_;
+  const Observations& observations_;
+  const double* columns_[4];
+  Eigen::VectorXd distances_, work_;
+  Matrix3Parameters evaluated_ = Matrix3Parameters::Zero();  ///< What distances_ are of; 0: nothing.
 };
 
 /// Levenberg-Marquardt; a step is taken only where it lowers the cost. True when the model moved.
@@ -178,7 +126,9 @@ bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, Refine
     // The floor keeps directions that the cost does not see (equal singular values of F) where they are.
     damped.diagonal() += damping * normal.diagonal() + Vector::Constant(1e-12 * normal.trace());
     const Vector step = damped.llt().solve(-gradient);
-    if (!step.allFinite()) break;
+    // What the step can win at most, to second order, ends the search before another pass over the points.
+    const double promised = -step.dot(2.0 * gradient + normal * step);
+    if (!step.allFinite() || !(promised > options.relative_tolerance * current)) break;
     const Manifold candidate = state->Retract(step);
     const double lowered = cost(candidate.Parameters());
     if (lowered < current) {
@@ -200,16 +150,21 @@ bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, Refine
 
 bool Collect(const PointMatrix& points, const Eigen::VectorXd& weights, const PairNormalization& normalization,
              Observations* out) {
-  out->reserve(points.rows());
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!(weights[i] > 0.0)) continue;
-    Observation o{{}, weights[i]};
-    normalization.Apply(points.data() + 4 * i, o.point);
-    for (const double value : o.point)
-      if (!std::isfinite(value)) return false;
-    out->push_back(o);
+  std::vector<int> rows(points.rows());
+  int count = 0;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    rows[count] = i;
+    count += weights[i] > 0.0 ? 1 : 0;
   }
-  return true;
+  out->points.resize(count, Eigen::NoChange);
+  out->weights.resize(count);
+  for (int i = 0; i < count; ++i) {
+    double point[4];
+    normalization.Apply(points.data() + 4 * static_cast<Eigen::Index>(rows[i]), point);
+    for (int j = 0; j < 4; ++j) out->points(i, j) = point[j];
+    out->weights[i] = weights[rows[i]];
+  }
+  return out->points.allFinite();
 }
 
 /// Checks, normalises with one scale for both images (so that distances in both keep their proportion) and collects.
@@ -247,13 +202,14 @@ void Keep(const Matrix3Parameters& refined, RefineReport* report, Matrix3Paramet
   }
 }
 
-template <class Cost>
+template <class Residuals>
 void RefineNormalizedHomography(const Observations& observations, const RefineOptions& options,
                                 const PairNormalization& n, RefineReport* report, Matrix3Parameters* model) {
   const double scale = n.first.scale;
   HomographyManifold state =
       HomographyManifold::From(AsParameters(n.second.Matrix() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved = Minimize(Cost{observations, Scaled(options.loss, scale)}, options, &state, report);
+  const bool moved =
+      Minimize(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, report);
   Rescale(scale, report);
   if (moved) Keep(AsParameters(n.second.Inverse() * AsMatrix(state.Parameters()) * n.first.Matrix()), report, model);
 }
@@ -291,9 +247,9 @@ RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& 
   report.status = Prepare(points, weights, 4, true, *model, &normalization, &observations);
   if (report.status != Status::kOk) return report;
   if (error == HomographyError::kTransfer) {
-    RefineNormalizedHomography<TransferCost>(observations, options, normalization, &report, model);
+    RefineNormalizedHomography<TransferResiduals>(observations, options, normalization, &report, model);
   } else {
-    RefineNormalizedHomography<SymmetricCost>(observations, options, normalization, &report, model);
+    RefineNormalizedHomography<SymmetricResiduals>(observations, options, normalization, &report, model);
   }
   return report;
 }
@@ -308,7 +264,8 @@ RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd&
   const double scale = n.first.scale;
   FundamentalManifold state =
       FundamentalManifold::From(AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved = Minimize(SampsonCost(observations, Scaled(options.loss, scale)), options, &state, &report);
+  const bool moved =
+      Minimize(RobustCost<SampsonResiduals>(observations, Scaled(options.loss, scale)), options, &state, &report);
   Rescale(scale, &report);
   if (moved)
     Keep(AsParameters(n.second.Matrix().transpose() * AsMatrix(state.Parameters()) * n.first.Matrix()), &report, model);
@@ -323,7 +280,7 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
   report.status = Prepare(points, weights, 5, false, *model, &identity, &observations);
   if (report.status != Status::kOk) return report;
   EssentialManifold state = EssentialManifold::From(*model);
-  if (Minimize(SampsonCost(observations, options.loss), options, &state, &report))
+  if (Minimize(RobustCost<SampsonResiduals>(observations, options.loss), options, &state, &report))
     Keep(state.Parameters(), &report, model);
   return report;
 }

@@ -6,6 +6,8 @@
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/refine.h"
+#include "diffsac/geometry/robust_loss_sums.h"
+#include "diffsac/geometry/row_residuals.h"
 
 namespace diffsac {
 namespace {
@@ -16,15 +18,13 @@ constexpr double kReach = 3.0;
 template <class Model>
 Eigen::VectorXd Residuals(const PointMatrix& points, const Matrix3Parameters& model) {
   Eigen::VectorXd residuals(points.rows());
-  for (Eigen::Index i = 0; i < points.rows(); ++i) residuals[i] = Model::Residual(model, points.data() + 4 * i);
+  RowResiduals<Model>(points, model, residuals.data());
   return residuals;
 }
 
 /// Of all points, those that sit out too.
 double Cost(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, const RobustLoss& loss) {
-  double sum = 0.0;
-  for (Eigen::Index i = 0; i < residuals.size(); ++i) sum += weights[i] * loss.Value(residuals[i] * residuals[i]);
-  return sum;
+  return SumLoss(loss, residuals.data(), weights.data(), static_cast<int>(residuals.size()));
 }
 
 /// refine: (points, weights, options, model) -> RefineReport.

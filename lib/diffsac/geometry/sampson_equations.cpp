@@ -1,8 +1,6 @@
 #include "diffsac/geometry/sampson_equations.h"
 
-#include <algorithm>
-#include <cmath>
-
+#include "diffsac/geometry/lane_blocks.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/vector_clones.h"
 
@@ -20,9 +18,8 @@ struct LaneSums {
 
 /// Adds `count` points, a multiple of four.
 DIFFSAC_VECTOR_CLONES
-void AddBlocks(const double* f, const double* const* columns, const double* weights, int begin, int count,
-               LaneSums* sums) {
-  for (int block = begin; block < begin + count; block += kLanes) {
+void AddBlocks(const double* f, const double* const* columns, const double* weights, int count, LaneSums* sums) {
+  for (int block = 0; block < count; block += kLanes) {
     const double* w = weights + block;
     if (w[0] == 0.0 && w[1] == 0.0 && w[2] == 0.0 && w[3] == 0.0) continue;
     double g[9][kLanes], r[kLanes];
@@ -51,19 +48,8 @@ double Total(const double (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (la
 
 NormalEquations SumSampsonEquations(const double* f, const double* const* columns, const double* weights, int count) {
   LaneSums sums = {};
-  const int whole = count - count % kLanes;
-  AddBlocks(f, columns, weights, 0, whole, &sums);
-  if (whole < count) {
-    // The rest, filled up with copies of the last point at weight 0.
-    double rest[4][kLanes], rest_weights[kLanes] = {};
-    for (int l = 0; l < kLanes; ++l) {
-      const int row = std::min(whole + l, count - 1);
-      for (int i = 0; i < 4; ++i) rest[i][l] = columns[i][row];
-      if (whole + l < count) rest_weights[l] = weights[row];
-    }
-    const double* rest_columns[4] = {rest[0], rest[1], rest[2], rest[3]};
-    AddBlocks(f, rest_columns, rest_weights, 0, kLanes, &sums);
-  }
+  AddInBlocks<kLanes>(columns, weights, count,
+                      [&](const double* const* c, const double* w, int size) { AddBlocks(f, c, w, size, &sums); });
   NormalEquations result;
   int pair = 0;
   for (int i = 0; i < 9; ++i) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diffsac/geometry/float_sums.h"
+#include "diffsac/geometry/lane_sums.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/vector_clones.h"
 
@@ -50,7 +50,7 @@ inline float SampsonBound(const float* f, float x1, float y1, float x2, float y2
   return LeastSquare((x2 * a + y2 * b) + c, kNumeratorError) / slope;
 }
 
-DIFFSAC_VECTOR_CLONES
+DIFFSAC_BOUND_CLONES
 void SampsonSquares(const float* f, float factor, const float* const* columns, int count, float* out) {
   float model[9];
   std::copy_n(f, 9, model);
@@ -67,7 +67,7 @@ inline void TransferTerms(const float* h, float x, float y, float u, float v, fl
   *weight = w * w * kSlopeFactor + kSlopeError;
 }
 
-DIFFSAC_VECTOR_CLONES
+DIFFSAC_BOUND_CLONES
 void TransferSquares(const float* forward, const float* backward, float factor, const float* const* columns, int count,
                      float* out) {
   float h[9], g[9];
@@ -87,7 +87,7 @@ void TransferSquares(const float* forward, const float* backward, float factor, 
 /// Rounding of one term and its share of the sum.
 constexpr double kTermSlack = 1e-6;
 
-DIFFSAC_VECTOR_CLONES
+DIFFSAC_BOUND_CLONES
 float SumMsac(const float* squares, const float* weights, int count) {
   return SumFloats<kBoundBlock>(
       squares, weights, count, [](float square) { return 1.0f - square; },

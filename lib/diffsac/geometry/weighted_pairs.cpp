@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "diffsac/geometry/vector_clones.h"
 
@@ -133,23 +134,28 @@ Eigen::Matrix<double, Terms::kSecond, kFirst> Totals(const MomentSums<Terms>& su
 
 bool WeightedPairs::Gather(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive) {
   if (points.cols() != 4 || weights.size() != points.rows()) return false;
-  columns_.resize(points.rows() + kLanes, Eigen::NoChange);
+  std::vector<int> rows(points.rows());
+  int count = 0;
+  bool valid = true;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    // Without a branch: whether a point counts cannot be foreseen.
+    rows[count] = i;
+    count += weights[i] > 0.0 ? 1 : 0;
+    valid &= weights[i] >= 0.0;
+  }
+  if (!valid || count < min_positive) return false;
+  columns_.resize(count + kLanes, Eigen::NoChange);
   double* columns[5];
   for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
-  int count = 0;
-  double total = 0.0;
-  bool valid = true;
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const double weight = weights[i];
-    const double* p = points.data() + 4 * i;
-    // Without a branch: whether a point counts cannot be foreseen.
-    for (int j = 0; j < 4; ++j) columns[j][count] = p[j];
-    columns[4][count] = weight;
-    count += weight > 0.0 ? 1 : 0;
-    total += weight;
-    valid &= weight >= 0.0;
+  double totals[kLanes] = {};
+  for (int i = 0; i < count; ++i) {
+    const double* p = points.data() + 4 * static_cast<Eigen::Index>(rows[i]);
+    for (int j = 0; j < 4; ++j) columns[j][i] = p[j];
+    columns[4][i] = weights[rows[i]];
+    totals[i % kLanes] += columns[4][i];
   }
-  if (!valid || count < min_positive || !(total > 0.0) || !std::isfinite(total)) return false;
+  const double total = Total(totals);
+  if (!(total > 0.0) || !std::isfinite(total)) return false;
   count_ = (count + kLanes - 1) / kLanes * kLanes;
   for (int i = count; i < count_; ++i) {
     for (int j = 0; j < 4; ++j) columns[j][i] = columns[j][count - 1];
