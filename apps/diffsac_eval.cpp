@@ -88,7 +88,11 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, RequestStop);
   try {
     const auto group = diffsac::JoinProcessGroup(timeout_s);
-    request.group = group.get();
+    if (group) {
+      request.group = diffsac::WorkGroup{group->rank(), group->size(), diffsac::DefaultThreads(group->place()),
+                                         [&](const std::string& text) { return group->Gather(text); }};
+      request.context.device = diffsac::LocalDevice(group->place(), request.context.device);
+    }
     diffsac::InitLogging("", group && !group->main());
     return diffsac::Evaluate(request, Trace, stop_requested, std::cout);
   } catch (const std::exception& error) {

@@ -18,6 +18,7 @@
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/methods/registry.h"
 
 namespace diffsac {

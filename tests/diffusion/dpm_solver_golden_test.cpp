@@ -4,8 +4,9 @@
 #include <functional>
 #include <limits>
 
-#include "diffsac/diffusion/dpm_solver.h"
-#include "diffsac/diffusion/reverse_sampler.h"
+#include "diffsac/denoiser/tensor_sampler.h"
+#include "diffsac/denoiser/tensor_sampler.h"
+#include "diffsac/denoiser/forward_process.h"
 #include "diffusion/dummy_model.h"
 
 using namespace diffsac;
@@ -92,7 +93,7 @@ TEST_CASE("2M agrees with diffusers with thresholding") {
 TEST_CASE("2M agrees with diffusers from the middle of the schedule") {
   const auto schedule = MakeSchedule("linear", 1000);
   const auto noisy =
-      schedule.AddNoise(DummySample().view({1, -1}), DummyNoise().view({1, -1}), torch::full({1}, 500, torch::kLong));
+      AddNoise(schedule, DummySample().view({1, -1}), DummyNoise().view({1, -1}), torch::full({1}, 500, torch::kLong));
   const auto x = FullLoop(FromEpsilon, "linspace", noisy, 5);
   CHECK(x.abs().sum().item<double>() == Approx(318.413).margin(6e-4));
   CHECK(MeanAbs(x) == Approx(0.414600).margin(6e-7));

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "diffsac/diffusion/dpm_solver.h"
+#include "diffsac/denoiser/tensor_sampler.h"
 
 using namespace diffsac;
 

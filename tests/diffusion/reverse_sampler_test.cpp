@@ -1,4 +1,4 @@
-#include "diffsac/diffusion/reverse_sampler.h"
+#include "diffsac/denoiser/tensor_sampler.h"
 
 #include <torch/torch.h>
 

@@ -5,6 +5,7 @@
 
 #include "diffsac/data/synthetic.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/networks/diffsac_network.h"
 
 namespace diffsac {
 

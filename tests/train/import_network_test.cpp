@@ -7,7 +7,7 @@
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
-#include "diffsac/methods/ng_ransac.h"
+#include "diffsac/networks/ng_ransac.h"
 #include "train_request.h"
 
 namespace diffsac {

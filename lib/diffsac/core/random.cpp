@@ -74,6 +74,13 @@ double Rng::Normal() {
   return radius * std::cos(angle);
 }
 
+double Rng::NormalAt(std::uint64_t index) const {
+  Rng pair(key_);
+  pair.counter_ = index / 2;  // a block of Philox makes two uniform values, these two normal ones
+  const double first = pair.Normal();
+  return index % 2 == 0 ? first : pair.Normal();
+}
+
 std::uint64_t Rng::Below(std::uint64_t n) {
   if (n == 0) throw std::invalid_argument("Rng::Below needs a positive n");
   // Lemire, "Fast random integer generation in an interval", TOMACS 2019: the high word of a product, redrawn when the

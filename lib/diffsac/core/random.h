@@ -40,6 +40,8 @@ class Rng {
   double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
   /// Standard normal (Box-Muller; both values are used).
   double Normal();
+  /// What the index-th call of Normal() gives where nothing else is drawn, from 0; wherever this generator stands.
+  double NormalAt(std::uint64_t index) const;
   /// Uniform integer in [0, n), unbiased. n must be positive.
   std::uint64_t Below(std::uint64_t n);
   /// `count` distinct integers of [0, n) in random order, into `out`. count must not exceed n.

@@ -2,12 +2,6 @@
 
 #include <torch/torch.h>
 
-#include <algorithm>
-#include <charconv>
-#include <cstdio>
-#include <filesystem>
-#include <sstream>
-
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/network_tensors.h"
@@ -15,98 +9,11 @@
 namespace diffsac {
 namespace {
 
-constexpr const char* kFormat = "diffsac-checkpoint";
-constexpr const char* kVersion = "2";
-constexpr const char* kAverage = "average.";
 constexpr const char* kOptimizer = "optimizer.";
-constexpr const char* kLossSums = "loss_sums";
 
 bool HasPart(const SafetensorsFile& file, const char* prefix) {
   const auto first = file.tensors().lower_bound(prefix);
   return first != file.tensors().end() && first->first.starts_with(prefix);
-}
-
-SafetensorsFile Open(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such checkpoint");
-  SafetensorsFile file(path);
-  if (!file.HasText("format") || file.Text("format") != kFormat) throw Error(path + ": not a DiffSAC checkpoint");
-  if (file.Text("version") != kVersion)
-    throw Error(path + ": checkpoint version " + Shown(file.Text("version")) + ", this program reads version '" +
-                kVersion + "'");
-  for (const auto& [name, tensor] : file.tensors())
-    if (!name.starts_with(kNetworkTensors) && !name.starts_with(kAverage) && !name.starts_with(kOptimizer))
-      throw Error(path + ": tensor " + Shown(name) + ": expected a name with network., average. or optimizer.");
-  return file;
-}
-
-template <class T>
-T NumberOf(const std::string& text, const SafetensorsFile& file, const char* key) {
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw Error(file.path() + ": its " + key + " " + Shown(text) + ": expected a number");
-  return value;
-}
-
-template <class T>
-T Number(const SafetensorsFile& file, const char* key) {
-  return NumberOf<T>(file.Text(key), file, key);
-}
-
-std::int64_t Count(const SafetensorsFile& file, const char* key) {
-  const auto count = Number<std::int64_t>(file, key);
-  if (count < 0) throw Error(file.path() + ": its " + key + " is negative");
-  return count;
-}
-
-// "3 0.5 0.25": steps, then the sums.
-LossSums ReadLossSums(const SafetensorsFile& file) {
-  LossSums losses;
-  if (!file.HasText(kLossSums)) return losses;
-  std::istringstream text(file.Text(kLossSums));
-  std::string word;
-  text >> word;
-  losses.steps = NumberOf<std::int64_t>(word, file, kLossSums);
-  while (text >> word) losses.sums.push_back(NumberOf<double>(word, file, kLossSums));
-  if (losses.steps < 0) throw Error(file.path() + ": its " + kLossSums + " have a negative number of steps");
-  return losses;
-}
-
-CheckpointInfo ReadInfo(const SafetensorsFile& file) {
-  CheckpointInfo info;
-  info.method = file.Text("method");
-  info.task = file.Text("task");
-  info.config = file.Text("config");
-  info.git_revision = file.Text("git_revision");
-  info.iteration = Count(file, "iteration");
-  info.seed = Number<std::uint64_t>(file, "seed");
-  info.best_validation = Number<double>(file, "best_validation");
-  info.losses = ReadLossSums(file);
-  return info;
-}
-
-std::string TextOf(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
-
-std::string TextOf(const LossSums& losses) {
-  std::string text = std::to_string(losses.steps);
-  for (const double sum : losses.sums) text += " " + TextOf(sum);
-  return text;
-}
-
-void AddInfo(const CheckpointInfo& info, SafetensorsWriter* writer) {
-  writer->AddText("format", kFormat);
-  writer->AddText("version", kVersion);
-  writer->AddText("method", info.method);
-  writer->AddText("task", info.task);
-  writer->AddText("config", info.config);
-  writer->AddText("git_revision", info.git_revision);
-  writer->AddText("iteration", std::to_string(info.iteration));
-  writer->AddText("seed", std::to_string(info.seed));
-  writer->AddText("best_validation", TextOf(info.best_validation));
 }
 
 }  // namespace
@@ -114,27 +21,25 @@ void AddInfo(const CheckpointInfo& info, SafetensorsWriter* writer) {
 void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
                     const ExponentialMovingAverage& average, const torch::optim::Adam* optimizer) {
   SafetensorsWriter writer;
-  AddInfo(info, &writer);
+  WriteInfo(info, &writer);
   writer.AddText("average_updates", std::to_string(average.updates()));
   AddTensors(kNetworkTensors, network, network.parameters(), &writer);
-  AddTensors(kAverage, network, average.shadow(), &writer);
+  AddTensors(kAverageTensors, network, average.shadow(), &writer);
   if (optimizer != nullptr) {
-    writer.AddText(kLossSums, TextOf(info.losses));
+    WriteLossSums(info.losses, &writer);
     AddOptimizer(network, *optimizer, &writer);
   }
   writer.Write(path);
 }
 
-CheckpointInfo ReadCheckpointInfo(const std::string& path) { return ReadInfo(Open(path)); }
-
 CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,
                               torch::optim::Adam* optimizer) {
-  SafetensorsFile file = Open(path);
+  SafetensorsFile file = OpenCheckpoint(path);
   const auto info = ReadInfo(file);
   ReadTensors(kNetworkTensors, network, network.parameters(), &file);
   if (average != nullptr) {
-    ReadTensors(kAverage, network, average->shadow(), &file);
-    average->set_updates(Count(file, "average_updates"));
+    ReadTensors(kAverageTensors, network, average->shadow(), &file);
+    average->set_updates(ReadCount(file, "average_updates"));
   }
   if (optimizer != nullptr) {
     if (!HasPart(file, kOptimizer)) throw Error(path + ": holds no optimiser state; training cannot resume");
@@ -144,9 +49,9 @@ CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& networ
 }
 
 CheckpointInfo LoadAverage(const std::string& path, torch::nn::Module& network) {
-  SafetensorsFile file = Open(path);
+  SafetensorsFile file = OpenCheckpoint(path);
   const auto info = ReadInfo(file);
-  ReadTensors(kAverage, network, network.parameters(), &file);
+  ReadTensors(kAverageTensors, network, network.parameters(), &file);
   return info;
 }
 

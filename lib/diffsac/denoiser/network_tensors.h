@@ -10,9 +10,6 @@
 
 namespace diffsac {
 
-/// What the names of a network's weights begin with, in checkpoints and in files that are imported.
-inline constexpr const char* kNetworkTensors = "network.";
-
 /// Adds `values`, one for each of the network's parameters, as tensors `prefix` + the parameter's name.
 void AddTensors(const std::string& prefix, const torch::nn::Module& network, const std::vector<torch::Tensor>& values,
                 SafetensorsWriter* writer);

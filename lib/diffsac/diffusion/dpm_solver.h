@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <type_traits>
 
 #include "diffsac/diffusion/sampling.h"
 #include "diffsac/diffusion/time_grid.h"
@@ -25,15 +26,16 @@ struct DpmSolverOptions {
 /// The order at which step `step` of `grid` is made: 1 or 2.
 int DpmSolverOrder(const TimeGrid& grid, int step, const DpmSolverOptions& options);
 
-/// One update from `s` to `t` of order 1 given the prediction m_s at s:
-///   x_t = (σ_t/σ_s) x − α_t expm1(−h) m_s,  h = λ_t − λ_s.
-torch::Tensor DpmSolverFirstOrder(const torch::Tensor& x, const torch::Tensor& m_s, const TimePoint& s,
-                                  const TimePoint& t);
-
 /// Runs the solver along any sequence of points, continuous in λ: x stands at grid.front(), the answer at grid.back().
 /// `lambda_to_point` gives 2S its middle points, and may be empty for the others; `noise` may be empty unless sde.
-torch::Tensor RunDpmSolver(const TimeGrid& grid, const DpmSolverOptions& options, const DenoiseFunction& denoise,
-                           torch::Tensor x, const NoiseFunction& noise = {}, const StepObserver& observer = {},
-                           const std::function<TimePoint(double lambda)>& lambda_to_point = {});
+/// One update from s to t of order 1, given the prediction m_s at s, is
+///   x_t = (σ_t/σ_s) x − α_t expm1(−h) m_s,  h = λ_t − λ_s.
+/// Defined in dpm_solver_impl.h.
+template <class Value>
+Value RunDpmSolver(const TimeGrid& grid, const DpmSolverOptions& options,
+                   const std::type_identity_t<DenoiseFunctionOf<Value>>& denoise, Value x,
+                   const std::type_identity_t<NoiseFunctionOf<Value>>& noise = {},
+                   const std::type_identity_t<StepObserverOf<Value>>& observer = {},
+                   const std::function<TimePoint(double lambda)>& lambda_to_point = {});
 
 }  // namespace diffsac

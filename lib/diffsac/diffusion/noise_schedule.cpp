@@ -1,14 +1,13 @@
 #include "diffsac/diffusion/noise_schedule.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/diffusion/terminal_snr_warning.h"
 
 namespace diffsac {
 namespace {
@@ -56,6 +55,15 @@ void RescaleToZeroTerminalSnr(std::vector<double>& alphas_bar) {
   alphas_bar.back() = 0.0;
 }
 
+std::string TerminalSnrText(const std::string& kind, int steps, double snr) {
+  char ratio[32];
+  std::snprintf(ratio, sizeof ratio, "%.3f", snr);
+  return "noise schedule " + kind + " with " + std::to_string(steps) +
+         " steps: the last step's signal-to-noise ratio is " + ratio +
+         ", so training sees the labels in what should be pure noise; consider cosine, linear_scaled or "
+         "zero_terminal_snr";
+}
+
 }  // namespace
 
 void NoiseScheduleOptions::Bind(OptionsBinder& b) {
@@ -90,11 +98,8 @@ NoiseSchedule::NoiseSchedule(const NoiseScheduleOptions& options) : options_(opt
   }
   for (const double beta : betas_) alphas_.push_back(1.0 - beta);
 
-  const auto alphas_bar = torch::tensor(alphas_bar_, torch::kFloat64);
-  signal_scales_ = alphas_bar.sqrt();
-  noise_scales_ = (1.0 - alphas_bar).sqrt();
   if (TerminalSnr() > kMaxTerminalSnr) {
-    WarnOfTerminalSnr(ToString(options_.kind), steps(), TerminalSnr());
+    LogWarning(TerminalSnrText(ToString(options_.kind), steps(), TerminalSnr()));
   }
 }
 
@@ -127,18 +132,6 @@ double NoiseSchedule::TimestepOfLambda(double value) const {
   // The interval down to no signal at all has no slope; its noisy end is the better description of what is in it.
   if (std::isinf(lambda(high))) return high;
   return low + (lambda(low) - value) / (lambda(low) - lambda(high));
-}
-
-torch::Tensor NoiseSchedule::AddNoise(const torch::Tensor& c0, const torch::Tensor& noise,
-                                      const torch::Tensor& t) const {
-  TORCH_CHECK(c0.dim() >= 1 && c0.sizes() == noise.sizes(), "AddNoise: noise must have the shape of c0, ", c0.sizes());
-  TORCH_CHECK(t.dim() == 1 && t.size(0) == c0.size(0), "AddNoise: t must have one timestep for each of ", c0.size(0));
-  std::vector<std::int64_t> shape(c0.dim(), 1);
-  shape[0] = c0.size(0);
-  const auto gather = [&](const torch::Tensor& table) {
-    return table.to(t.device()).index_select(0, t).to(c0.options()).view(shape);
-  };
-  return gather(signal_scales_) * c0 + gather(noise_scales_) * noise;
 }
 
 }  // namespace diffsac

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <torch/types.h>
-
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -69,16 +67,11 @@ class NoiseSchedule {
   /// The real-valued index at which λ(t), linear between indices, is `lambda`; clamped to [0, T−1].
   double TimestepOfLambda(double lambda) const;
 
-  /// c_t = α_t c_0 + σ_t ε. `c0` and `noise` [B, …] (the same shape), `t` int64 [B]; the answer has c0's type and
-  /// device.
-  torch::Tensor AddNoise(const torch::Tensor& c0, const torch::Tensor& noise, const torch::Tensor& t) const;
-
  private:
   std::size_t Index(int t) const;
 
   NoiseScheduleOptions options_;
   std::vector<double> betas_, alphas_, alphas_bar_;
-  torch::Tensor signal_scales_, noise_scales_;  // float64 [T]
 };
 
 }  // namespace diffsac

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <torch/types.h>
-
 #include <memory>
 #include <string>
 #include <utility>
@@ -71,14 +69,19 @@ struct SamplerOptions {
 /// ```
 /// Holds no state: one sampler may serve many threads. Self-conditioning needs nothing from it: the denoise function
 /// keeps its last answer.
-class ReverseSampler {
+template <class Value>
+class ReverseSamplerOf {
  public:
-  virtual ~ReverseSampler() = default;
+  using DenoiseFunction = DenoiseFunctionOf<Value>;
+  using NoiseFunction = NoiseFunctionOf<Value>;
+  using StepObserver = StepObserverOf<Value>;
+
+  virtual ~ReverseSamplerOf() = default;
 
   /// `c_T` standard normal, any shape and floating type, usually [B, κ, N]; the answer has the same. Gradients are off.
   /// `noise` may be empty when IsStochastic() is false, else Error.
-  torch::Tensor Sample(const DenoiseFunction& denoise, torch::Tensor c_T, const NoiseFunction& noise = {},
-                       const StepObserver& observer = {}) const;
+  Value Sample(const DenoiseFunction& denoise, Value c_T, const NoiseFunction& noise = {},
+               const StepObserver& observer = {}) const;
 
   /// Whether Sample draws noise after c_T.
   virtual bool IsStochastic() const = 0;
@@ -87,16 +90,18 @@ class ReverseSampler {
   const TimeGrid& grid() const { return grid_; }
 
  protected:
-  ReverseSampler(TimeGrid grid, bool clip_x0) : grid_(std::move(grid)), clip_x0_(clip_x0) {}
-  virtual torch::Tensor Run(const DenoiseFunction& denoise, torch::Tensor c, const NoiseFunction& noise,
-                            const StepObserver& observer) const = 0;
+  ReverseSamplerOf(TimeGrid grid, bool clip_x0) : grid_(std::move(grid)), clip_x0_(clip_x0) {}
+  virtual Value Run(const DenoiseFunction& denoise, Value c, const NoiseFunction& noise,
+                    const StepObserver& observer) const = 0;
 
  private:
   TimeGrid grid_;
   bool clip_x0_;
 };
 
-/// Throws Error on bad options, steps > T included.
-std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule);
+/// Throws Error on bad options, steps > T included. Defined in reverse_sampler_impl.h.
+template <class Value>
+std::unique_ptr<ReverseSamplerOf<Value>> MakeReverseSamplerOf(const SamplerOptions& options,
+                                                              const NoiseSchedule& schedule);
 
 }  // namespace diffsac

@@ -9,7 +9,6 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
-#include "diffsac/distributed/process_group.h"
 #include "diffsac/eval/compare_runs.h"
 #include "diffsac/eval/merge.h"
 #include "diffsac/eval/missing_networks.h"
@@ -83,30 +82,26 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
 }
 
 Shard ShardOf(const EvalRequest& request) {
-  if (request.group != nullptr) return {request.group->rank() + 1, request.group->size()};
+  if (request.group) return {request.group->rank + 1, request.group->size};
   return request.shard.empty() ? Shard() : ShardFromText(request.shard);
 }
 
 ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, const Shard& shard,
                       const TraceConfidence& trace, const std::atomic<bool>& stop) {
   MethodContext context = request.context;
-  if (request.group != nullptr) {
-    const ProcessPlace& place = request.group->place();
-    context.device = LocalDevice(place, context.device);
-    if (experiment.threads == 0) experiment.threads = DefaultThreads(place);
-  }
+  if (request.group && experiment.threads == 0) experiment.threads = request.group->threads;
   context.threads = experiment.threads;
   return RunExperiment(
       experiment, {[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, trace, &stop, shard});
 }
 
 // At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
-bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults* results) {
-  const std::vector<std::string> texts = group.Gather(ShardRecords(*results, setup));
+bool JoinShards(const WorkGroup& group, const std::string& setup, ExperimentResults* results) {
+  const std::vector<std::string> texts = group.gather(ShardRecords(*results, setup));
   const bool estimates = results->experiment.estimates;
   const std::vector<std::string> files =
-      estimates ? group.Gather(EstimatesToBytes(EstimatesOf(*results))) : std::vector<std::string>();
-  if (!group.main()) return false;
+      estimates ? group.gather(EstimatesToBytes(EstimatesOf(*results))) : std::vector<std::string>();
+  if (group.rank != 0) return false;
   std::vector<ShardContent> shards;
   for (std::size_t r = 0; r < texts.size(); ++r) {
     const std::string process = "process " + std::to_string(r);
@@ -121,16 +116,16 @@ bool JoinShards(ProcessGroup& group, const std::string& setup, ExperimentResults
 }
 
 void CheckRequest(const EvalRequest& request) {
-  if (request.group != nullptr && (!request.merge.empty() || !request.shard.empty()))
+  if (request.group.has_value() && (!request.merge.empty() || !request.shard.empty()))
     throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
-  const bool shared = request.group != nullptr || !request.shard.empty();
+  const bool shared = request.group.has_value() || !request.shard.empty();
   if (shared && (request.train_missing || request.update || !request.page.empty()))
     throw Error("--train-missing, --update and --page are for one process that does all of the work");
 }
 
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
 bool MakeReady(const EvalRequest& request, ExperimentOptions* experiment, std::ostream& out, int* code) {
-  const bool main = request.group == nullptr || request.group->main();
+  const bool main = !request.group || request.group->rank == 0;
   *code = kExitOk;
   if (request.needs) {
     for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
@@ -170,13 +165,13 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (!MakeReady(request, &experiment, out, &code)) return code;
   CheckColmapExport(experiment, request.colmap);
   const Shard shard = ShardOf(request);
-  const std::string folder = Folder(request, experiment, request.group == nullptr ? shard : Shard());
+  const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
   if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
     return kExitOk;
   }
   std::optional<RunDirectory> run;
-  if (request.group == nullptr || request.group->main()) {
+  if (!request.group || request.group->rank == 0) {
     // Before the work, so that a read-only folder is not found out afterwards.
     BeginResults(folder);
     run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),
@@ -184,7 +179,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     RemoveFile(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
   }
   ExperimentResults results = Run(request, experiment, shard, trace, stop);
-  if (request.group != nullptr && !JoinShards(*request.group, Setup(request), &results))
+  if (request.group.has_value() && !JoinShards(*request.group, Setup(request), &results))
     return results.partial ? kExitInterrupted : kExitOk;
   if (request.shard.empty())
     WriteWhole(results, request, folder, out);

@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,14 @@
 
 namespace diffsac {
 
-class ProcessGroup;
+/// Processes that share an experiment's work. Each takes a shard, that of rank 0 joins and writes them.
+struct WorkGroup {
+  int rank = 0;  ///< In [0, size).
+  int size = 1;
+  int threads = 0;  ///< Of a process, unless it is told otherwise; 0: all cores.
+  /// The texts of all processes by rank, at rank 0; nothing elsewhere. All processes call it.
+  std::function<std::vector<std::string>(const std::string& text)> gather;
+};
 
 /// What the command line of diffsac_eval says.
 struct EvalRequest {
@@ -34,8 +43,7 @@ struct EvalRequest {
   std::string page_command;    ///< --page-command: how the page says that it was made
   ColmapExport colmap;         ///< --export-colmap, --export-overwrite
   MethodContext context;       ///< --checkpoint, --device, --threads (0: as configured)
-  /// Processes that share the work: each takes a shard, that of rank 0 joins and writes them. Null: this one alone.
-  ProcessGroup* group = nullptr;
+  std::optional<WorkGroup> group;  ///< Nothing: this process alone.
 };
 
 /// Exit codes of the programs.

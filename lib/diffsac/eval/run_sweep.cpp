@@ -80,7 +80,7 @@ bool IsSweep(const EvalRequest& request) {
 
 int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
                   std::ostream& out) {
-  if (request.group != nullptr || !request.shard.empty())
+  if (request.group || !request.shard.empty())
     throw Error("a sweep of whole runs is for one process: start its points one by one with --set, or without --shard");
   const Config config = GivenConfig(request);
   const std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));

@@ -1,15 +1,11 @@
 #include "diffsac/methods/diffsac_method.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
-#include <cstring>
 #include <string>
 #include <utility>
 
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/core/status.h"
-#include "diffsac/methods/diffsac_denoising.h"
 #include "diffsac/methods/diffsac_sources.h"
 #include "diffsac/methods/learned_row.h"
 
@@ -22,36 +18,35 @@ DiffsacOptions WithBudget(DiffsacOptions options) {
   return options;
 }
 
-// The b-th problem's rows [κ, N] of a tensor, without padding.
-void AppendRows(const torch::Tensor& all, std::int64_t b, std::int64_t length, std::vector<float>* rows) {
-  const std::int64_t copies = all.size(1), points = all.size(2);
-  const float* row = all.data_ptr<float>() + b * copies * points;
-  for (std::int64_t k = 0; k < copies; ++k, row += points) rows->insert(rows->end(), row, row + length);
+DenoisingOptions DenoisingOf(const DiffsacOptions& options) {
+  const bool diffusion = options.guide == SetGuide::kDiffusion;
+  return {options.sampler, diffusion ? options.copies : 0, options.max_decoded_points, options.UsesEarlierSteps()};
+}
+
+std::shared_ptr<const LearnedModel> LearnedOf(const std::shared_ptr<const DiffsacModel>& network) {
+  return {network, &network->learned()};
 }
 
 }  // namespace
 
-DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, const DiffsacOptions& options, int threads)
-    : LearnedMethod(network, WithBudget(options), threads),
+DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options, int threads)
+    : LearnedMethod(LearnedOf(network), WithBudget(options), threads),
       network_(std::move(network)),
       options_(options),
-      sampler_(MakeReverseSampler(options_.sampler, network_->schedule)) {
+      inference_(network_->Prepare(DenoisingOf(options_))) {
   CheckOptions(options_);
   CheckServes(options_, *network_);
 }
 
-void DiffsacMethod::Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
-                          std::span<Prediction> predictions) const {
-  auto context = network_->denoiser->Encode(batch);
-  if (context.inlier_logits.defined()) SplitWeights(context.inlier_logits.sigmoid(), batch.lengths, predictions);
-  if (options_.guide == SetGuide::kInlierHead) return;
-  const DenoisingOptions denoising{options_.copies, options_.max_decoded_points, options_.UsesEarlierSteps()};
-  auto denoised = Denoise(*network_, *sampler_, denoising, batch, seeds, std::move(context));
-  std::reverse(denoised.steps.begin(), denoised.steps.end());
+void DiffsacMethod::Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const {
+  std::vector<const FeatureSet*> features;
+  for (const auto& prediction : predictions) features.push_back(&prediction.features);
+  std::vector<Denoised> denoised = inference_->Run(features, seeds, threads());
   for (std::size_t b = 0; b < predictions.size(); ++b) {
-    const auto problem = static_cast<std::int64_t>(b);
-    AppendRows(denoised.final, problem, batch.lengths[b], &predictions[b].confidences);
-    for (const auto& step : denoised.steps) AppendRows(step, problem, batch.lengths[b], &predictions[b].confidences);
+    predictions[b].weights = std::move(denoised[b].weights);
+    auto& confidences = predictions[b].confidences = std::move(denoised[b].confidences);
+    for (auto step = denoised[b].steps.rbegin(); step != denoised[b].steps.rend(); ++step)
+      confidences.insert(confidences.end(), step->begin(), step->end());
   }
 }
 
@@ -105,23 +100,27 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guidance& guid
 std::optional<ConfidenceSteps> DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
   const SolverSpace space(problem);
   if (options_.guide != SetGuide::kDiffusion || Check(space) != Status::kOk) return std::nullopt;
-  const c10::InferenceMode inference;
   const auto features = ComputeFeatures({&space, 1}, {&seed, 1});
   const FeatureSet* row = features.data();
-  const auto batch = MakePointBatch({&row, 1}).To(network_->device);
-  const DenoisingOptions denoising{options_.copies, options_.max_decoded_points, true};
-  auto denoised = Denoise(*network_, *sampler_, denoising, batch, {&seed, 1}, network_->denoiser->Encode(batch));
+  DenoisingOptions denoising = DenoisingOf(options_);
+  denoising.keep_steps = true;
+  Denoised denoised = std::move(network_->Prepare(denoising)->Run({&row, 1}, {&seed, 1}, 1).front());
   ConfidenceSteps steps;
   steps.copies = options_.copies;
   steps.timesteps = std::move(denoised.times);
-  for (const auto& step : denoised.steps) AppendRows(step, 0, batch.lengths[0], &steps.confidences.emplace_back());
+  steps.confidences = std::move(denoised.steps);
   return steps;
 }
 
 namespace {
 
-const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacNetwork> kDiffsac(
-    "diffsac", "Minimal sets guided by confidences that a diffusion process draws.", DiffsacOptions(), LoadNetwork);
+std::shared_ptr<const DiffsacModel> Load(const TrainedConfig& trained, const DiffsacOptions& options,
+                                         const MethodContext& context) {
+  return LoadDiffsac(trained, options.engine, context.device);
+}
+
+const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacModel> kDiffsac(
+    "diffsac", "Minimal sets guided by confidences that a diffusion process draws.", DiffsacOptions(), Load);
 
 }  // namespace
 

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/diffusion/reverse_sampler.h"
-#include "diffsac/methods/diffsac_network.h"
+#include "diffsac/methods/diffsac_model.h"
 #include "diffsac/methods/diffsac_options.h"
 #include "diffsac/methods/learned_method.h"
 
@@ -24,9 +23,9 @@ struct ConfidenceSteps {
 /// steps, latest first; its weights are the inlier head's probabilities.
 class DiffsacMethod : public LearnedMethod {
  public:
-  /// threads: for features and consensus of a batch; the network uses LibTorch's own. Throws Error for options that the
+  /// threads: of a batch (LibTorch, where it computes the network, uses its own). Throws Error for options that the
   /// network cannot serve.
-  DiffsacMethod(std::shared_ptr<const DiffsacNetwork> network, const DiffsacOptions& options, int threads);
+  DiffsacMethod(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options, int threads);
   bool GivesProbabilities() const override { return true; }
 
   /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from,
@@ -34,8 +33,7 @@ class DiffsacMethod : public LearnedMethod {
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
-  void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
-             std::span<Prediction> predictions) const override;
+  void Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const override;
   std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override;
 
  private:
@@ -43,9 +41,9 @@ class DiffsacMethod : public LearnedMethod {
   std::unique_ptr<HypothesisSource> Head(const Guidance& guide, const char* stream) const;
   std::unique_ptr<HypothesisSource> Extra(const Guidance& guide) const;
 
-  std::shared_ptr<const DiffsacNetwork> network_;
+  std::shared_ptr<const DiffsacModel> network_;
   DiffsacOptions options_;
-  std::unique_ptr<ReverseSampler> sampler_;
+  std::unique_ptr<DiffsacInference> inference_;
 };
 
 }  // namespace diffsac

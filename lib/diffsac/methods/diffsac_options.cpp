@@ -47,14 +47,18 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("max_decoded_points", max_decoded_points, AtLeast(0))
       .OnlyIf(diffusion || max_decoded_points == 0, by_diffusion)
       .Help("decode only this many points of highest inlier probability; 0 decodes all; needs the inlier head");
+  b.Field("engine", engine)
+      .Help(
+          "what computes the network; `fused`: plain C++ on the CPU, one problem a thread, for kind: pooled; "
+          "`libtorch`: every kind and device; `auto`: fused where it can");
   BindShared(b);
   b.Require(consensus.min_iterations <= consensus.max_iterations, "consensus.min_iterations",
             "at most consensus.max_iterations");
 }
 
-void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network) {
+void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
   const auto need_head = [&](bool asked, const char* key) {
-    if (asked && !network.options.denoiser.inlier_head)
+    if (asked && !network.network_options().denoiser.inlier_head)
       throw Error(std::string("inference.") + key +
                   ": the network has no inlier head (network.denoiser.inlier_head is false)");
   };
@@ -62,18 +66,18 @@ void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network) {
   need_head(options.guide == SetGuide::kInlierHead, "guide");
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
-  const int set_size = MinimalSetSize(ModelFromString(network.task, options.model));
+  const int set_size = MinimalSetSize(ModelFromString(network.learned().task, options.model));
   if (options.max_decoded_points > 0 && options.max_decoded_points < set_size)
     throw Error("inference.max_decoded_points: expected 0 or at least " + std::to_string(set_size) +
                 ", the points of a minimal set");
 }
 
-void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacNetwork& network) {
+void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
   const bool by_confidence = options.consensus.stopping == Stopping::kConfidence;
-  CheckRowKeys(row, {{"sampler", !network.options.direct, "the network was trained without diffusion"},
+  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
                      {"consensus.max_iterations", by_confidence,
                       "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
-  CheckSharedKeys(row, network);
+  CheckSharedKeys(row, network.learned());
 }
 
 }  // namespace diffsac

@@ -3,7 +3,7 @@
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/core/options.h"
 #include "diffsac/diffusion/reverse_sampler.h"
-#include "diffsac/methods/diffsac_network.h"
+#include "diffsac/methods/diffsac_engine.h"
 #include "diffsac/methods/learned_method.h"
 
 namespace diffsac {
@@ -60,6 +60,8 @@ struct DiffsacOptions : LearnedOptions {
   /// Decode only this many points of highest inlier probability; 0 decodes all. Needs the inlier head.
   int max_decoded_points = 0;
 
+  NetworkEngine engine = NetworkEngine::kAuto;
+
   DiffsacOptions() { batch = 32; }
   void Bind(OptionsBinder& b);
   /// The sets that the row asks for, which is the budget.
@@ -69,10 +71,10 @@ struct DiffsacOptions : LearnedOptions {
 };
 
 /// Throws Error for an option that the network cannot serve.
-void CheckServes(const DiffsacOptions& options, const DiffsacNetwork& network);
+void CheckServes(const DiffsacOptions& options, const DiffsacModel& network);
 
 /// Throws Error with its line for a key that the row itself writes and that changes nothing there. options: the row's,
 /// those of its checkpoint below them.
-void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacNetwork& network);
+void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network);
 
 }  // namespace diffsac

@@ -1,7 +1,5 @@
 #include "diffsac/methods/learned_method.h"
 
-#include <torch/torch.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -14,7 +12,7 @@
 namespace diffsac {
 namespace {
 
-PointFeatures FeaturesOf(const LearnedNetwork& network, int preference_draws) {
+PointFeatures FeaturesOf(const LearnedModel& network, int preference_draws) {
   auto options = network.feature_options;
   if (preference_draws > 0) options.preference_draws = preference_draws;
   return PointFeatures(options, network.task);
@@ -54,7 +52,7 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
 }
 
-LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads)
+LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads)
     : network_(std::move(network)),
       options_(options),
       threads_(threads),
@@ -107,7 +105,6 @@ std::vector<FeatureSet> LearnedMethod::ComputeFeatures(std::span<const SolverSpa
 
 LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const SolverSpace> spaces,
                                                  std::span<const std::uint64_t> seeds) const {
-  const c10::InferenceMode inference;
   Timed timed;
   const auto start = MethodClock::now();
   auto sets = ComputeFeatures(spaces, seeds);
@@ -115,10 +112,7 @@ LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const SolverSpace> sp
 
   const auto network_start = MethodClock::now();
   for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
-  std::vector<const FeatureSet*> rows;
-  for (const auto& prediction : timed.predictions) rows.push_back(&prediction.features);
-  const auto batch = MakePointBatch(rows).To(network_->device);
-  Infer(batch, seeds, timed.predictions);
+  Infer(seeds, timed.predictions);
   timed.ms_network = MillisecondsSince(network_start);
   return timed;
 }
@@ -190,15 +184,6 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Pr
   return estimate;
 }
 
-void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& lengths,
-                  std::span<Prediction> predictions) {
-  const auto values = rows.to(torch::kCPU, torch::kFloat).contiguous();
-  for (std::size_t b = 0; b < predictions.size(); ++b) {
-    const float* row = values.data_ptr<float>() + static_cast<std::int64_t>(b) * values.size(1);
-    predictions[b].weights.assign(row, row + lengths[b]);
-  }
-}
-
 void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
   for (const RowKey& key : keys) {
     if (key.acts || !row.Has(key.key)) continue;
@@ -207,7 +192,7 @@ void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
   }
 }
 
-void CheckSharedKeys(const Config& row, const LearnedNetwork& network) {
+void CheckSharedKeys(const Config& row, const LearnedModel& network) {
   const bool preference = network.feature_options.Has(PointFeature::kPreference);
   const char* features = "the network sees no preference features";
   CheckRowKeys(

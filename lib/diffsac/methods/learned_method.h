@@ -12,8 +12,7 @@
 #include "diffsac/consensus/structures.h"
 #include "diffsac/core/options.h"
 #include "diffsac/data/tasks.h"
-#include "diffsac/denoiser/point_batch.h"
-#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/learned_model.h"
 #include "diffsac/methods/method.h"
 
 namespace diffsac {
@@ -66,8 +65,9 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 ///
 /// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):
 /// ```
-/// void Infer(const PointBatch& batch, std::span<const std::uint64_t>, std::span<Prediction> all) const override {
-///   SplitWeights(weights_->network->Weights(batch), batch.lengths, all);
+/// void Infer(std::span<const std::uint64_t>, std::span<Prediction> predictions) const override {
+///   const auto batch = BatchOf(predictions, weights_->device);
+///   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
 /// }
 /// std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override {
 ///   return std::make_unique<WeightedSource>(Doubles(guide.prediction.weights), guide.set_size,
@@ -95,19 +95,18 @@ class LearnedMethod : public Method {
     Rng rng;       ///< of the estimate
   };
 
-  /// threads: for features and consensus of a batch; the network uses LibTorch's own. Throws Error for options that the
-  /// network cannot serve.
-  LearnedMethod(std::shared_ptr<const LearnedNetwork> network, const LearnedOptions& options, int threads);
+  /// threads: for features and consensus of a batch. Throws Error for options that the network cannot serve.
+  LearnedMethod(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads);
 
-  /// Fills confidences and weights of a batch's predictions. batch: on the network's device; gradients are off.
-  virtual void Infer(const PointBatch& batch, std::span<const std::uint64_t> seeds,
-                     std::span<Prediction> predictions) const = 0;
+  /// Fills confidences and weights of a batch's predictions, whose features are known.
+  virtual void Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const = 0;
   /// The sets, in the order in which they are tried; how many the loop takes is decided by consensus' options. May
   /// borrow what it is given.
   virtual std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const = 0;
 
   /// Whether the row's model can be solved from the points.
   Status Check(const SolverSpace& space) const { return CheckSpace(space, model_); }
+  int threads() const { return threads_; }
   std::vector<FeatureSet> ComputeFeatures(std::span<const SolverSpace> spaces,
                                           std::span<const std::uint64_t> seeds) const;
 
@@ -124,16 +123,12 @@ class LearnedMethod : public Method {
   /// The sets among some of the points, with what the network said of these.
   std::unique_ptr<HypothesisSource> MakeSourceOfRows(const Guidance& whole, const std::vector<int>& rows) const;
 
-  std::shared_ptr<const LearnedNetwork> network_;
+  std::shared_ptr<const LearnedModel> network_;
   LearnedOptions options_;
   int threads_;
   TaskModel model_;
   PointFeatures features_;
 };
-
-/// Row b of a tensor [B, N] on any device, without its padding: predictions[b].weights.
-void SplitWeights(const torch::Tensor& rows, const std::vector<std::int64_t>& lengths,
-                  std::span<Prediction> predictions);
 
 /// A key that a row may write, and whether it changes anything there. For what depends on the network; what depends on
 /// other keys alone is the binder's (OnlyIf).
@@ -149,6 +144,6 @@ struct RowKey {
 void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys);
 
 /// That for the keys that all learned rows share.
-void CheckSharedKeys(const Config& row, const LearnedNetwork& network);
+void CheckSharedKeys(const Config& row, const LearnedModel& network);
 
 }  // namespace diffsac

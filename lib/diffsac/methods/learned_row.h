@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "diffsac/data/tasks.h"
-#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/learned_model.h"
 #include "diffsac/methods/method_registry.h"
 
 namespace diffsac {
@@ -48,12 +48,13 @@ Config KeysThatDiffer(const Config& row, const Config& inherited);
 /// const RegisteredLearnedMethod<DiffsacMethod, DiffsacOptions, DiffsacNetwork> kDiffsac(
 ///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
 /// ```
-/// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration and the
-/// device. The name is that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that
+/// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration, the row's
+/// options and what the program says (its device). The name is that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that
 /// cannot act.
 template <class Row, class Options, class Network>
 struct RegisteredLearnedMethod : Registered<MethodEntry> {
-  using Load = std::function<std::shared_ptr<Network>(const TrainedConfig&, const torch::Device&)>;
+  using Load =
+      std::function<std::shared_ptr<const Network>(const TrainedConfig&, const Options&, const MethodContext&)>;
   RegisteredLearnedMethod(const std::string& type, const std::string& help, const Options& defaults, Load load)
       : Registered<MethodEntry>(type, EntryOf(help, defaults, std::move(load))) {}
 
@@ -78,7 +79,7 @@ struct RegisteredLearnedMethod : Registered<MethodEntry> {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
       const Options inherited = Inherited(trained, defaults);
       const Options options = Read(config, trained, inherited).keys.options;
-      const auto network = load(trained, DeviceFromString(context.device));
+      const auto network = load(trained, options, context);
       CheckRow(KeysThatDiffer(config, Config::FromString(WriteOptions(inherited))), options, *network);
       return std::make_unique<Row>(network, options, context.threads);
     };

@@ -1,7 +1,7 @@
 #include "diffsac/methods/registry.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/methods/learned_network.h"
+#include "diffsac/methods/learned_model.h"
 #include "diffsac/methods/learned_row.h"
 #include "diffsac/methods/method_registry.h"
 

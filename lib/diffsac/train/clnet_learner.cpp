@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/methods/clnet.h"
+#include "diffsac/networks/clnet.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/consensus_loss.h"
 #include "diffsac/train/expected_loss.h"

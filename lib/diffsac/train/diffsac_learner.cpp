@@ -6,8 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/diffusion/losses.h"
+#include "diffsac/denoiser/forward_process.h"
+#include "diffsac/denoiser/losses.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/distributed.h"
 #include "diffsac/train/network_learner.h"
@@ -150,7 +152,7 @@ std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors
   if (own_.network.direct)
     return {torch::zeros_like(step.labels), torch::full_like(t, own_.network.schedule.steps - 1)};
   const auto c_t =
-      network_->schedule.AddNoise(step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten());
+      AddNoise(network_->schedule, step.labels.flatten(0, 1), step.noise.flatten(0, 1), step.times.flatten());
   return {c_t.view_as(step.labels), t};
 }
 

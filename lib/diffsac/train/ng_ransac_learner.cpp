@@ -7,7 +7,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/data/labels.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/ng_ransac.h"
+#include "diffsac/networks/ng_ransac.h"
 #include "diffsac/methods/task_dispatch.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"

@@ -18,7 +18,7 @@
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
-#include "diffsac/methods/learned_network.h"
+#include "diffsac/networks/learned_network.h"
 #include "diffsac/train/distributed.h"
 #include "diffsac/train/fused_adam.h"
 #include "diffsac/train/learner.h"

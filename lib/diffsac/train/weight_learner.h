@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "diffsac/methods/weighted_method.h"
+#include "diffsac/networks/weighted_method.h"
 #include "diffsac/train/network_learner.h"
 
 namespace diffsac {

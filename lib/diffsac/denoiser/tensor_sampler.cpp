@@ -1,0 +1,18 @@
+#include "diffsac/denoiser/tensor_sampler.h"
+
+#include <torch/torch.h>
+
+#include "diffsac/diffusion/reverse_sampler_impl.h"
+
+namespace diffsac {
+
+template class ReverseSamplerOf<torch::Tensor>;
+template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&, torch::Tensor,
+                                    const NoiseFunction&, const StepObserver&,
+                                    const std::function<TimePoint(double)>&);
+
+std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule) {
+  return MakeReverseSamplerOf<torch::Tensor>(options, schedule);
+}
+
+}  // namespace diffsac

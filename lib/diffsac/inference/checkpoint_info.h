@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/safetensors.h"
+
+namespace diffsac {
+
+/// Sums of the parts of the loss over the steps since the last row of metrics.
+struct LossSums {
+  std::vector<double> sums;
+  std::int64_t steps = 0;
+};
+
+/// What a checkpoint says about itself.
+struct CheckpointInfo {
+  std::string method, task;    ///< That the network was trained by and for.
+  std::string config;          ///< The resolved training configuration, YAML.
+  std::string git_revision;    ///< Of the program that wrote it.
+  std::int64_t iteration = 0;  ///< Optimiser steps done. Data, noise and times of each step are drawn from
+                               ///< (seed, iteration), so this is the whole random state.
+  std::uint64_t seed = 0;
+  double best_validation = -1;  ///< Best validation mAA so far, −1 before the first.
+  LossSums losses = {};         ///< Only where training can resume; none in files of earlier versions.
+};
+
+// A checkpoint is a safetensors file (core/safetensors.h; docs/reliability.md): tensors `network.*`, `average.*` and,
+// where training can resume, `optimizer.*`, named by the network's parameters, and the info as the file's metadata.
+
+/// What the names of a network's weights begin with, in checkpoints and in files that are imported, and of the weights'
+/// moving average, which inference takes.
+inline constexpr const char* kNetworkTensors = "network.";
+inline constexpr const char* kAverageTensors = "average.";
+
+/// Opens a checkpoint whose info is then read from it. Throws Error when the file is missing, damaged or of another
+/// program or version.
+SafetensorsFile OpenCheckpoint(const std::string& path);
+CheckpointInfo ReadInfo(const SafetensorsFile& file);
+/// A number of the info that is not negative. Throws Error naming file and key.
+std::int64_t ReadCount(const SafetensorsFile& file, const char* key);
+/// Both of a file that is not needed further.
+CheckpointInfo ReadCheckpointInfo(const std::string& path);
+
+/// Adds what ReadInfo reads, but for the sums of losses.
+void WriteInfo(const CheckpointInfo& info, SafetensorsWriter* writer);
+void WriteLossSums(const LossSums& losses, SafetensorsWriter* writer);
+
+}  // namespace diffsac

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "diffsac/inference/fused_denoiser.h"
+#include "diffsac/methods/diffsac_model.h"
+
+namespace diffsac {
+
+/// The network of a checkpoint in plain C++, for architectures that FusedDenoiser has. Throws Error naming the file.
+std::shared_ptr<const DiffsacModel> LoadFusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options);
+
+}  // namespace diffsac

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "diffsac/core/options.h"
+#include "diffsac/data/point_features.h"
+#include "diffsac/data/problem.h"
+#include "diffsac/methods/method.h"
+
+namespace diffsac {
+
+/// What a learned row must know of its network, whatever computes it.
+struct LearnedModel {
+  Task task;
+  PointFeaturesOptions feature_options;
+  PointFeatures features;
+  TrainingFacts facts;  ///< Of a loaded network.
+
+  LearnedModel(Task task_value, const PointFeaturesOptions& options)
+      : task(task_value), feature_options(options), features(options, task_value) {}
+};
+
+/// The training configuration that a checkpoint carries, read once for all who ask for something of it.
+struct TrainedConfig {
+  std::string checkpoint;  ///< Its file.
+  std::string method;      ///< That trained it.
+  Task task{};
+  Config config;
+  std::string model;  ///< By which of the task's models its minimal sets are solved; empty: the task's own.
+  std::uint64_t seed = 0;
+  TrainingFacts facts;  ///< Without the number of parameters, which the network knows.
+};
+
+/// Throws Error naming the file when it is no checkpoint.
+TrainedConfig ReadTrainedConfig(const std::string& checkpoint);
+/// Throws Error naming the file when it was trained by another method or for another task.
+void CheckTrainedFor(const TrainedConfig& trained, const std::string& method, Task task);
+/// Both.
+TrainedConfig ReadTrainedConfig(const std::string& checkpoint, const std::string& method, Task task);
+
+}  // namespace diffsac

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/denoiser/point_batch.h"
+#include "diffsac/methods/learned_method.h"
+#include "diffsac/methods/registry.h"
+#include "diffsac/networks/learned_network.h"
+
+namespace diffsac {
+
+/// A network that weighs the points of a problem: the learned part of NG-RANSAC and of CLNet.
+///
+/// Outputs are equivariant to the order of the points, and a problem's output does not depend on its batch mates.
+class WeightNetwork : public torch::nn::Module {
+ public:
+  /// Weights ≥ 0 [B, N], 0 for padding.
+  virtual torch::Tensor Weights(const PointBatch& batch) = 0;
+};
+
+/// A network of point weights with the features it reads.
+struct LearnedWeights : LearnedNetwork {
+  std::shared_ptr<WeightNetwork> network;
+
+  /// make(width): the network for features of so many columns.
+  template <class Make>
+  LearnedWeights(Task task_value, const PointFeaturesOptions& options, const Make& make)
+      : LearnedNetwork(task_value, options), network(make(features.width())) {
+    module = network;
+  }
+};
+
+/// New weights. Network: made of its `Options`, whose group `features` says what it reads, the number of columns of
+/// those and a generator; `kMethod` names the method that it is of.
+template <class Network>
+std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Network::Options& options, Rng rng) {
+  return std::make_shared<LearnedWeights>(task, options.features,
+                                          [&](int width) { return std::make_shared<Network>(options, width, rng); });
+}
+
+/// Those of a checkpoint that Network's method trained. Throws Error naming the file.
+template <class Network>
+std::shared_ptr<const LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const LearnedOptions&,
+                                                         const MethodContext& context) {
+  const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
+  auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
+  LoadWeights(trained, DeviceFromString(context.device), weights.get());
+  return weights;
+}
+
+}  // namespace diffsac
