@@ -107,6 +107,12 @@ int PointFeatures::first_descriptor() const {
   return PointDimension(task_) + (columns.ratio ? 1 : 0) + (columns.neighborhood ? kNeighborhoodColumns : 0);
 }
 
+int PointFeatures::first_neighborhood() const {
+  const Columns columns = ColumnsOf(options_);
+  if (!columns.neighborhood) return -1;
+  return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0);
+}
+
 int PointFeatures::first_preference() const {
   return options_.Has(PointFeature::kPreference) ? width() - kColumnsPerHypothesis * options_.preference_kept : -1;
 }

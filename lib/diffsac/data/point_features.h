@@ -103,6 +103,8 @@ class PointFeatures {
   /// First column of image 1's descriptor, image 2's stands behind it; -1 without descriptors.
   int first_descriptor() const;
   int descriptor_size() const { return options_.descriptor_size; }
+  /// First column of the neighborhood features, -1 without any.
+  int first_neighborhood() const;
   /// First column of the preference features, behind which 3·M stand; -1 without any.
   int first_preference() const;
   /// The problem must have at least γ finite points (callers check; see CheckSpace). rng decides the drawn hypotheses.

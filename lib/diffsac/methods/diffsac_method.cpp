@@ -7,7 +7,9 @@
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/core/status.h"
 #include "diffsac/methods/diffsac_sources.h"
+#include "diffsac/methods/encoded_points.h"
 #include "diffsac/methods/learned_row.h"
+#include "diffsac/methods/point_prior.h"
 
 namespace diffsac {
 namespace {
@@ -38,11 +40,19 @@ DiffsacMethod::DiffsacMethod(std::shared_ptr<const DiffsacModel> network, const 
   CheckServes(options_, *network_);
 }
 
-void DiffsacMethod::Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const {
-  std::vector<const FeatureSet*> features;
-  for (const auto& prediction : predictions) features.push_back(&prediction.features);
-  std::vector<Denoised> denoised = inference_->Run(features, seeds, threads());
+void DiffsacMethod::Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+                          std::span<Prediction> predictions) const {
+  std::vector<EncodedPoints> encoded(predictions.size());
+  std::vector<const FeatureSet*> chosen;
   for (std::size_t b = 0; b < predictions.size(); ++b) {
+    const FeatureSet& all = predictions[b].features;
+    if (options_.max_encoded_points > 0 && options_.max_encoded_points < all.values.rows())
+      encoded[b].Choose(PointPrior(spaces[b], all, features()), options_.max_encoded_points, all);
+    chosen.push_back(encoded[b].chosen() ? &encoded[b].features() : &all);
+  }
+  std::vector<Denoised> denoised = inference_->Run(chosen, seeds, threads());
+  for (std::size_t b = 0; b < predictions.size(); ++b) {
+    if (encoded[b].chosen()) encoded[b].GiveToAll(&denoised[b]);
     predictions[b].weights = std::move(denoised[b].weights);
     auto& confidences = predictions[b].confidences = std::move(denoised[b].confidences);
     for (auto step = denoised[b].steps.rbegin(); step != denoised[b].steps.rend(); ++step)
@@ -100,8 +110,8 @@ std::unique_ptr<HypothesisSource> DiffsacMethod::MakeSource(const Guidance& guid
 std::optional<ConfidenceSteps> DiffsacMethod::Trace(const Problem& problem, std::uint64_t seed) const {
   const SolverSpace space(problem);
   if (options_.guide != SetGuide::kDiffusion || Check(space) != Status::kOk) return std::nullopt;
-  const auto features = ComputeFeatures({&space, 1}, {&seed, 1});
-  const FeatureSet* row = features.data();
+  const auto all = ComputeFeatures({&space, 1}, {&seed, 1});
+  const FeatureSet* row = all.data();
   DenoisingOptions denoising = DenoisingOf(options_);
   denoising.keep_steps = true;
   Denoised denoised = std::move(network_->Prepare(denoising)->Run({&row, 1}, {&seed, 1}, 1).front());

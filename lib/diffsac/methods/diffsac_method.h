@@ -33,7 +33,9 @@ class DiffsacMethod : public LearnedMethod {
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
-  void Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const override;
+  bool NetworkBatches() const override { return inference_->Batches(); }
+  void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+             std::span<Prediction> predictions) const override;
   std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override;
 
  private:

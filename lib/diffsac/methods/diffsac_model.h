@@ -32,6 +32,8 @@ struct Denoised {
 class DiffsacInference {
  public:
   virtual ~DiffsacInference() = default;
+  /// Whether several problems at once take less time than one after the other.
+  virtual bool Batches() const = 0;
   /// features: of any number of problems; a problem's noise depends on its own seed alone. threads: of those that it
   /// makes itself (LibTorch uses its own).
   virtual std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,

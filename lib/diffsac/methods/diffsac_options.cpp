@@ -1,6 +1,7 @@
 #include "diffsac/methods/diffsac_options.h"
 
 #include <string>
+#include <utility>
 
 #include "diffsac/core/status.h"
 
@@ -47,6 +48,10 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
   b.Field("max_decoded_points", max_decoded_points, AtLeast(0))
       .OnlyIf(diffusion || max_decoded_points == 0, by_diffusion)
       .Help("decode only this many points of highest inlier probability; 0 decodes all; needs the inlier head");
+  b.Field("max_encoded_points", max_encoded_points, AtLeast(0))
+      .Help(
+          "only so many points that are likely by ratio and neighbourhood (lines and planes: by the feature "
+          "hypotheses) go into the network, the others are weighed by that; 0: all");
   b.Field("engine", engine)
       .Help(
           "what computes the network; `fused`: plain C++ on the CPU, one problem a thread, for kind: pooled; "
@@ -67,9 +72,11 @@ void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
   const int set_size = MinimalSetSize(ModelFromString(network.learned().task, options.model));
-  if (options.max_decoded_points > 0 && options.max_decoded_points < set_size)
-    throw Error("inference.max_decoded_points: expected 0 or at least " + std::to_string(set_size) +
-                ", the points of a minimal set");
+  for (const auto& [key, count] :
+       {std::pair{"max_decoded_points", options.max_decoded_points}, {"max_encoded_points", options.max_encoded_points}})
+    if (count > 0 && count < set_size)
+      throw Error(std::string("inference.") + key + ": expected 0 or at least " + std::to_string(set_size) +
+                  ", the points of a minimal set");
 }
 
 void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {

@@ -60,6 +60,9 @@ struct DiffsacOptions : LearnedOptions {
   /// Decode only this many points of highest inlier probability; 0 decodes all. Needs the inlier head.
   int max_decoded_points = 0;
 
+  /// Only so many points of highest prior (methods/point_prior.h) go into the network; the others are weighed by that
+  /// prior, and count in the score as ever. 0: all.
+  int max_encoded_points = 0;
   NetworkEngine engine = NetworkEngine::kAuto;
 
   DiffsacOptions() { batch = 32; }

@@ -1,15 +1,14 @@
 #include "diffsac/methods/fused_diffsac.h"
 
-#include <algorithm>
 #include <limits>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/diffusion/confidence_rows.h"
 #include "diffsac/inference/checkpoint_info.h"
+#include "diffsac/methods/point_prior.h"
 
 namespace diffsac {
 namespace {
@@ -38,17 +37,6 @@ class Workspaces {
   std::mutex mutex_;
   std::vector<std::unique_ptr<Workspace>> free_;
 };
-
-/// The `count` points of highest logit, ascending.
-std::vector<int> LikeliestPoints(const std::vector<float>& logits, int count) {
-  std::vector<int> order(logits.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto likelier = [&](int a, int b) { return logits[a] != logits[b] ? logits[a] > logits[b] : a < b; };
-  std::nth_element(order.begin(), order.begin() + count, order.end(), likelier);
-  order.resize(count);
-  std::sort(order.begin(), order.end());
-  return order;
-}
 
 class FusedDiffsac : public DiffsacModel {
  public:
@@ -82,7 +70,7 @@ class Denoising {
       : network_(network), options_(options), rng_(seed), work_(work), points_(work->points) {
     const int limit = options.max_decoded_points;
     if (limit <= 0 || limit >= points_) return;
-    kept_ = LikeliestPoints(work->logits, limit);
+    kept_ = LikeliestPoints(Eigen::Map<const Eigen::VectorXf>(work->logits.data(), points_), limit);
     network.denoiser().Keep(kept_, work);
   }
 
@@ -159,6 +147,7 @@ class FusedInference : public DiffsacInference {
   FusedInference(const FusedDiffsac& network, const DenoisingOptions& options)
       : network_(network), options_(options), sampler_(MakeConfidenceSampler(options.sampler, network.schedule())) {}
 
+  bool Batches() const override { return false; }
   std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,
                             int threads) const override {
     std::vector<Denoised> results(features.size());

@@ -28,6 +28,30 @@ Prediction RowsOf(const Prediction& whole, const std::vector<int>& rows, Eigen::
   return part;
 }
 
+/// Whose sets are known when the first is asked for.
+class AskedSource : public HypothesisSource {
+ public:
+  using Ask = std::function<std::unique_ptr<HypothesisSource>()>;
+  explicit AskedSource(Ask ask) : ask_(std::move(ask)) {}
+  bool Next(std::span<int> set) override {
+    if (source_ == nullptr) source_ = ask_();
+    return source_->Next(set);
+  }
+
+ private:
+  Ask ask_;
+  std::unique_ptr<HypothesisSource> source_;
+};
+
+/// PROSAC's sets where the problem has a quality to order its points by, else uniform ones.
+std::unique_ptr<HypothesisSource> FirstSource(SourceKind kind, const SolverSpace& space, int set_size, const Rng& rng) {
+  const Eigen::VectorXd& quality = space.problem().quality;
+  SourceOptions options;
+  options.source = quality.size() == space.points().rows() ? kind : SourceKind::kUniform;
+  return MakeHypothesisSource(options, space.points(), set_size, rng,
+                              {quality.data(), static_cast<std::size_t>(quality.size())});
+}
+
 }  // namespace
 
 Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source) {
@@ -50,6 +74,18 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("inlier_prior_of", inlier_prior_of)
       .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
+  b.Field("first_sets", first_sets, AtLeast(0))
+      .Help(
+          "so many sets of first_source come first, and where the search is confident among them the network is not "
+          "asked; sets are drawn 64, 128, 256 ... at a time, so 64, 192, 448 waste none");
+  b.Field("first_source", first_source, {SourceKind::kUniform, SourceKind::kProsac})
+      .OnlyIf(first_sets > 0, "first_sets above 0")
+      .Help("prosac samples uniformly on data without a quality");
+  const bool asks = feature_hypotheses || weighted_fit || structures.Several() ||
+                    (consensus.inlier_prior_power > 0.0 && inlier_prior_of != PriorSource::kRatio);
+  b.Require(first_sets == 0 || (consensus.stopping == Stopping::kConfidence && !asks), "first_sets",
+            "0 unless consensus.stopping is confidence and nothing else asks the network (feature_hypotheses, a "
+            "weighted fit, structures, inlier_prior_of)");
 }
 
 LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads)
@@ -60,14 +96,36 @@ LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedModel> network, const 
       features_(FeaturesOf(*network_, options_.preference_draws)) {}
 
 diffsac::Estimate LearnedMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
-  const Problem* one = &problem;
-  return EstimateBatch({&one, 1}, {&seed, 1})[0];
+  return EstimateOne(problem, seed);
+}
+
+diffsac::Estimate LearnedMethod::EstimateOne(const Problem& problem, std::uint64_t seed) const {
+  const auto start = MethodClock::now();
+  const SolverSpace space(problem);
+  diffsac::Estimate estimate;
+  estimate.status = Check(space);
+  if (estimate.status != Status::kOk) return estimate;
+  if (Lazy()) {
+    estimate = EstimateLazily(space, seed);
+  } else {
+    const Timed timed = PredictTimed({&space, 1}, {&seed, 1});
+    estimate = EstimateFrom(space, timed.predictions.front(), seed);
+    estimate.report.ms_features = timed.ms_features;
+    estimate.report.ms_denoise = timed.ms_network;
+  }
+  estimate.report.ms_total = MillisecondsSince(start);
+  return estimate;
 }
 
 std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Problem* const> problems,
                                                             std::span<const std::uint64_t> seeds) const {
   const auto start = MethodClock::now();
   std::vector<diffsac::Estimate> estimates(problems.size());
+  if (!Batches()) {
+    ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
+                [&](std::int64_t i) { estimates[i] = EstimateOne(*problems[i], seeds[i]); });
+    return estimates;
+  }
   std::vector<SolverSpace> spaces;
   std::vector<std::uint64_t> fit_seeds;
   std::vector<std::size_t> places;  // of those that can be estimated from
@@ -112,7 +170,7 @@ LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const SolverSpace> sp
 
   const auto network_start = MethodClock::now();
   for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
-  Infer(seeds, timed.predictions);
+  Infer(spaces, seeds, timed.predictions);
   timed.ms_network = MillisecondsSince(network_start);
   return timed;
 }
@@ -181,6 +239,37 @@ diffsac::Estimate LearnedMethod::EstimateFrom(const SolverSpace& space, const Pr
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.inlier_probabilities = prediction.weights;
   estimate.report.ms_consensus = MillisecondsSince(start);
+  return estimate;
+}
+
+template <MinimalModel Model>
+diffsac::Estimate LearnedMethod::LazyConsensus(const SolverSpace& space, const Rng& rng,
+                                               const std::function<const Prediction&()>& ask) const {
+  SequenceSource sets;
+  sets.Add(FirstSource(options_.first_source, space, Model::kMinimalSize, rng.Fork("first_sets")), options_.first_sets);
+  sets.Add(std::make_unique<AskedSource>([&] { return MakeSource({space, ask(), Model::kMinimalSize, rng}); }));
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), sets, options_.consensus,
+                                                      rng.Fork("consensus"), KnownOf(space, options_.consensus)));
+}
+
+diffsac::Estimate LearnedMethod::EstimateLazily(const SolverSpace& space, std::uint64_t seed) const {
+  const auto start = MethodClock::now();
+  Timed timed;
+  double ms_asked = 0.0;
+  const auto ask = [&]() -> const Prediction& {
+    const auto asked = MethodClock::now();
+    timed = PredictTimed({&space, 1}, {&seed, 1});
+    ms_asked = MillisecondsSince(asked);
+    return timed.predictions.front();
+  };
+  diffsac::Estimate estimate =
+      DispatchModel(model_, [&]<class Model>() { return LazyConsensus<Model>(space, Rng(seed), ask); });
+  estimate.report.ms_consensus = MillisecondsSince(start) - ms_asked;
+  estimate.report.ms_features = timed.ms_features;
+  estimate.report.ms_denoise = timed.ms_network;
+  if (timed.predictions.empty()) return estimate;
+  estimate.report.hypotheses += timed.predictions.front().features.hypotheses;
+  estimate.inlier_probabilities = timed.predictions.front().weights;
   return estimate;
 }
 

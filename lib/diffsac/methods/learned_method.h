@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <span>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/structures.h"
 #include "diffsac/core/options.h"
@@ -42,6 +44,10 @@ struct LearnedOptions {
   int preference_draws = 0;
   int batch = 8;  ///< problems a network call
   PriorSource inlier_prior_of = PriorSource::kNetwork;
+  /// So many sets of `first_source` come first; where the search is confident among them, features and network are not
+  /// computed at all. Needs consensus.stopping: confidence, and nothing else that asks the network.
+  int first_sets = 0;
+  SourceKind first_source = SourceKind::kProsac;
   ConsensusOptions consensus;
   StructureSearchOptions structures;
 
@@ -65,7 +71,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 ///
 /// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):
 /// ```
-/// void Infer(std::span<const std::uint64_t>, std::span<Prediction> predictions) const override {
+/// void Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>, std::span<Prediction> predictions) const {
 ///   const auto batch = BatchOf(predictions, weights_->device);
 ///   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
 /// }
@@ -79,7 +85,7 @@ class LearnedMethod : public Method {
   diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const final;
   std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
                                                std::span<const std::uint64_t> seeds) const final;
-  int PreferredBatch() const final { return options_.batch; }
+  int PreferredBatch() const final { return Batches() ? options_.batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 
   /// What the network says of problems that can be estimated from (see CheckSpace).
@@ -99,26 +105,40 @@ class LearnedMethod : public Method {
   LearnedMethod(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads);
 
   /// Fills confidences and weights of a batch's predictions, whose features are known.
-  virtual void Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const = 0;
+  virtual void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+                     std::span<Prediction> predictions) const = 0;
   /// The sets, in the order in which they are tried; how many the loop takes is decided by consensus' options. May
   /// borrow what it is given.
   virtual std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const = 0;
 
+  /// Whether the network gains from several problems at once; else each is estimated by itself.
+  virtual bool NetworkBatches() const { return true; }
+
   /// Whether the row's model can be solved from the points.
   Status Check(const SolverSpace& space) const { return CheckSpace(space, model_); }
+  const PointFeatures& features() const { return features_; }
   int threads() const { return threads_; }
   std::vector<FeatureSet> ComputeFeatures(std::span<const SolverSpace> spaces,
                                           std::span<const std::uint64_t> seeds) const;
 
  private:
+  bool Lazy() const { return options_.first_sets > 0; }
+  bool Batches() const { return NetworkBatches() && !Lazy(); }
+
   struct Timed {
     std::vector<Prediction> predictions;
     double ms_features = 0.0;
     double ms_network = 0.0;
   };
+  diffsac::Estimate EstimateOne(const Problem& problem, std::uint64_t seed) const;
+  diffsac::Estimate EstimateLazily(const SolverSpace& space, std::uint64_t seed) const;
   Timed PredictTimed(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds) const;
   template <MinimalModel Model>
   diffsac::Estimate Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const;
+  /// ask: what the network says; called when the sets before its own are used up.
+  template <MinimalModel Model>
+  diffsac::Estimate LazyConsensus(const SolverSpace& space, const Rng& rng,
+                                  const std::function<const Prediction&()>& ask) const;
   ConsensusHints HintsOf(const SolverSpace& space, const Prediction& prediction) const;
   /// The sets among some of the points, with what the network said of these.
   std::unique_ptr<HypothesisSource> MakeSourceOfRows(const Guidance& whole, const std::vector<int>& rows) const;

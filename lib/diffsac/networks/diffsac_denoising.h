@@ -16,6 +16,7 @@ class TensorInference : public DiffsacInference {
  public:
   /// Throws Error on bad options of the sampler.
   TensorInference(const DiffsacNetwork& network, const DenoisingOptions& options);
+  bool Batches() const override { return true; }
   std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,
                             int threads) const override;
 

@@ -53,7 +53,8 @@ WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, co
   CheckOptions(options);
 }
 
-void WeightedMethod::Infer(std::span<const std::uint64_t>, std::span<Prediction> predictions) const {
+void WeightedMethod::Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>,
+                           std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
   const auto batch = BatchOf(predictions, weights_->device);
   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);

@@ -34,7 +34,8 @@ class WeightedMethod : public LearnedMethod {
   WeightedMethod(std::shared_ptr<const LearnedWeights> weights, const WeightedMethodOptions& options, int threads);
 
  protected:
-  void Infer(std::span<const std::uint64_t> seeds, std::span<Prediction> predictions) const override;
+  void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+             std::span<Prediction> predictions) const override;
   std::unique_ptr<HypothesisSource> MakeSource(const Guidance& guide) const override;
 
  private:
