@@ -18,8 +18,8 @@
 #include "diffsac/data/synthetic.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/methods/diffsac_method.h"
-#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/methods/registry.h"
+#include "diffsac/networks/diffsac_network.h"
 
 namespace diffsac {
 namespace {
@@ -27,7 +27,7 @@ namespace {
 struct Variant {
   std::string name;
   std::function<void()> run;
-  double per_call = 1.0;   ///< units of work in one call (problems, steps, hypotheses)
+  double per_call = 1.0;  ///< units of work in one call (problems, steps, hypotheses)
 };
 
 double Milliseconds(const std::function<void()>& run) {
@@ -83,9 +83,8 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   int turn = 0;
   std::vector<Variant> variants;
   const auto one = [&](const std::string& name, const std::string& yaml) {
-    variants.push_back({name, [method = make(yaml), &problems, &turn] {
-                          method->Estimate(problems[turn++ % problems.size()], 1);
-                        }});
+    variants.push_back(
+        {name, [method = make(yaml), &problems, &turn] { method->Estimate(problems[turn++ % problems.size()], 1); }});
   };
   one("diffsac, one problem", base + "}");
   one("diffsac, one problem, 32 points decoded", base + ", max_decoded_points: 32}");
@@ -173,10 +172,12 @@ void HypothesesTable(const std::vector<Problem>& lines, const std::vector<Proble
   MethodContext context;
   context.threads = 1;
   std::vector<Variant> variants;
-  for (const auto& [name, task, problems] : {std::tuple{"lines", Task::kLine, &lines}, {"planes", Task::kPlane, &planes}}) {
+  for (const auto& [name, task, problems] :
+       {std::tuple{"lines", Task::kLine, &lines}, {"planes", Task::kPlane, &planes}}) {
     std::shared_ptr<Method> method =
         MakeMethod(Config::FromString("{type: ransac, hypotheses: 10000}", "benchmark"), task, context);
-    variants.push_back({std::string("ransac hypothesis, ") + name, [=] { method->Estimate((*problems)[0], 1); }, 10000.0});
+    variants.push_back(
+        {std::string("ransac hypothesis, ") + name, [=] { method->Estimate((*problems)[0], 1); }, 10000.0});
   }
   Table("Hypotheses solved and scored against N = 100 points, 1 thread", variants, rounds);
 }

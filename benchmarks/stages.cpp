@@ -4,7 +4,7 @@
 // programs took. Memory is the process's peak during a call of its own.
 //
 //   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.safetensors] [--points 200,500,2000]
-//                  [--threads 1,2] [--rounds 15]
+//                  [--threads 1,2] [--rounds 15] [--rows shipped]
 #include <malloc.h>
 #include <torch/torch.h>
 
@@ -16,11 +16,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/dataset_factory.h"
-#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/eval/command_line.h"
 #include "diffsac/methods/registry.h"
 
 namespace diffsac {
@@ -34,6 +35,7 @@ struct Options {
   std::string device = "cpu";
   std::vector<int> points = {200, 500, 2000};
   std::vector<int> threads = {1, 2};
+  std::string rows;  // only those that this occurs in
   int rounds = 15;
   int copies = 20;
 };
@@ -64,7 +66,7 @@ void ResetPeak() {
 struct Row {
   std::string name;
   std::shared_ptr<Method> method;
-  std::vector<double> features, network, consensus, total, processor, ratio;
+  std::vector<double> features = {}, network = {}, consensus = {}, total = {}, processor = {}, ratio = {};
   double peak_mib = 0.0;
 };
 
@@ -77,35 +79,58 @@ std::vector<Problem> MakePairs(const Options& options, int points) {
   return pairs;
 }
 
-// The first row is what the others are compared with. "inlier head" runs features, encoder and consensus alone: its
-// network time is the encoder's.
-std::vector<Row> MakeRows(const Options& options, int threads) {
-  MethodContext context;
-  context.threads = threads;
-  context.device = options.device;
-  const Task task = TaskFromString(options.task);
+// What is measured: a name and the keys of a row. The first is what the others are compared with. "inlier head" runs
+// features, encoder and consensus alone: its network time is the encoder's. "LibTorch, all points" is what was before
+// the fused network, on every point.
+std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options) {
   const std::string consensus =
       "consensus: {score: msac, local_optimization: lo_ransac, refit: iterated, refit_rounds: 5, "
       "refit_threshold_factor: 1.2, final_score: msac, final_refinement: lm}";
   const std::string diffsac = "{type: diffsac, checkpoint: '" + options.checkpoint + "', selection: gumbel, " +
                               "temperature: [0.2, 1], " + consensus;
   const std::string copies = ", head_sets: 0, copies: " + std::to_string(options.copies);
+  const std::string twenty = diffsac + ", copies: 10, head_sets: 10, max_decoded_points: 128, sampler: {steps: 1}";
+  return {{"PROSAC 1000", "{type: prosac, hypotheses: 1000}"},
+          {"PROSAC 20", "{type: prosac, hypotheses: 20}"},
+          {"LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}"},
+          {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, hypotheses: 1000}"},
+          {"inlier head, no reverse step", diffsac + copies + ", guide: inlier_head}"},
+          {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points", twenty + ", engine: libtorch}"},
+          {"20 sets, all points", twenty + "}"},
+          {"20 sets, 256 points encoded", twenty + ", max_encoded_points: 256}"},
+          {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
+          {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
+}
+
+// The rows of configs/pair/TASK.yaml, which diffsac_pair runs, and the shipped one as it was before.
+void AddPairRows(const Options& options, const MethodContext& context,
+                 const std::function<bool(const std::string&)>& wanted, std::vector<Row>* rows) {
+  EvalRequest request;
+  request.config_path = "configs/pair/" + options.task + ".yaml";
+  for (const MethodRow& row : ReadRequest(request).methods) {
+    if (row.type == "usac" || !wanted(row.name)) continue;
+    rows->push_back({row.name, MakeMethod(row.config, TaskFromString(options.task), context)});
+    if (row.name != "shipped") continue;
+    const Config keys = Config::FromString("{engine: libtorch, max_encoded_points: 0, first_sets: 0}");
+    Config before = row.config;
+    for (const std::string& key : keys.Keys()) before = before.With(key, keys.Sub(key));
+    rows->push_back({"shipped; LibTorch, all points", MakeMethod(before, TaskFromString(options.task), context)});
+  }
+}
+
+std::vector<Row> MakeRows(const Options& options, int threads) {
+  MethodContext context;
+  context.threads = threads;
+  context.device = options.device;
   std::vector<Row> rows;
-  const auto add = [&](const std::string& name, const std::string& yaml) {
-    Row row;
-    row.name = name;
-    row.method = MakeMethod(Config::FromString(yaml, "benchmark"), task, context);
-    rows.push_back(std::move(row));
+  const auto wanted = [&](const std::string& name) {
+    return rows.empty() || name.find(options.rows) != std::string::npos;
   };
-  add("PROSAC 1000", "{type: prosac, hypotheses: 1000}");
-  add("PROSAC 20", "{type: prosac, hypotheses: 20}");
-  add("LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}");
-  add("inlier head, no reverse step", diffsac + copies + ", guide: inlier_head}");
-  add("as shipped: 10 copies, 1 step, 128 decoded, head 10",
-      diffsac + ", copies: 10, head_sets: 10, max_decoded_points: 128, sampler: {steps: 1}}");
-  add("DiffSAC, 1 step, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 1}}");
-  add("DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}");
-  add("DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}");
+  for (const auto& [name, keys] : RowKeys(options)) {
+    if (!wanted(name)) continue;
+    rows.push_back({name, MakeMethod(Config::FromString(keys, "benchmark"), TaskFromString(options.task), context)});
+  }
+  AddPairRows(options, context, wanted, &rows);
   return rows;
 }
 
@@ -141,9 +166,9 @@ void Print(int points, int threads, double before_mib, const std::vector<Row>& r
       "peak, MiB |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
   const auto head = std::find_if(rows.begin(), rows.end(), [](const Row& r) { return r.name.rfind("inlier", 0) == 0; });
-  const double encode = Median(head->network);
+  const double encode = head == rows.end() ? 0.0 : Median(head->network);
   for (const Row& row : rows) {
-    const bool learned = row.name.rfind("DiffSAC", 0) == 0 || row.name == head->name;
+    const bool learned = row.name.rfind("DiffSAC", 0) == 0 || (head != rows.end() && row.name == head->name);
     const double network = Median(row.network), total = Median(row.total);
     std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.3g | %.3g | %.0f |\n", row.name.c_str(),
                 Median(row.features), learned ? encode : 0.0, learned ? std::max(0.0, network - encode) : 0.0,
@@ -183,6 +208,7 @@ int main(int argc, char** argv) {
   app.add_option("--device", options.device, "auto, cpu or cuda");
   app.add_option("--points", options.points, "Numbers of matches")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "Thread counts")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--rows", options.rows, "Only rows that this occurs in, and the first");
   app.add_option("--rounds", options.rounds, "Rounds; figures are medians")->check(CLI::PositiveNumber);
   app.add_option("--copies", options.copies, "κ")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);

@@ -4,9 +4,8 @@
 #include <functional>
 #include <limits>
 
-#include "diffsac/denoiser/tensor_sampler.h"
-#include "diffsac/denoiser/tensor_sampler.h"
 #include "diffsac/denoiser/forward_process.h"
+#include "diffsac/denoiser/tensor_sampler.h"
 #include "diffusion/dummy_model.h"
 
 using namespace diffsac;
@@ -32,7 +31,8 @@ torch::Tensor FromV(const torch::Tensor& x, const torch::Tensor& output, const T
 /// diffusers' full loop with 10 steps of order 2 on T = 1000, beginning at a point of the grid.
 torch::Tensor FullLoop(const ToX0& to_x0, const char* spacing, torch::Tensor x, std::size_t first = 0,
                        const std::function<TimeGrid(TimeGrid)>& change = {}) {
-  auto grid = MakeTimeGrid(MakeSchedule("linear", 1000), {10, FromString<TimestepSpacing>(spacing), FinalSigma::kSigmaMin, kNoClipping});
+  auto grid = MakeTimeGrid(MakeSchedule("linear", 1000),
+                           {10, FromString<TimestepSpacing>(spacing), FinalSigma::kSigmaMin, kNoClipping});
   if (change) grid = change(grid);
   grid.erase(grid.begin(), grid.begin() + first);
   DpmSolverOptions options;

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "diffsac/core/status.h"
-#include "diffusion/captured_log.h"
 #include "diffsac/denoiser/forward_process.h"
+#include "diffusion/captured_log.h"
 #include "diffusion/dummy_model.h"
 
 using namespace diffsac;

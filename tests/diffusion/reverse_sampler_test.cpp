@@ -116,13 +116,12 @@ TEST_CASE("the observer is called once a step") {
   for (const auto& options : EveryKind()) {
     const auto sampler = MakeReverseSampler(options, MakeSchedule("cosine"));
     std::vector<double> times;
-    sampler->Sample(
-        Network, StartNoise(), StepNoise(),
-        [&](int step, double t, const torch::Tensor& c_t, const torch::Tensor& c0_hat) {
-          CHECK(step == static_cast<int>(times.size()));
-          CHECK(torch::allclose(c0_hat, Network(c_t, t)));
-          times.push_back(t);
-        });
+    sampler->Sample(Network, StartNoise(), StepNoise(),
+                    [&](int step, double t, const torch::Tensor& c_t, const torch::Tensor& c0_hat) {
+                      CHECK(step == static_cast<int>(times.size()));
+                      CHECK(torch::allclose(c0_hat, Network(c_t, t)));
+                      times.push_back(t);
+                    });
     REQUIRE(static_cast<int>(times.size()) == sampler->Steps());
     for (int i = 0; i < sampler->Steps(); ++i) CHECK(times[i] == sampler->grid()[i].t);
   }
@@ -138,7 +137,8 @@ TEST_CASE("a step is one call of the network, of 2S two but for a last step onto
     return count;
   };
   for (const auto& options : EveryKind())
-    if (options.variant != DpmSolverVariant::k2S) CHECK(calls(options) == MakeReverseSampler(options, MakeSchedule("cosine"))->Steps());
+    if (options.variant != DpmSolverVariant::k2S)
+      CHECK(calls(options) == MakeReverseSampler(options, MakeSchedule("cosine"))->Steps());
   auto options = Kind("dpm_solver_pp", 5);
   options.variant = DpmSolverVariant::k2S;
   CHECK(calls(options) == 9);

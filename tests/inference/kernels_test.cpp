@@ -68,8 +68,12 @@ struct Block {
         output(Normals(2 * w * w, "output", 0.2)),
         output_bias(Normals(w, "output_bias")) {}
   PackedPooledBlock Packed() const {
-    return {{scale.data(), shift.data()},  attention.data(), attention_bias.data(), {set.data(), set_bias.data()},
-            {point.data(), point_bias.data()}, {output.data(), output_bias.data()}};
+    return {{scale.data(), shift.data()},
+            attention.data(),
+            attention_bias.data(),
+            {set.data(), set_bias.data()},
+            {point.data(), point_bias.data()},
+            {output.data(), output_bias.data()}};
   }
 };
 
@@ -95,7 +99,8 @@ TEST_CASE("the linear kernel multiplies any number of rows and columns of any de
   WithEveryKernel([](const Kernels& kernels) {
     for (const int rows : {1, 3, 4, 11, 12, 13, 40})
       for (const auto& [in, out] : {std::pair{1, 16}, {8, 64}, {51, 48}, {1200, 16}}) {
-        const auto x = Normals(static_cast<std::size_t>(rows) * in, "x"), w = Normals(static_cast<std::size_t>(in) * out, "w"), b = Normals(out, "b");
+        const auto x = Normals(static_cast<std::size_t>(rows) * in, "x"),
+                   w = Normals(static_cast<std::size_t>(in) * out, "w"), b = Normals(out, "b");
         std::vector<float> y(static_cast<std::size_t>(rows) * out);
         kernels.linear(x.data(), rows, in, out, {w.data(), b.data()}, y.data());
         CheckClose(y.data(), Linear({x.begin(), x.end()}, rows, in, out, w.data(), b.data()), 1e-5 * (in + 10));
@@ -173,7 +178,8 @@ TEST_CASE("projections, inputs and the logistic functions are theirs") {
     kernels.add_inputs(x.data(), rows, width, constant.data(), columns, w.data(), 2, sums.data());
     for (int r = 0; r < rows; ++r)
       for (int i = 0; i < width; ++i)
-        CHECK(sums[r * width + i] == Approx(x[r * width + i] + constant[i] + inputs[r] * w[i] + inputs[rows + r] * w[width + i]).margin(1e-5));
+        CHECK(sums[r * width + i] ==
+              Approx(x[r * width + i] + constant[i] + inputs[r] * w[i] + inputs[rows + r] * w[width + i]).margin(1e-5));
     std::vector<float> logits = {-200.0f, -30.0f, -3.0f, -0.1f, 0.0f, 0.1f, 3.0f, 30.0f, 200.0f}, confidences = logits;
     kernels.sigmoid(logits.data(), logits.size());
     kernels.confidence(confidences.data(), confidences.size());

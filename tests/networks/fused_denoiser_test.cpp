@@ -56,7 +56,8 @@ void CheckSame(const NetworkOptions& options) {
   torch::manual_seed(1);
   const auto c_t = torch::randn({1, copies, points}), previous = torch::randn({1, copies, points}).tanh();
   const bool conditioned = options.denoiser.self_conditioning;
-  const auto raw = network->denoiser->Denoise(context, c_t, torch::full({1, 1}, 37.5), conditioned ? previous : torch::Tensor());
+  const auto raw =
+      network->denoiser->Denoise(context, c_t, torch::full({1, 1}, 37.5), conditioned ? previous : torch::Tensor());
 
   const KernelList kernels = AvailableKernels();
   for (int i = 0; i < kernels.count; ++i) {
@@ -69,7 +70,8 @@ void CheckSame(const NetworkOptions& options) {
     CHECK(WorstDifference(context.points, work.context) < kTolerance);
     if (options.denoiser.inlier_head) CHECK(WorstDifference(context.inlier_logits, work.logits) < kTolerance);
     std::vector<float> out(static_cast<std::size_t>(copies) * points);
-    fused.Denoise(c_t.data_ptr<float>(), copies, 37.5, conditioned ? previous.data_ptr<float>() : nullptr, &work, out.data());
+    fused.Denoise(c_t.data_ptr<float>(), copies, 37.5, conditioned ? previous.data_ptr<float>() : nullptr, &work,
+                  out.data());
     CHECK(WorstDifference(raw, out) < kTolerance * (1.0 + raw.abs().max().item<double>()));
   }
 }
@@ -127,7 +129,8 @@ TEST_CASE("rows with either engine estimate the same from shipped networks") {
   for (const Task task : {Task::kLine, Task::kPlane}) {
     const std::string name = ToString(task), checkpoint = DIFFSAC_SOURCE_DIR "/models/" + name + "/model.safetensors";
     const auto make = [&](const std::string& engine) {
-      return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"), task, {});
+      return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
+                        task, {});
     };
     const auto fused = make("fused"), libtorch = make("libtorch");
     int same = 0, count = 0;
@@ -150,7 +153,8 @@ TEST_CASE("an engine that a row asks for in vain is an error that says why") {
   const auto make = [&](const std::string& engine, const std::string& device) {
     MethodContext context;
     context.device = device;
-    return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"), Task::kLine, context);
+    return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
+                      Task::kLine, context);
   };
   CHECK_NOTHROW(make("auto", "auto"));
   CHECK_THROWS_WITH(make("quick", "cpu"), Catch::Contains("fused"));

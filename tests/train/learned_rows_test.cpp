@@ -11,9 +11,9 @@
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/methods/registry.h"
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/ng_ransac.h"
-#include "diffsac/methods/registry.h"
 #include "diffsac/networks/weighted_method.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/trainer.h"
@@ -201,7 +201,8 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   CHECK(budget(make("clnet", path(cl), plain)) == 20 + 1);  // one weighted fit
   CHECK(budget(make("clnet", path(cl), plain + ", hypotheses: 4")) == 20 + 4 + 1);
   CHECK(make("ng_ransac", "none.safetensors", "", Task::kLine, path(ng)) != nullptr);
-  CHECK_THROWS_WITH(make("ng_ransac", "none.safetensors", "", Task::kLine, path(cl)), Catch::Contains("none.safetensors"));
+  CHECK_THROWS_WITH(make("ng_ransac", "none.safetensors", "", Task::kLine, path(cl)),
+                    Catch::Contains("none.safetensors"));
   CHECK_THROWS_WITH(make("clnet", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'clnet'"));
   CHECK_THROWS_WITH(make("diffsac", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'diffsac'"));
   CHECK_THROWS_WITH(make("ng_ransac", path(ng), "", Task::kPlane), Catch::Contains("line") && Catch::Contains("plane"));

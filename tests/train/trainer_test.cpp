@@ -11,6 +11,7 @@
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/networks/diffsac_network.h"
 #include "train/train_request.h"
 
 namespace diffsac {
@@ -63,7 +64,8 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(output), kNever) == TrainOutcome::kFinished);
-  for (const char* name : {"config.yaml", "metrics.csv", "checkpoints/last.safetensors", "checkpoints/best.safetensors"})
+  for (const char* name :
+       {"config.yaml", "metrics.csv", "checkpoints/last.safetensors", "checkpoints/best.safetensors"})
     CHECK(fs::exists(output + "/" + name));
   const auto rows = Lines(output + "/metrics.csv");
   REQUIRE(rows.size() == 62);
@@ -75,7 +77,8 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   CHECK(network->options.denoiser.width == 16);
   CHECK(ReadCheckpointInfo(output + "/checkpoints/last.safetensors").iteration == 60);
   const auto facts =
-      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU)->facts;
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU)
+          ->facts;
   CHECK(facts.parameters == CountParameters(*network->denoiser));
   CHECK(facts.samples == 240);
   CHECK(facts.run_samples == 240);
@@ -105,8 +108,10 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
   REQUIRE(a.size() == b.size());
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
-  const auto x = LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
-  const auto y = LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto x =
+      LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto y =
+      LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
   for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
     CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
 }

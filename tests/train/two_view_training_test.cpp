@@ -13,6 +13,7 @@
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/methods/diffsac_method.h"
+#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"

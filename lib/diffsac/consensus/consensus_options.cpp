@@ -4,14 +4,17 @@ namespace diffsac {
 namespace {
 
 void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
-  b.Field("stopping", o.stopping).Help("budget: exactly so many draws; confidence: until the search is confident");
+  b.Field("stopping", o.stopping)
+      .Help(
+          "budget: exactly so many draws; confidence: until uniform draws would be confident; guided: until draws of "
+          "the guide's own probabilities would");
   b.Field("max_iterations", o.max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
-  const bool by_confidence = o.stopping == Stopping::kConfidence;
+  const bool by_confidence = o.stopping != Stopping::kBudget;
   b.Field("min_iterations", o.min_iterations, AtLeast(0))
-      .OnlyIf(by_confidence, "stopping: confidence")
+      .OnlyIf(by_confidence, "stopping: confidence or guided")
       .Help("minimal sets drawn, at least");
   b.Field("confidence", o.confidence, Within(0.0, 1.0 - 1e-9))
-      .OnlyIf(by_confidence, "stopping: confidence")
+      .OnlyIf(by_confidence, "stopping: confidence or guided")
       .Help("probability that a set of the best model's inliers alone was drawn");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -46,6 +47,15 @@ class FinalRefiner {
   int CountInliers(const Parameters& model) const {
     const Eigen::VectorXd residuals = scorer_.Residuals(model);
     return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
+  }
+
+  /// N values, not 0 for these.
+  std::vector<std::uint8_t> Inliers(const Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    const double threshold = scales_.SupportThreshold(residuals);
+    std::vector<std::uint8_t> inliers(static_cast<std::size_t>(residuals.size()));
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) inliers[i] = residuals[i] <= threshold ? 1 : 0;
+    return inliers;
   }
 
   /// What an inlier of the model is: ε at most.

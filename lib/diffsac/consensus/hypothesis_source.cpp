@@ -1,9 +1,12 @@
 #include "diffsac/consensus/hypothesis_source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
+
+#include "diffsac/consensus/stopping.h"
 
 namespace diffsac {
 namespace {
@@ -30,6 +33,19 @@ void DrawDistinct(int n, int size, Rng& rng, int* out) {
     const int index = static_cast<int>(rng.Below(static_cast<std::uint64_t>(n)));
     if (std::find(out, out + i, index) == out + i) out[i++] = index;
   }
+}
+
+double HypothesisSource::LogMissed(const InlierSets& inliers) const {
+  const auto points = static_cast<std::int64_t>(inliers.inliers.size());
+  return std::log1p(-AllInlierProbability(inliers.count, points, inliers.set_size) * inliers.pass_probability);
+}
+
+std::int64_t HypothesisSource::DrawsUntil(const InlierSets& inliers, double log_miss) const {
+  const double each = LogMissed(inliers);
+  if (!(each < 0.0)) return kNeverEnough;
+  const double draws = std::ceil(log_miss / each);
+  constexpr double kTooMany = 9.2233720368547758e18;  // 2^63
+  return draws < kTooMany ? std::max<std::int64_t>(1, static_cast<std::int64_t>(draws)) : kNeverEnough;
 }
 
 std::vector<int> DrawSets(HypothesisSource& source, int set_size, std::int64_t count) {
@@ -80,11 +96,29 @@ void SequenceSource::Add(std::unique_ptr<HypothesisSource> source, std::int64_t 
 bool SequenceSource::Next(std::span<int> set) {
   for (; current_ < parts_.size(); ++current_) {
     Part& part = parts_[current_];
-    if (part.left == 0 || !part.source->Next(set)) continue;
-    if (part.left != kAll) --part.left;
+    if (part.drawn == part.count || !part.source->Next(set)) continue;
+    ++part.drawn;
     return true;
   }
   return false;
+}
+
+double SequenceSource::LogMissed(const InlierSets& inliers) const {
+  return parts_.empty() ? 0.0 : parts_[std::min(current_, parts_.size() - 1)].source->LogMissed(inliers);
+}
+
+std::int64_t SequenceSource::DrawsUntil(const InlierSets& inliers, double log_miss) const {
+  std::int64_t before = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    const std::int64_t enough = part.source->DrawsUntil(inliers, log_miss);
+    // A part that is over gave what it gave, whatever it was asked for.
+    const std::int64_t count = i < current_ ? part.drawn : part.count;
+    if (count == kAll || enough <= count) return enough == kNeverEnough ? enough : before + enough;
+    before += count;
+    log_miss -= static_cast<double>(count) * part.source->LogMissed(inliers);
+  }
+  return kNeverEnough;
 }
 
 std::int64_t Combinations(int n, int k) {

@@ -55,8 +55,10 @@ class ConsensusSearch {
   }
 
   void Draw(HypothesisSource& source) {
+    source_ = &source;
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(source, rule_.max_iterations() - result_.iterations);
+      if (rule_.guided()) UpdateRule();  // the source may have gone on to other sets
       while (result_.stop == StopReason::kNotRun) {
         const auto* draw = block_.Next(best_.bar());
         if (draw == nullptr) break;
@@ -112,13 +114,25 @@ class ConsensusSearch {
     if (!is_best) return false;
     const ScoredModel<Model> improved = improve_(found, set, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
-    best_inliers_ = refine_.CountInliers(best_.entries().front().model);
+    if (rule_.guided()) {
+      best_mask_ = refine_.Inliers(best_.entries().front().model);
+      best_inliers_ = static_cast<int>(std::count(best_mask_.begin(), best_mask_.end(), 1));
+    } else {
+      best_inliers_ = refine_.CountInliers(best_.entries().front().model);
+    }
     const bool test_changed = test_ && test_->AddBest(static_cast<double>(best_inliers_) / scorer_.size());
     UpdateRule();
     return test_changed;
   }
 
-  void UpdateRule() { rule_.Update(best_inliers_, test_ ? test_->PassProbability() : 1.0); }
+  void UpdateRule() {
+    const double pass = test_ ? test_->PassProbability() : 1.0;
+    if (!rule_.guided() || source_ == nullptr || best_mask_.empty()) {
+      rule_.Update(best_inliers_, pass);
+    } else {
+      rule_.UpdateNeeded(source_->DrawsUntil({best_mask_, best_inliers_, Model::kMinimalSize, pass}, rule_.LogMiss()));
+    }
+  }
 
   const NoiseScales scales_;
   const Scorer<Model> scorer_;
@@ -130,6 +144,8 @@ class ConsensusSearch {
   std::optional<SequentialFilter<Model>> test_;
   HypothesisBlock<Model> block_;
   std::vector<int> sets_;  ///< Those that were taken.
+  const HypothesisSource* source_ = nullptr;
+  std::vector<std::uint8_t> best_mask_;  ///< Of kGuided.
   int best_inliers_ = 0;
   ConsensusResult result_;  ///< What is known of it so far.
 };

@@ -37,8 +37,10 @@ void StoppingRule::Update(std::int64_t inliers, double pass_probability) {
   needed_ = DrawsForConfidence(good * pass_probability, confidence_);
 }
 
+double StoppingRule::LogMiss() const { return std::log1p(-std::clamp(confidence_, 0.0, 1.0)); }
+
 StopReason StoppingRule::After(std::int64_t iterations) const {
-  if (stopping_ == Stopping::kConfidence && iterations >= std::max(min_iterations_, needed_))
+  if (stopping_ != Stopping::kBudget && iterations >= std::max(min_iterations_, needed_))
     return StopReason::kConfidence;
   return iterations >= max_iterations_ ? StopReason::kBudget : StopReason::kNotRun;
 }

@@ -34,7 +34,8 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
 
 /// Where the minimal sets of preference features come from.
 ///   kUniform  "uniform"
-///   kNapsac   "napsac": a point and its neighbours (consensus/napsac_source.h): where structures lie apart, far more of
+///   kNapsac   "napsac": a point and its neighbours (consensus/napsac_source.h): where structures lie apart, far more
+///   of
 ///             these sets are of one
 enum class PreferenceDraws { kUniform, kNapsac };
 template <>

@@ -12,8 +12,7 @@ std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, const Fea
   CheckOptions(options);
   if (options.relation && columns.first_preference < 0)
     throw Error("network.denoiser.relation: needs network.features.kinds with preference");
-  if (options.kind == DenoiserKind::kPointTransformer)
-    return std::make_shared<PointTransformer>(options, columns, rng);
+  if (options.kind == DenoiserKind::kPointTransformer) return std::make_shared<PointTransformer>(options, columns, rng);
   return std::make_shared<BlockDenoiser>(options, columns, rng);
 }
 

@@ -14,10 +14,10 @@ namespace diffsac {
 
 /// What a network computes once a problem, shared by all κ copies and all reverse steps.
 struct Context {
-  torch::Tensor points;          ///< [B, N, W] conditioning features.
-  torch::Tensor mask;            ///< [B, N] bool, undefined when all points are real.
-  torch::Tensor inlier_logits;   ///< [B, N] logit of "is an inlier"; undefined without the inlier head.
-  torch::Tensor agreements;      ///< [B, N, M] unit preference vectors, for `relation`; else undefined.
+  torch::Tensor points;         ///< [B, N, W] conditioning features.
+  torch::Tensor mask;           ///< [B, N] bool, undefined when all points are real.
+  torch::Tensor inlier_logits;  ///< [B, N] logit of "is an inlier"; undefined without the inlier head.
+  torch::Tensor agreements;     ///< [B, N, M] unit preference vectors, for `relation`; else undefined.
 };
 
 /// 𝔇_θ(c_t, t, χ) = ĉ_0, split so that what does not depend on c_t is computed once.
@@ -27,8 +27,9 @@ class Denoiser : public torch::nn::Module {
  public:
   /// Conditioning features of a batch.
   virtual Context Encode(const PointBatch& batch) = 0;
-  /// c_t: [B, κ, N]; t: [B, κ] or one value, diffusion times as floats; previous: ĉ_0 of the step before [B, κ, N], used
-  /// with self_conditioning (undefined: zeros). Returns the raw output [B, κ, N]: ĉ_0 or its logit, as the loss says.
+  /// c_t: [B, κ, N]; t: [B, κ] or one value, diffusion times as floats; previous: ĉ_0 of the step before [B, κ, N],
+  /// used with self_conditioning (undefined: zeros). Returns the raw output [B, κ, N]: ĉ_0 or its logit, as the loss
+  /// says.
   virtual torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
                                 const torch::Tensor& previous = {}) = 0;
 };

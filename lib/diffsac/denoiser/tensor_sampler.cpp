@@ -8,8 +8,7 @@ namespace diffsac {
 
 template class ReverseSamplerOf<torch::Tensor>;
 template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&, torch::Tensor,
-                                    const NoiseFunction&, const StepObserver&,
-                                    const std::function<TimePoint(double)>&);
+                                    const NoiseFunction&, const StepObserver&, const std::function<TimePoint(double)>&);
 
 std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule) {
   return MakeReverseSamplerOf<torch::Tensor>(options, schedule);

@@ -60,9 +60,7 @@ class DpmSolverSampler : public ReverseSamplerOf<Value> {
       : Base(std::move(grid), clip_x0), options_(options), schedule_(schedule) {}
 
   // One step onto clean data adds no noise.
-  bool IsStochastic() const override {
-    return options_.sde && (this->Steps() > 1 || this->grid().back().sigma > 0.0);
-  }
+  bool IsStochastic() const override { return options_.sde && (this->Steps() > 1 || this->grid().back().sigma > 0.0); }
 
  protected:
   Value Run(const typename Base::DenoiseFunction& denoise, Value c, const typename Base::NoiseFunction& noise,

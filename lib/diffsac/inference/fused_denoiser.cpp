@@ -54,7 +54,8 @@ struct FusedDenoiser::Reader {
     const float* stored = Read(name + ".weight", {out, in});
     std::vector<float> turned(static_cast<std::size_t>(in) * out);
     for (int o = 0; o < out; ++o)
-      for (int i = 0; i < in; ++i) turned[static_cast<std::size_t>(i) * out + o] = stored[static_cast<std::size_t>(o) * in + i];
+      for (int i = 0; i < in; ++i)
+        turned[static_cast<std::size_t>(i) * out + o] = stored[static_cast<std::size_t>(o) * in + i];
     network->weights_.back() = std::move(turned);
     const float* weights = network->weights_.back().data();
     return {weights, Read(name + ".bias", {out})};
@@ -120,8 +121,8 @@ FusedDenoiser::FusedDenoiser(const NetworkOptions& options, const FeatureColumns
   std::size_t stored = 0;
   for (const auto& [name, tensor] : file->tensors()) stored += name.starts_with(kAverageTensors) ? 1 : 0;
   if (stored != read.tensors)
-    throw Error(file->path() + ": holds " + std::to_string(stored) + " averaged weights, its configuration's network has " +
-                std::to_string(read.tensors));
+    throw Error(file->path() + ": holds " + std::to_string(stored) +
+                " averaged weights, its configuration's network has " + std::to_string(read.tensors));
 }
 
 FusedDenoiser::~FusedDenoiser() = default;
@@ -192,7 +193,8 @@ void FusedDenoiser::AddRelations(const float* c_t, Workspace* work) const {
     for (float& value : pooled) value /= total;
     MakeUnit(pooled.data(), size);
     float* out = work->scratch.data() + static_cast<std::size_t>(k) * points;
-    for (int i = 0; i < points; ++i) out[i] = Dot(pooled.data(), work->agreements.data() + static_cast<std::size_t>(i) * size, size);
+    for (int i = 0; i < points; ++i)
+      out[i] = Dot(pooled.data(), work->agreements.data() + static_cast<std::size_t>(i) * size, size);
   }
 }
 
@@ -224,7 +226,8 @@ void FusedDenoiser::Denoise(const float* c_t, int copies, double t, const float*
     if (self_conditioning_) inputs[count++] = previous != nullptr ? previous + copy : zeros.data();
     if (relation_) {
       AddRelations(c_t + copy, work);
-      for (int i = 0; i < kRelations; ++i) inputs[count++] = work->scratch.data() + static_cast<std::size_t>(i) * points;
+      for (int i = 0; i < kRelations; ++i)
+        inputs[count++] = work->scratch.data() + static_cast<std::size_t>(i) * points;
     }
     float* rows = work->rows.data();
     kernels_.add_inputs(work->context.data(), points, width_, constant.data(), inputs, input_confidence_.weights, count,

@@ -11,8 +11,8 @@
 
 namespace diffsac {
 
-/// A trained network of kind `pooled` without LibTorch: weights packed once, one pass over the points for each layer, one
-/// problem at a time. The same mathematics as the network that was trained (denoiser/frame_denoiser.h,
+/// A trained network of kind `pooled` without LibTorch: weights packed once, one pass over the points for each layer,
+/// one problem at a time. The same mathematics as the network that was trained (denoiser/frame_denoiser.h,
 /// denoiser/pooled_block.h); outputs agree to 1e-4 (tests/networks/fused_denoiser_test.cpp). Const calls may run at the
 /// same time, each with its own Workspace.
 class FusedDenoiser {
@@ -27,10 +27,10 @@ class FusedDenoiser {
 
   /// Memory of one call after another; grows to the largest problem.
   struct Workspace {
-    int points = 0;                     ///< Of the encoded problem.
-    std::vector<float> context;         ///< points × W: what the encoder says.
-    std::vector<float> agreements;      ///< points × M, for `relation`.
-    std::vector<float> logits;          ///< `points` inlier logits; empty without the head.
+    int points = 0;                              ///< Of the encoded problem.
+    std::vector<float> context;                  ///< points × W: what the encoder says.
+    std::vector<float> agreements;               ///< points × M, for `relation`.
+    std::vector<float> logits;                   ///< `points` inlier logits; empty without the head.
     std::vector<float> rows, scratch, constant;  ///< Of one copy while it is denoised.
   };
 

@@ -15,11 +15,11 @@ namespace diffsac {
 ///   kDgcnn             "dgcnn": edge convolutions over nearest points in feature space
 enum class DenoiserKind { kPointTransformer, kPooled, kMlp, kDgcnn };
 template <>
-inline constexpr auto kEnumNames<DenoiserKind> =
-    NamesOf<DenoiserKind>({{DenoiserKind::kPointTransformer, "point_transformer"},
-                           {DenoiserKind::kPooled, "pooled"},
-                           {DenoiserKind::kMlp, "mlp"},
-                           {DenoiserKind::kDgcnn, "dgcnn"}});
+inline constexpr auto kEnumNames<DenoiserKind> = NamesOf<DenoiserKind>({{DenoiserKind::kPointTransformer,
+                                                                         "point_transformer"},
+                                                                        {DenoiserKind::kPooled, "pooled"},
+                                                                        {DenoiserKind::kMlp, "mlp"},
+                                                                        {DenoiserKind::kDgcnn, "dgcnn"}});
 
 struct DenoiserOptions {
   DenoiserKind kind = DenoiserKind::kPooled;
@@ -32,14 +32,14 @@ struct DenoiserOptions {
   /// Each point also sees how much it agrees with the points that are confident now (PointRelation): what a set of
   /// points of one structure among several needs. For features with preferences.
   bool relation = false;
-  bool self_conditioning = false;   ///< the previous ĉ_0 is a second input (Chen et al., "Analog bits", 2023)
+  bool self_conditioning = false;  ///< the previous ĉ_0 is a second input (Chen et al., "Analog bits", 2023)
   void Bind(OptionsBinder& b);
 };
 
 /// Where the columns of features stand that a network knows by their meaning.
 struct FeatureColumns {
-  int width = 0;             ///< All of them.
-  int first_preference = -1; ///< Of the preference features, which are the last; -1 without any (PointFeatures).
+  int width = 0;              ///< All of them.
+  int first_preference = -1;  ///< Of the preference features, which are the last; -1 without any (PointFeatures).
   FeatureColumns(int all, int preference = -1) : width(all), first_preference(preference) {}
 };
 

@@ -72,18 +72,19 @@ void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
   const int set_size = MinimalSetSize(ModelFromString(network.learned().task, options.model));
-  for (const auto& [key, count] :
-       {std::pair{"max_decoded_points", options.max_decoded_points}, {"max_encoded_points", options.max_encoded_points}})
+  for (const auto& [key, count] : {std::pair{"max_decoded_points", options.max_decoded_points},
+                                   {"max_encoded_points", options.max_encoded_points}})
     if (count > 0 && count < set_size)
       throw Error(std::string("inference.") + key + ": expected 0 or at least " + std::to_string(set_size) +
                   ", the points of a minimal set");
 }
 
 void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
-  const bool by_confidence = options.consensus.stopping == Stopping::kConfidence;
-  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
-                     {"consensus.max_iterations", by_confidence,
-                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
+  const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
+  CheckRowKeys(row,
+               {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
+                {"consensus.max_iterations", by_confidence,
+                 "it needs consensus.stopping: confidence or guided; the budget is copies, head_sets and extra_sets"}});
   CheckSharedKeys(row, network.learned());
 }
 

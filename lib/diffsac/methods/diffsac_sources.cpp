@@ -45,4 +45,10 @@ TemperedSource::TemperedSource(std::span<const float> probabilities, int set_siz
 
 bool TemperedSource::Next(std::span<int> set) { return rungs_[next_++ % rungs_.size()].Next(set); }
 
+double TemperedSource::LogMissed(const InlierSets& inliers) const {
+  double sum = 0.0;
+  for (const WeightedSource& rung : rungs_) sum += rung.LogMissed(inliers);
+  return sum / static_cast<double>(rungs_.size());
+}
+
 }  // namespace diffsac

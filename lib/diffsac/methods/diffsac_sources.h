@@ -37,6 +37,7 @@ class TemperedSource : public HypothesisSource {
   /// probabilities: one a point, copied.
   TemperedSource(std::span<const float> probabilities, int set_size, Range temperature, const Rng& rng);
   bool Next(std::span<int> set) override;
+  double LogMissed(const InlierSets& inliers) const override;
 
  private:
   std::vector<WeightedSource> rungs_;

@@ -81,8 +81,8 @@ class Denoising {
       result->confidences = OfAllPoints(Direct(result));
       return;
     }
-    const ConfidenceRows last =
-        sampler.Sample(call, Noise("c_T", 0), [&](int step) { return Noise("step_noise", step); }, keep);
+    const ConfidenceRows last = sampler.Sample(
+        call, Noise("c_T", 0), [&](int step) { return Noise("step_noise", step); }, keep);
     result->confidences = OfAllPoints(last);
   }
 
@@ -120,14 +120,16 @@ class Denoising {
     float* out = noise.values.data();
     for (int k = 0; k < options_.copies; ++k)
       for (int i = 0; i < work_->points; ++i)
-        *out++ = static_cast<float>(rng.NormalAt(static_cast<std::uint64_t>(k) * points_ + (kept_.empty() ? i : kept_[i])));
+        *out++ =
+            static_cast<float>(rng.NormalAt(static_cast<std::uint64_t>(k) * points_ + (kept_.empty() ? i : kept_[i])));
     return noise;
   }
 
   std::vector<float> OfAllPoints(const ConfidenceRows& decoded) const {
     const float* values = decoded.values.data();
     if (kept_.empty()) return {values, values + decoded.values.size()};
-    std::vector<float> all(static_cast<std::size_t>(options_.copies) * points_, -std::numeric_limits<float>::infinity());
+    std::vector<float> all(static_cast<std::size_t>(options_.copies) * points_,
+                           -std::numeric_limits<float>::infinity());
     for (int k = 0; k < options_.copies; ++k)
       for (const int i : kept_) all[static_cast<std::size_t>(k) * points_ + i] = *values++;
     return all;

@@ -37,6 +37,13 @@ class AskedSource : public HypothesisSource {
     if (source_ == nullptr) source_ = ask_();
     return source_->Next(set);
   }
+  double LogMissed(const InlierSets& inliers) const override {
+    return source_ != nullptr ? source_->LogMissed(inliers) : HypothesisSource::LogMissed(inliers);
+  }
+  std::int64_t DrawsUntil(const InlierSets& inliers, double log_miss) const override {
+    return source_ != nullptr ? source_->DrawsUntil(inliers, log_miss)
+                              : HypothesisSource::DrawsUntil(inliers, log_miss);
+  }
 
  private:
   Ask ask_;
@@ -83,9 +90,10 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("prosac samples uniformly on data without a quality");
   const bool asks = feature_hypotheses || weighted_fit || structures.Several() ||
                     (consensus.inlier_prior_power > 0.0 && inlier_prior_of != PriorSource::kRatio);
-  b.Require(first_sets == 0 || (consensus.stopping == Stopping::kConfidence && !asks), "first_sets",
-            "0 unless consensus.stopping is confidence and nothing else asks the network (feature_hypotheses, a "
-            "weighted fit, structures, inlier_prior_of)");
+  b.Require(
+      first_sets == 0 || (consensus.stopping != Stopping::kBudget && !asks), "first_sets",
+      "0 unless consensus.stopping is confidence or guided and nothing else asks the network (feature_hypotheses, a "
+      "weighted fit, structures, inlier_prior_of)");
 }
 
 LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads)

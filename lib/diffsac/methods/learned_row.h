@@ -49,8 +49,8 @@ Config KeysThatDiffer(const Config& row, const Config& inherited);
 ///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
 /// ```
 /// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration, the row's
-/// options and what the program says (its device). The name is that of the training's `method` as well. CheckRow(keys, options, network) refuses own keys that
-/// cannot act.
+/// options and what the program says (its device). The name is that of the training's `method` as well. CheckRow(keys,
+/// options, network) refuses own keys that cannot act.
 template <class Row, class Options, class Network>
 struct RegisteredLearnedMethod : Registered<MethodEntry> {
   using Load =

@@ -199,7 +199,7 @@ namespace {
 
 const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kClnet(
     "clnet", "A weighted fit of the points that progressive pruning keeps (docs/clnet.md).",
-    DefaultWeightedOptions("clnet"), LoadLearnedWeights<ClnetNetwork>);
+    DefaultWeightedOptions("clnet"), LoadWeightsOfRow<ClnetNetwork>);
 
 }  // namespace
 

@@ -43,7 +43,7 @@ namespace {
 
 const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kNgRansac(
     "ng_ransac", "Minimal sets drawn with learned weights (docs/ng_ransac.md).", DefaultWeightedOptions("ng_ransac"),
-    LoadLearnedWeights<NgRansacNetwork>);
+    LoadWeightsOfRow<NgRansacNetwork>);
 
 }  // namespace
 

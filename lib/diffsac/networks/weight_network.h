@@ -41,12 +41,18 @@ std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Net
 
 /// Those of a checkpoint that Network's method trained. Throws Error naming the file.
 template <class Network>
-std::shared_ptr<const LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const LearnedOptions&,
-                                                         const MethodContext& context) {
+std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const torch::Device& device) {
   const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
   auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
-  LoadWeights(trained, DeviceFromString(context.device), weights.get());
+  LoadWeights(trained, device, weights.get());
   return weights;
+}
+
+/// The same for a row (methods/learned_row.h).
+template <class Network>
+std::shared_ptr<const LearnedWeights> LoadWeightsOfRow(const TrainedConfig& trained, const LearnedOptions&,
+                                                       const MethodContext& context) {
+  return LoadLearnedWeights<Network>(trained, DeviceFromString(context.device));
 }
 
 }  // namespace diffsac

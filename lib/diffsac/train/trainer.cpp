@@ -176,8 +176,8 @@ std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
     info_.best_validation = mean;
     Save("best.safetensors", false);
   }
-  LogInfo("iteration " + std::to_string(done) + ": validation " + ValidationMeasure(validation_->names().front()) + " " + Text("%.4f", mean) + " (best " +
-          Text("%.4f", info_.best_validation) + ")");
+  LogInfo("iteration " + std::to_string(done) + ": validation " + ValidationMeasure(validation_->names().front()) +
+          " " + Text("%.4f", mean) + " (best " + Text("%.4f", info_.best_validation) + ")");
   return accuracies;
 }
 
