@@ -9,6 +9,9 @@ run_expecting 0 "$own/build/fit_line"
 grep -q "slope 0.500 intercept 1.000 inliers 7" "$own/out" || { cat "$own/out" >&2; fail "another line"; }
 run_expecting 0 "$own/build/make_data"
 grep -q "points 30" "$own/out" || { cat "$own/out" >&2; fail "other data"; }
+run_expecting 0 "$own/build/guide" "$source/models/line/model.safetensors"
+grep -q "guided slope 0.500 inliers 12" "$own/out" || { cat "$own/out" >&2; fail "another guided line"; }
+if ldd "$own/build/guide" | grep -q -E "torch|c10"; then fail "the guide is linked with LibTorch"; fi
 for program in diffsac_train diffsac_eval; do
   if [[ -x "$build/bin/$program" ]]; then run_expecting 0 "$own/in stalled/bin/$program" --version; fi
 done

@@ -1,0 +1,137 @@
+// The estimator that ships, without LibTorch, as the number of matches grows: milliseconds of features, network and
+// consensus, and the memory that a process needs beyond its data. Rows of configs/pair/TASK.yaml in turn, round after
+// round; medians.
+//
+//   diffsac_guide_benchmark [--task fundamental] [--points 500,2000,8000,32000,100000] [--rounds 7] [--csv FILE]
+#include <malloc.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/run_directory.h"
+#include "diffsac/data/dataset_factory.h"
+#include "diffsac/data/tasks.h"
+#include "diffsac/eval/command_line.h"
+
+namespace diffsac {
+namespace {
+
+struct Options {
+  std::string task = "fundamental";
+  std::vector<int> points = {500, 2000, 8000, 32000, 100000};
+  int rounds = 7;
+  std::string csv;
+};
+
+struct Row {
+  std::string name;
+  std::unique_ptr<Method> method;
+};
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+// MiB of a line of /proc/self/status ("VmHWM", "VmRSS").
+double MemoryMiB(const std::string& name) {
+  std::ifstream file("/proc/self/status");
+  std::string line;
+  while (std::getline(file, line))
+    if (line.rfind(name + ":", 0) == 0) return std::stod(line.substr(name.size() + 1)) / 1024.0;
+  return 0.0;
+}
+
+void ResetPeak() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+std::vector<Problem> MakePairs(const Options& options, int points) {
+  const std::string yaml = "{type: synthetic_two_view, task: " + options.task + ", split: benchmark, num_points: " +
+                           std::to_string(points) + ", outlier_ratio: 0.5}";
+  const auto dataset = MakeDataset(Config::FromString(yaml, "benchmark"), 1);
+  std::vector<Problem> pairs;
+  for (int i = 0; i < 3; ++i) pairs.push_back(dataset->Get(i).problem);
+  return pairs;
+}
+
+std::vector<Row> MakeRows(const Options& options) {
+  EvalRequest request;
+  request.config_path = "configs/pair/" + options.task + ".yaml";
+  MethodContext context;
+  context.threads = 1;
+  std::vector<Row> rows;
+  for (const MethodRow& row : ReadRequest(request).methods)
+    rows.push_back({row.name, MakeMethod(row.config, TaskFromString(options.task), context)});
+  return rows;
+}
+
+void Measure(const Options& options, std::vector<Row>& rows, std::ofstream* csv) {
+  std::printf("\n| N | row | features | network | consensus | total | µs a match | beyond the data, MiB |\n|---|---|---|---|---|---|---|---|\n");
+  for (const int points : options.points) {
+    const std::vector<Problem> pairs = MakePairs(options, points);
+    std::vector<std::vector<EstimateReport>> reports(rows.size());
+    std::vector<double> memory;
+    for (Row& row : rows) {
+      ResetPeak();
+      const double before = MemoryMiB("VmRSS");
+      row.method->Estimate(pairs[0], 0);
+      memory.push_back(MemoryMiB("VmHWM") - before);
+    }
+    for (int round = 0; round < options.rounds; ++round)
+      for (std::size_t r = 0; r < rows.size(); ++r)
+        reports[r].push_back(rows[r].method->Estimate(pairs[round % pairs.size()], round).report);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const auto median = [&](double EstimateReport::* field) {
+        std::vector<double> values;
+        for (const EstimateReport& report : reports[r]) values.push_back(report.*field);
+        return Median(values);
+      };
+      const double total = median(&EstimateReport::ms_total);
+      std::printf("| %d | %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f |\n", points, rows[r].name.c_str(),
+                  median(&EstimateReport::ms_features), median(&EstimateReport::ms_denoise),
+                  median(&EstimateReport::ms_consensus), total, 1000.0 * total / points, memory[r]);
+      if (csv->is_open()) *csv << points << ',' << rows[r].name << ',' << total << '\n';
+    }
+    std::fflush(stdout);
+  }
+}
+
+void Run(const Options& options) {
+  const double start = MemoryMiB("VmRSS");
+  std::vector<Row> rows = MakeRows(options);
+  std::printf("%s\n%s\n%s, half of the matches wrong, one thread, milliseconds, medians of %d rounds\n",
+              VersionText("diffsac_guide_benchmark").c_str(), MachineText().c_str(), options.task.c_str(), options.rounds);
+  std::printf("at start the process holds %.0f MiB, with rows and network %.0f MiB\n", start, MemoryMiB("VmRSS"));
+  std::ofstream csv;
+  if (!options.csv.empty()) csv.open(options.csv);
+  Measure(options, rows, &csv);
+}
+
+}  // namespace
+}  // namespace diffsac
+
+int main(int argc, char** argv) {
+  CLI::App app{"The shipped estimator by number of matches, without LibTorch"};
+  diffsac::Options options;
+  app.add_option("--task", options.task, "fundamental, essential or homography");
+  app.add_option("--points", options.points, "Numbers of matches")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--rounds", options.rounds, "Rounds; figures are medians")->check(CLI::PositiveNumber);
+  app.add_option("--csv", options.csv, "Also N,row,milliseconds into this file");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    diffsac::Run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "diffsac_guide_benchmark: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
