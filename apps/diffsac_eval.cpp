@@ -1,6 +1,7 @@
 // Runs the methods of an experiment on its data and prints the table. See docs/metrics.md.
-#include <CLI/CLI.hpp>
+#include <ATen/Parallel.h>
 
+#include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <iostream>
@@ -8,6 +9,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
+#include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -35,6 +37,7 @@ std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, con
 }  // namespace
 
 int main(int argc, char** argv) {
+  diffsac::WaitPassively(argv);
   diffsac::KeepFreedMemory();
   CLI::App app{"Evaluates robust estimators and prints a table"};
   diffsac::EvalRequest request;
@@ -84,6 +87,7 @@ int main(int argc, char** argv) {
     std::cerr << "diffsac_eval: " << error.what() << std::endl;
     return diffsac::kExitBadInput;
   }
+  if (request.context.threads > 0) at::set_num_threads(request.context.threads);
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
   try {

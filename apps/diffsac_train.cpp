@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
+#include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -24,6 +25,7 @@ void RequestStop(int) { stop_requested = true; }
 }  // namespace
 
 int main(int argc, char** argv) {
+  diffsac::WaitPassively(argv);
   diffsac::KeepFreedMemory();
   CLI::App app{"Trains DiffSAC and other learned methods"};
   std::string config_path, output, weights;

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "diffsac/inference/kernels.h"
+
 namespace diffsac {
 
 // The loops of PooledBlock's training step between its matrix products (denoiser/pooled_function.h), over rows of
@@ -24,8 +26,6 @@ struct PooledSet {
   std::int64_t points, width;
   const bool* real;
 };
-
-inline constexpr int kPoolingHeads = 4;
 
 /// Pools the rows of u: mean, maximum and, by the softmax of `attention` · u + `bias` over the points, kPoolingHeads
 /// means. `shares` receives the softmax, points × heads.
