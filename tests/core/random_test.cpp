@@ -35,6 +35,15 @@ std::vector<std::uint64_t> Draw(Rng rng, int count) {
 
 }  // namespace
 
+TEST_CASE("any normal value can be had by its place") {
+  Rng stream(7);
+  const Rng at = Rng(7);
+  for (int i = 0; i < 9; ++i) CHECK(at.NormalAt(i) == stream.Normal());
+  Rng other(7);
+  other.Normal();
+  CHECK(other.NormalAt(4) == at.NormalAt(4));
+}
+
 TEST_CASE("Philox4x32-10 gives the known answers published with Random123") {
   using Block = std::array<std::uint32_t, 4>;
   CHECK(Philox4x32({0, 0, 0, 0}, {0, 0}) == Block{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
