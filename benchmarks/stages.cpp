@@ -94,9 +94,10 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
           {"PROSAC 20", "{type: prosac, hypotheses: 20}"},
           {"LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}"},
           {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, hypotheses: 1000}"},
-          {"inlier head, no reverse step", diffsac + copies + ", guide: inlier_head}"},
-          {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points", twenty + ", engine: libtorch}"},
-          {"20 sets, all points", twenty + "}"},
+          {"inlier head, no reverse step", diffsac + copies + ", guide: inlier_head, max_encoded_points: 0}"},
+          {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
+           twenty + ", engine: libtorch, max_encoded_points: 0}"},
+          {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
           {"20 sets, 256 points encoded", twenty + ", max_encoded_points: 256}"},
           {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
           {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};

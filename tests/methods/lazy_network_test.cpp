@@ -59,12 +59,11 @@ TEST_CASE("a batch of lazy rows estimates as one by one, on any number of thread
   std::vector<const Problem*> problems;
   for (const Example& example : examples) problems.push_back(&example.problem);
   problems.push_back(problems.front());
-  const std::vector<std::uint64_t> seeds = {1, 2, 3, 4};
   const Problem nothing;
   problems.push_back(&nothing);
   const std::vector<std::uint64_t> all_seeds = {1, 2, 3, 4, 5};
-  for (const std::string keys :
-       {"first_sets: 64, " + kConfident, kConfident, "max_encoded_points: 100, " + kConfident}) {
+  for (const std::string& keys : std::vector<std::string>{"first_sets: 64, " + kConfident, kConfident,
+                                                          "max_encoded_points: 100, " + kConfident}) {
     for (const int threads : {1, 3}) {
       context.threads = threads;
       Config config = Config::FromString("{type: diffsac, " + kCheckpoint + ", " + kHead + ", " + keys + "}");

@@ -117,40 +117,45 @@ inline void NormRow(const float* x, int width, PackedNorm norm, float* out) {
     Store(out + i, (Load(x + i) - mean) * inverse * Load(norm.scale + i) + Load(norm.shift + i));
 }
 
+/// y[out] = x[in] W + b of kVectors vectors of columns of one row.
+template <int kVectors>
+inline void RowColumns(const float* x, int in, int out, PackedLinear layer, int column, float* y) {
+  Lanes sum[kVectors];
+  for (int c = 0; c < kVectors; ++c) sum[c] = Load(layer.bias + column + c * kLanes);
+  for (int k = 0; k < in; ++k) {
+    const float* weights = layer.weights + static_cast<long>(k) * out + column;
+    for (int c = 0; c < kVectors; ++c) sum[c] += x[k] * Load(weights + c * kLanes);
+  }
+  for (int c = 0; c < kVectors; ++c) Store(y + column + c * kLanes, sum[c]);
+}
+
+/// One row, whose weights are gone through once: several columns at a time, so that no addition waits for the last.
+inline void LinearRow(const float* x, int in, int out, PackedLinear layer, float* y) {
+  constexpr int kSeveral = 8;
+  int column = 0;
+  for (; column + kSeveral * kLanes <= out; column += kSeveral * kLanes)
+    RowColumns<kSeveral>(x, in, out, layer, column, y);
+  for (; column < out; column += kLanes) RowColumns<1>(x, in, out, layer, column, y);
+}
+
 void Linear(const float* x, int rows, int in, int out, PackedLinear layer, float* y) {
-  float last[kTileRows * 1024];
-  for (int row = 0; row < rows; row += kTileRows) {
-    const int count = rows - row < kTileRows ? rows - row : kTileRows;
+  int row = 0;
+  for (; row + kTileRows <= rows; row += kTileRows) {
     const float* tile = x + static_cast<long>(row) * in;
-    if (count < kTileRows && in <= 1024) {  // copies, so that nothing behind the rows is read
-      for (int i = 0; i < kTileRows * in; ++i) last[i] = i < count * in ? tile[i] : 0.0f;
-      tile = last;
-    } else if (count < kTileRows) {
-      for (int r = 0; r < count; ++r)
-        for (int c = 0; c < out; c += kLanes) {
-          Lanes sum = Load(layer.bias + c);
-          for (int k = 0; k < in; ++k)
-            sum += tile[static_cast<long>(r) * in + k] * Load(layer.weights + static_cast<long>(k) * out + c);
-          Store(y + static_cast<long>(row + r) * out + c, sum);
-        }
-      return;
-    }
+    float* to = y + static_cast<long>(row) * out;
     int column = 0;
     for (; column + kTileColumns <= out; column += kTileColumns) {
       Lanes sum[kTileRows][kTileVectors];
       Tile(tile, in, layer.weights + column, out, layer.bias + column, sum);
-      for (int r = 0; r < count; ++r)
-        for (int c = 0; c < kTileVectors; ++c)
-          Store(y + static_cast<long>(row + r) * out + column + c * kLanes, sum[r][c]);
+      for (int r = 0; r < kTileRows; ++r)
+        for (int c = 0; c < kTileVectors; ++c) Store(to + static_cast<long>(r) * out + column + c * kLanes, sum[r][c]);
     }
     for (; column < out; column += kLanes)
-      for (int r = 0; r < count; ++r) {
-        Lanes sum = Load(layer.bias + column);
-        for (int k = 0; k < in; ++k)
-          sum += tile[r * in + k] * Load(layer.weights + static_cast<long>(k) * out + column);
-        Store(y + static_cast<long>(row + r) * out + column, sum);
-      }
+      for (int r = 0; r < kTileRows; ++r)
+        RowColumns<1>(tile + static_cast<long>(r) * in, in, out, layer, column, to + static_cast<long>(r) * out);
   }
+  for (; row < rows; ++row)
+    LinearRow(x + static_cast<long>(row) * in, in, out, layer, y + static_cast<long>(row) * out);
 }
 
 /// Sums over rows with softmax weights whose maximum is not known yet: what was summed shrinks when it rises.
