@@ -81,7 +81,7 @@ TEST_CASE("a batch of lazy rows estimates as one by one, on any number of thread
 
 TEST_CASE("a network that is shown more points than there are is shown all") {
   const Example example = Pair(0.5);
-  const Estimate all = Row(kConfident)->Estimate(example.problem, 1);
+  const Estimate all = Row("max_encoded_points: 0, " + kConfident)->Estimate(example.problem, 1);
   const Estimate more = Row("max_encoded_points: 501, " + kConfident)->Estimate(example.problem, 1);
   CHECK(all.inlier_probabilities == more.inlier_probabilities);
   const Estimate some = Row("max_encoded_points: 100, " + kConfident)->Estimate(example.problem, 1);

@@ -28,8 +28,9 @@ double ShareOfInliers(const std::vector<int>& rows, const std::vector<std::uint8
 
 }  // namespace
 
-TEST_CASE("ratio and neighbourhood together find more inliers than the ratio alone") {
-  const Example example = Pair();
+TEST_CASE("the neighbourhood finds inliers where the ratio says nothing") {
+  Example example = Pair();
+  example.problem.quality.setConstant(0.8);
   const SolverSpace space(example.problem);
   PointFeaturesOptions options;
   options.kinds = {PointFeature::kRatio};
@@ -42,7 +43,7 @@ TEST_CASE("ratio and neighbourhood together find more inliers than the ratio alo
   CHECK((by_both.minCoeff() >= 0.0f && by_both.maxCoeff() <= 1.0f));
   const auto& inliers = example.truth.inliers;
   CHECK(ShareOfInliers(LikeliestPoints(by_both, 100), inliers) >
-        ShareOfInliers(LikeliestPoints(by_ratio, 100), inliers));
+        ShareOfInliers(LikeliestPoints(by_ratio, 100), inliers) + 0.2);
 }
 
 TEST_CASE("points of a plane are likely by the hypotheses that they agree with") {
