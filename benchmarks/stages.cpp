@@ -98,7 +98,7 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
           {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
            twenty + ", engine: libtorch, max_encoded_points: 0}"},
           {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
-          {"20 sets, 256 points encoded", twenty + ", max_encoded_points: 256}"},
+          {"20 sets, 512 points encoded", twenty + ", max_encoded_points: 512}"},
           {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
           {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
 }
