@@ -30,7 +30,7 @@ constexpr int kSupportSets = 5;
 constexpr int kPlaneRounds = 10;
 constexpr int kMaxPairs = 1000;
 /// Points off the plane that vote on an epipole.
-constexpr int kMostOffPlane = 2000;
+constexpr int kMostOffPlane = 500;
 constexpr double kPairConfidence = 0.999;
 /// Two points define the epipole; fewer others than this prove nothing.
 constexpr int kMinVotes = 1;
