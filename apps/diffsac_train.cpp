@@ -12,6 +12,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
+#include "diffsac/methods/diffsac_engine.h"
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"
@@ -49,7 +50,7 @@ int main(int argc, char** argv) {
   app.add_flag("--resume", resume, "Continue from the run folder's last checkpoint");
   app.add_option("--import", weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
       ->excludes("--resume");
-  app.add_option("--device", device, "auto, cpu or cuda");
+  app.add_option("--device", device, "auto, cpu, cuda or cuda:INDEX");
   app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
   app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
@@ -58,6 +59,7 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
   try {
+    diffsac::CheckDevice(device);
     auto config = diffsac::Config::FromFile(config_path);
     for (const auto& assignment : assignments) config.Set(assignment);
     if (seed >= 0) config.Set("train.seed=" + std::to_string(seed));

@@ -20,6 +20,7 @@
 #include "diffsac/eval/run_sweep.h"
 #include "diffsac/eval/selection.h"
 #include "diffsac/eval/sweep.h"
+#include "diffsac/methods/diffsac_engine.h"
 
 namespace diffsac {
 
@@ -149,6 +150,7 @@ bool MakeReady(const EvalRequest& request, ExperimentOptions* experiment, std::o
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out) {
   CheckRequest(request);
+  CheckDevice(request.context.device);  // before an earlier run's results are touched
   if (!request.merge.empty()) {
     MergeFolders(request.merge, request.output, out);
     return kExitOk;

@@ -20,6 +20,8 @@ bool OnCpu(const std::string& device) {
 
 }  // namespace
 
+void CheckDevice(const std::string& device) { OnCpu(device); }
+
 std::shared_ptr<const DiffsacModel> LoadDiffsac(const TrainedConfig& trained, NetworkEngine engine,
                                                 const std::string& device) {
   const bool on_cpu = OnCpu(device);

@@ -27,6 +27,9 @@ struct DiffsacEngine {
   std::function<std::shared_ptr<const DiffsacModel>(const TrainedConfig&, const std::string& device)> load;
 };
 
+/// Throws Error for a text that names no device, and for a device that is not there.
+void CheckDevice(const std::string& device);
+
 /// The network of a checkpoint, with its averaged weights. device: "auto", "cpu", "cuda" or "cuda:1". Throws Error
 /// naming the file, or the row's key where the engine has not the architecture or the device.
 std::shared_ptr<const DiffsacModel> LoadDiffsac(const TrainedConfig& trained, NetworkEngine engine,

@@ -1,6 +1,7 @@
 #include "diffsac/methods/registry.h"
 
 #include "diffsac/core/status.h"
+#include "diffsac/methods/diffsac_engine.h"
 #include "diffsac/methods/learned_model.h"
 #include "diffsac/methods/learned_row.h"
 #include "diffsac/methods/method_registry.h"
@@ -15,6 +16,7 @@ const MethodEntry& EntryOf(const Config& config) {
 }  // namespace
 
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context) {
+  CheckDevice(context.device);  // also by rows that have no use for it
   return EntryOf(config).make(config, task, context);
 }
 

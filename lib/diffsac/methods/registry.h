@@ -15,7 +15,8 @@ struct MethodContext {
   int threads = 0;  ///< 0: all cores
 };
 
-/// Builds the row that `type` names. Throws Error: unknown type (with the nearest), bad option, bad checkpoint.
+/// Builds the row that `type` names. Throws Error: unknown type (with the nearest), bad option, bad checkpoint, a
+/// device that is not there.
 std::unique_ptr<Method> MakeMethod(const Config& config, Task task, const MethodContext& context);
 
 /// The row with every key filled in, `type` first: its defaults for the task, the checkpoint's `inference` group, its

@@ -25,8 +25,9 @@ struct LearnedNetwork : LearnedModel {
 /// naming the file and the first weight that differs.
 void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network);
 
-/// "auto" (CUDA where LibTorch has it and a device is there), "cpu", "cuda" or "cuda:1". Throws Error when CUDA is
-/// asked for in vain.
+/// "auto" (CUDA where LibTorch has it and a device is there), "cpu", "cuda" or "cuda:1"; also other devices by their
+/// names in LibTorch, as far as somebody has registered them with it. Throws Error for any other text, and for a device
+/// that is not there.
 torch::Device DeviceFromString(const std::string& name);
 
 }  // namespace diffsac
