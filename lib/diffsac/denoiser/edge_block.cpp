@@ -16,8 +16,11 @@ constexpr double kLeakySlope = 0.2;  // as published
 
 torch::Tensor NearestRows(const torch::Tensor& u, const torch::Tensor& mask, std::int64_t k) {
   const torch::NoGradGuard no_grad;
-  const auto squares = u.square().sum(-1);
-  auto distances = squares.unsqueeze(2) + squares.unsqueeze(1) - 2.0 * torch::bmm(u, u.transpose(1, 2));
+  // In mixed precision too: products in 16 bits are further apart than neighbours.
+  const c10::impl::ExcludeDispatchKeyGuard single(c10::autocast_dispatch_keyset);
+  const auto v = u.to(torch::kFloat);
+  const auto squares = v.square().sum(-1);
+  auto distances = squares.unsqueeze(2) + squares.unsqueeze(1) - 2.0 * torch::bmm(v, v.transpose(1, 2));
   if (mask.defined()) distances = distances.masked_fill(mask.logical_not().unsqueeze(1), 1e9);
   // Whatever the rounding, a point is its own nearest.
   distances.diagonal(0, 1, 2).fill_(-1.0);
@@ -36,7 +39,8 @@ EdgeBlock::EdgeBlock(std::int64_t width, std::int64_t neighbors, Rng rng) : neig
 
 namespace {
 
-// Which neighbour has the largest value of each channel, [S, N, C], with tensors; values: [S, N, C], nearest: [S, N, k].
+// Which neighbour has the largest value of each channel, [S, N, C], with tensors; values: [S, N, C], nearest: [S, N,
+// k].
 torch::Tensor Winners(const torch::Tensor& values, const torch::Tensor& nearest) {
   const std::int64_t sets = values.size(0), points = values.size(1);
   const auto rows = values.reshape({-1, values.size(2)});
@@ -93,8 +97,8 @@ torch::Tensor LargestOfNeighbors(const torch::Tensor& values, const torch::Tenso
 
 torch::Tensor EdgeBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
   const auto u = norm_(x);
-  // A linear layer of a difference is the difference of the layer's outputs (N products instead of N · k), and a maximum
-  // behind an activation that rises everywhere is the activation of the maximum.
+  // A linear layer of a difference is the difference of the layer's outputs (N products instead of N · k), and a
+  // maximum behind an activation that rises everywhere is the activation of the maximum.
   const auto mapped = difference_(u);  // [S, N, 2W]
   const auto largest = LargestOfNeighbors(mapped, NearestRows(u, mask, neighbors_), mask);
   return x + output_(torch::leaky_relu(own_(u) - mapped + largest, kLeakySlope));

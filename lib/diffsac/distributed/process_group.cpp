@@ -50,9 +50,10 @@ struct ProcessGroup::Impl {
   c10::intrusive_ptr<c10d::Backend> nccl;  // Made when the first tensors on a GPU come; null where the build has none.
   bool nccl_tried = false;
 
-  // Who sums tensors of this kind where they are.
+  // Who sums tensors of this kind where they are; null: nobody, they travel through the processor's memory.
   c10d::Backend* BackendOf(const ProcessPlace& place, const torch::Tensor& tensor) {
-    if (!tensor.is_cuda()) return gloo.get();
+    if (tensor.is_cpu()) return gloo.get();
+    if (!tensor.is_cuda()) return nullptr;
     if (!nccl_tried) nccl = MakeNcclBackend(store, place.rank, place.size, timeout);
     if (!nccl_tried && !nccl) LogInfo("built without NCCL: gradients travel through the processors' memory");
     nccl_tried = true;

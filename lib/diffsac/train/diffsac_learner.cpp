@@ -61,7 +61,7 @@ void DiffsacTraining::BindTrain(OptionsBinder& b) {
   b.Field("self_conditioning_probability", self_conditioning_probability, Within(0.0, 1.0))
       .OnlyIf(network.denoiser.self_conditioning, "network.denoiser.self_conditioning")
       .Help("share of the steps in which the network sees its own prediction");
-  b.Field("precision", precision).Help("`auto`: bfloat16 on CUDA and, but for pooled networks, CPUs that have it");
+  b.Field("precision", precision).Help("`auto`: bfloat16 on GPUs and, but for pooled networks, CPUs that have it");
 }
 
 struct StepTensors {
@@ -91,16 +91,18 @@ StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const to
   step.noise = Padded(items, &TrainingItem::noise, copies, step.points, 0.0f);
   step.times = torch::empty({step.points.size(), copies}, torch::kLong);
   for (std::size_t b = 0; b < items.size(); ++b)
-    std::copy_n(items[b].times.data(), copies, step.times.data_ptr<std::int64_t>() + static_cast<std::int64_t>(b) * copies);
+    std::copy_n(items[b].times.data(), copies,
+                step.times.data_ptr<std::int64_t>() + static_cast<std::int64_t>(b) * copies);
   step.points = step.points.To(device);
   for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device);
   return step;
 }
 
-// On a CPU converting costs a pooled network more than its narrow products gain (benchmarks/README.md).
+// 16 bits are for other devices; on a CPU converting costs a pooled network more than its narrow products gain
+// (benchmarks/README.md).
 bool UseBfloat16(const DiffsacTraining& own, const torch::Device& device) {
   if (own.precision != TrainingPrecision::kAuto) return own.precision == TrainingPrecision::kBfloat16;
-  if (device.is_cuda()) return true;
+  if (!device.is_cpu()) return true;
   return own.network.denoiser.kind != DenoiserKind::kPooled && __builtin_cpu_supports("avx512bf16");
 }
 
