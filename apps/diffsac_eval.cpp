@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
     std::cerr << "diffsac_eval: " << error.what() << std::endl;
     return diffsac::kExitBadInput;
   }
+  if (app.count("--device") > 0) request.training_device = request.context.device;
   if (request.context.threads > 0) at::set_num_threads(request.context.threads);
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);

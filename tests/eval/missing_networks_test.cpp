@@ -34,5 +34,14 @@ methods:
   CHECK(TrainNetworks({networks[1]}));  // Only a warning.
 }
 
+TEST_CASE("missing networks are trained on the device that is asked for") {
+  const TemporaryFolder folder;
+  const MissingNetwork network{"net", folder.File("runs/net/checkpoints/best.safetensors"), "net.yaml"};
+  auto command = TrainingCommand(network, "cuda:1");
+  command.erase(command.begin());
+  CHECK(command ==
+        std::vector<std::string>{"--config", "net.yaml", "--output", folder.File("runs/net"), "--device", "cuda:1"});
+}
+
 }  // namespace
 }  // namespace diffsac

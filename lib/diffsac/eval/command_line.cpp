@@ -132,7 +132,7 @@ bool MakeReady(const EvalRequest& request, ExperimentOptions* experiment, std::o
     for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
     return false;
   }
-  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment))) {
+  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment), request.training_device)) {
     *code = kExitInterrupted;
     return false;
   }

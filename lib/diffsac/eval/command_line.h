@@ -37,13 +37,14 @@ struct EvalRequest {
   bool one_point = false;                ///< Of a sweep, whose axes the assignments have set.
   std::string data_root;                 ///< --data: replaces the experiment's data_root
   bool needs = false;                    ///< --needs: only says which folders the experiment reads
-  bool train_missing = false;      ///< --train-missing: networks under runs/ that rows name and that are not there
-  bool update = false;             ///< --update: nothing is done where the folder holds the results already
-  std::string page;                ///< --page: a page with tables and pictures; empty: none
-  std::string page_command;        ///< --page-command: how the page says that it was made
-  ColmapExport colmap;             ///< --export-colmap, --export-overwrite
-  MethodContext context;           ///< --checkpoint, --device, --threads (0: as configured)
-  std::optional<WorkGroup> group;  ///< Nothing: this process alone.
+  bool train_missing = false;  ///< --train-missing: networks under runs/ that rows name and that are not there
+  std::string training_device = "auto";  ///< Of these: --device where it is given.
+  bool update = false;                   ///< --update: nothing is done where the folder holds the results already
+  std::string page;                      ///< --page: a page with tables and pictures; empty: none
+  std::string page_command;              ///< --page-command: how the page says that it was made
+  ColmapExport colmap;                   ///< --export-colmap, --export-overwrite
+  MethodContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+  std::optional<WorkGroup> group;        ///< Nothing: this process alone.
 };
 
 /// Exit codes of the programs.

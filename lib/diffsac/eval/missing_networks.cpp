@@ -39,7 +39,8 @@ std::string TrainingOf(const std::string& name, const std::string& configs) {
   for (const auto& entry : fs::recursive_directory_iterator(configs, none))
     if (entry.path().extension() == ".yaml") paths.push_back(entry.path().string());
   std::sort(paths.begin(), paths.end());
-  const auto found = std::find_if(paths.begin(), paths.end(), [&](const auto& path) { return IsTrainingOf(name, path); });
+  const auto found =
+      std::find_if(paths.begin(), paths.end(), [&](const auto& path) { return IsTrainingOf(name, path); });
   return found == paths.end() ? "" : *found;
 }
 
@@ -88,20 +89,31 @@ std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, cons
   return folders;
 }
 
-bool TrainNetworks(const std::vector<MissingNetwork>& networks) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "diffsac_train";
+namespace {
+
+fs::path RunOf(const MissingNetwork& network) { return fs::path(network.checkpoint).parent_path().parent_path(); }
+
+}  // namespace
+
+std::vector<std::string> TrainingCommand(const MissingNetwork& network, const std::string& device) {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "diffsac_train", run = RunOf(network);
+  std::vector<std::string> command = {program.string(), "--config", network.config, "--output",
+                                      run.string(),     "--device", device};
+  if (fs::exists(run / "checkpoints" / "last.safetensors")) command.push_back("--resume");
+  return command;
+}
+
+bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device) {
   for (const MissingNetwork& network : networks) {
     if (network.config.empty()) {
       LogWarning("no training configuration is named '" + network.name + "', for " + network.checkpoint);
       continue;
     }
-    const fs::path run = fs::path(network.checkpoint).parent_path().parent_path();
-    std::vector<std::string> command = {program.string(), "--config", network.config, "--output", run.string()};
-    if (fs::exists(run / "checkpoints" / "last.safetensors")) command.push_back("--resume");
+    const fs::path run = RunOf(network);
     fs::create_directories(run);
     const std::string log = run.string() + ".log";
     LogInfo("training " + network.config + ", log in " + log);
-    const int code = RunProgram(command, log);
+    const int code = RunProgram(TrainingCommand(network, device), log);
     if (code == kInterrupted) return false;
     if (code != 0) LogWarning(network.name + " was not trained: see " + log);
   }

@@ -15,14 +15,19 @@ struct MissingNetwork {
 };
 
 /// Those of an experiment's rows. Training configurations are looked for below `configs`, by their `name`.
-std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment, const std::string& configs = "configs");
+std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
+                                            const std::string& configs = "configs");
 
 /// What an experiment reads and can be prepared: the folders of its data, and those below runs/ that the trainings of
 /// missing networks read.
 std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs = "configs");
 
 /// Trains them one after the other with the program beside this one, each where an earlier run of its stopped; the
-/// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. False: interrupted.
-bool TrainNetworks(const std::vector<MissingNetwork>& networks);
+/// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. device: as diffsac_train
+/// takes it. False: interrupted.
+bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device = "auto");
+
+/// The program and its arguments that train a network which has a configuration.
+std::vector<std::string> TrainingCommand(const MissingNetwork& network, const std::string& device);
 
 }  // namespace diffsac
