@@ -1,19 +1,20 @@
-// SampleConsensus of all models, against what its header promises for any input.
+// SampleConsensus, FindStructures and EstimateDgsac of all models, against what their headers promise for any input.
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <memory>
+#include <numeric>
 
+#include "diffsac/consensus/confidence_source.h"
 #include "diffsac/consensus/noise_scales.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/weighted_source.h"
+#include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "fuzz/fuzz_problem.h"
+#include "fuzz/fuzz_target.h"
 
 namespace diffsac {
 namespace {
@@ -21,24 +22,43 @@ namespace {
 using testing::ByteReader;
 using testing::FuzzProblem;
 
-void Require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "estimate_fuzz: broken promise: %s\n", what);
-  std::abort();
+using testing::Require;
+using testing::SetsFrom;
+
+template <class Values>
+std::vector<typename Values::value_type> Rows(const Values& values, const std::vector<int>& rows) {
+  std::vector<typename Values::value_type> some;
+  for (const int row : rows) some.push_back(values[static_cast<std::size_t>(row)]);
+  return some;
+}
+
+/// The source of sets among some of the points, all of which its weights and confidences know.
+std::unique_ptr<HypothesisSource> SourceOf(const FuzzProblem& problem, int set_size, const std::vector<int>& rows,
+                                           int search) {
+  const Rng rng = Rng(problem.seed).Fork("minimal_sets", static_cast<std::uint64_t>(search));
+  const bool all = static_cast<Eigen::Index>(rows.size()) == problem.points.rows();
+  if (problem.sets_from == SetsFrom::kWeights)
+    return std::make_unique<WeightedSource>(Rows(problem.quality, rows), set_size, rng);
+  if (problem.sets_from == SetsFrom::kConfidences && all)
+    return std::make_unique<ConfidenceSource>(problem.confidences, static_cast<int>(rows.size()), set_size,
+                                              problem.likeliest_sets ? Selection::kMaximum : Selection::kProbabilistic,
+                                              problem.unique_sets, problem.temperature, rng);
+  if (problem.sets_from == SetsFrom::kGiven && all) return std::make_unique<GivenSource>(problem.minimal_sets);
+  return MakeHypothesisSource(problem.source, problem.points(rows, Eigen::all), set_size, rng,
+                              Rows(problem.quality, rows));
+}
+
+std::vector<int> AllRows(const FuzzProblem& problem) {
+  std::vector<int> rows(static_cast<std::size_t>(problem.points.rows()));
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
 }
 
 template <MinimalModel Model>
 ConsensusResult Estimate(const FuzzProblem& problem, const ConsensusOptions& options, int threads) {
-  const Rng rng(problem.seed), sets_rng = rng.Fork("minimal_sets");
-  std::unique_ptr<HypothesisSource> source;
-  if (problem.use_given_sets) {
-    source = std::make_unique<GivenSource>(problem.minimal_sets);
-  } else if (problem.use_weights) {
-    source = std::make_unique<WeightedSource>(problem.quality, Model::kMinimalSize, sets_rng);
-  } else {
-    source = MakeHypothesisSource(problem.source, problem.points, Model::kMinimalSize, sets_rng, problem.quality);
-  }
-  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, rng, problem.hints, threads);
+  const auto source = SourceOf(problem, Model::kMinimalSize, AllRows(problem), 0);
+  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, Rng(problem.seed), problem.hints,
+                                threads);
 }
 
 template <MinimalModel Model>
@@ -75,11 +95,15 @@ void CheckResult(const FuzzProblem& problem, const ConsensusResult& result) {
   Require(static_cast<Eigen::Index>(result.inliers.size()) == problem.points.rows(), "the mask has the points' length");
   int support = 0;
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
-    const double residual = Model::Residual(model, problem.points.data() + i * problem.points.cols());
-    Require(result.inliers[i] == (residual <= problem.threshold ? 1 : 0), "the mask is the residuals'");
+    const bool within = Model::Residual(model, problem.points.data() + i * problem.points.cols()) <= problem.threshold;
+    if (problem.options.noise == NoiseScale::kGiven)
+      Require(result.inliers[i] == (within ? 1 : 0), "the mask is the residuals'");
+    else
+      Require(result.inliers[i] == 0 || within, "the mask holds no residual beyond the threshold");
     support += result.inliers[i];
   }
-  Require(support >= Model::kMinimalSize, "a model has at least a minimal set's support");
+  if (problem.options.noise == NoiseScale::kGiven)
+    Require(support >= Model::kMinimalSize, "a model has at least a minimal set's support");
 }
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
@@ -90,9 +114,7 @@ void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
 }
 
 template <MinimalModel Model>
-void Run(ByteReader* reader) {
-  FuzzProblem problem =
-      testing::ReadProblem(reader, Model::kDimension, Model::kMinimalSize, Model::Parameters::SizeAtCompileTime);
+void RunOneModel(const FuzzProblem& problem) {
   const ConsensusResult result = Estimate<Model>(problem, problem.options, 1);
   CheckResult<Model>(problem, result);
   if (problem.threads == 1) return;
@@ -101,8 +123,49 @@ void Run(ByteReader* reader) {
   CheckSame(result, Estimate<Model>(problem, other, problem.threads));
 }
 
+template <MinimalModel Model>
+void RunStructures(const FuzzProblem& problem) {
+  const StructuresResult result = FindStructures<Model>(
+      problem.points, problem.threshold,
+      [&](const std::vector<int>& rows, int search) { return SourceOf(problem, Model::kMinimalSize, rows, search); },
+      problem.options, problem.structures, Rng(problem.seed), problem.hints);
+  Require((result.status == Status::kOk) == !result.models.empty(), "structures are found, or there is no model");
+  if (result.status != Status::kOk) return;
+  Require(static_cast<Eigen::Index>(result.labels.size()) == problem.points.rows(), "there is a label for each point");
+  Require(static_cast<int>(result.models.size()) <= problem.structures.most, "no more structures than are asked for");
+  for (const ModelParameters& model : result.models) Require(model.allFinite(), "structures are finite");
+  for (std::size_t i = 0; i < result.labels.size(); ++i) {
+    const std::int32_t label = result.labels[i];
+    Require(label >= 0 && label <= static_cast<int>(result.models.size()), "a label is that of a structure");
+    if (label == 0) continue;
+    const typename Model::Parameters model = result.models[static_cast<std::size_t>(label - 1)];
+    const double* point = problem.points.data() + static_cast<Eigen::Index>(i) * problem.points.cols();
+    Require(Model::Residual(model, point) <= problem.threshold, "a structure's points are within the threshold");
+  }
+}
+
+template <MinimalModel Model>
+void RunDgsac(const FuzzProblem& problem) {
+  const DgsacResult result = EstimateDgsac<Model>(problem.points, problem.dgsac, Rng(problem.seed));
+  Require(static_cast<int>(result.sets.size()) <= problem.dgsac.hypotheses * Model::kMinimalSize,
+          "no more sets than are asked for");
+  if (result.status != Status::kOk) return;
+  Require(result.model.allFinite(), "the model is finite");
+  Require(static_cast<Eigen::Index>(result.inliers.size()) == problem.points.rows(), "the mask has the points' length");
+}
+
+template <MinimalModel Model>
+void Run(ByteReader* reader) {
+  const int what = reader->Below(8);
+  const FuzzProblem problem =
+      testing::ReadProblem(reader, Model::kDimension, Model::kMinimalSize, Model::Parameters::SizeAtCompileTime);
+  if (what == 0) return RunDgsac<Model>(problem);
+  if (what <= 2) return RunStructures<Model>(problem);
+  RunOneModel<Model>(problem);
+}
+
 void RunOne(ByteReader* reader) {
-  switch (reader->Below(8)) {
+  switch (reader->Below(9)) {
     case 0:
       return Run<Line>(reader);
     case 1:
@@ -115,6 +178,8 @@ void RunOne(ByteReader* reader) {
       return Run<Fundamental>(reader);
     case 6:
       return Run<Fundamental8>(reader);
+    case 7:
+      return Run<AbsolutePose>(reader);
     default:
       return Run<Essential>(reader);
   }
@@ -123,13 +188,23 @@ void RunOne(ByteReader* reader) {
 }  // namespace
 }  // namespace diffsac
 
+/// Any bytes are a problem; those of some length are one with points.
+std::vector<std::string> diffsac::testing::Seeds() {
+  std::vector<std::string> seeds;
+  for (std::uint64_t i = 0; i < 32; ++i) {
+    Rng rng = Rng(i).Fork("seed");
+    std::string& seed = seeds.emplace_back(512 + 64 * i, '\0');
+    for (char& byte : seed) byte = static_cast<char>(rng.Below(256));
+  }
+  return seeds;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   diffsac::testing::ByteReader reader(data, size);
   try {
     diffsac::RunOne(&reader);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "estimate_fuzz: broken promise: nothing is thrown (%s)\n", error.what());
-    std::abort();
+    diffsac::testing::Require(false, std::string("nothing is thrown: ") + error.what());
   }
   return 0;
 }

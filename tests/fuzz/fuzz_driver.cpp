@@ -1,6 +1,10 @@
-// Runs a fuzz target without libFuzzer, so with any compiler: on given files, or on random bytes.
+// Runs a fuzz target without libFuzzer, so with any compiler: on given files, or on changed seeds.
+
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -13,12 +17,14 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+#include "fuzz/fuzz_target.h"
+#include "fuzz/mutate.h"
 
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+// What a target promises (docs/reliability.md).
+constexpr unsigned kMostSeconds = 10;
+constexpr rlim_t kMostBytes = rlim_t{2} << 30;  // beside what the program has when it starts
 
 struct Arguments {
   std::int64_t runs = 1000;
@@ -30,9 +36,10 @@ struct Arguments {
 
 [[noreturn]] void Usage() {
   std::fputs(
-      "usage: estimate_fuzz_driver [--runs N | --seconds S] [--seed S] [--artifact FILE] [INPUT FILES...]\n"
-      "  without files: random inputs, of another seed each time unless one is given; it is printed first, so that a\n"
-      "  failure can be run again. FILE holds the input that runs, so the failing one after a crash.\n",
+      "usage: NAME_fuzz_driver [--runs N | --seconds S] [--seed S] [--artifact FILE] [INPUT FILES...]\n"
+      "  without files: changed seeds and random bytes, of another seed each time unless one is given; it is printed\n"
+      "  first, so that a failure can be run again. FILE holds the input that runs, so the failing one after a "
+      "crash.\n",
       stderr);
   std::exit(2);
 }
@@ -65,49 +72,73 @@ Arguments Parse(int argc, char** argv) {
   return arguments;
 }
 
+void Run(const std::string& bytes) {
+  ::alarm(kMostSeconds);
+  LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  ::alarm(0);
+}
+
 bool ReplayFiles(const std::vector<std::string>& files) {
   for (const std::string& path : files) {
     std::ifstream file(path, std::ios::binary);
     if (!file) {
-      std::fprintf(stderr, "estimate_fuzz_driver: cannot read %s\n", path.c_str());
+      std::fprintf(stderr, "fuzz: cannot read %s\n", path.c_str());
       return false;
     }
-    const Bytes bytes((std::istreambuf_iterator<char>(file)), {});
-    LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+    Run(std::string((std::istreambuf_iterator<char>(file)), {}));
   }
   return true;
 }
 
-Bytes RandomBytes(diffsac::Rng rng) {
-  Bytes bytes(64 + rng.Below(1024));
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(rng.Below(256));
-  return bytes;
+void Save(const std::string& path, const std::string& bytes) {
+  if (path.empty()) return;
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-void Save(const std::string& path, const Bytes& bytes) {
-  if (path.empty()) return;
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+void TooSlow(int) {
+  constexpr char kText[] = "fuzz: broken promise: an input takes longer than 10 s\n";
+  if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) std::_Exit(1);
+  std::abort();
+}
+
+// A request beyond it fails, with an exception that no target lets pass. Sanitizers reserve more than there is.
+void LimitMemory() {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  std::ifstream file("/proc/self/statm");
+  rlim_t pages = 0;
+  if (!(file >> pages)) return;
+  const rlim_t bytes = pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + kMostBytes;
+  const rlimit limit{bytes, bytes};
+  ::setrlimit(RLIMIT_AS, &limit);
+#endif
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const Arguments arguments = Parse(argc, argv);
+  std::signal(SIGALRM, TooSlow);
   if (!arguments.files.empty()) return ReplayFiles(arguments.files) ? 0 : 1;
   const std::uint64_t seed = arguments.seed.value_or(std::random_device()());
   // At once and on standard error, so that a crash does not swallow it.
-  std::fprintf(stderr, "estimate_fuzz_driver: --seed %llu\n", static_cast<unsigned long long>(seed));
+  std::fprintf(stderr, "fuzz: --seed %llu\n", static_cast<unsigned long long>(seed));
+  const std::vector<std::string> seeds = diffsac::testing::Seeds();
+  LimitMemory();
   const diffsac::Rng rng(seed);
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  // The seeds as they are come first.
   std::int64_t run = 0;
+  for (; run < static_cast<std::int64_t>(seeds.size()); ++run) {
+    Save(arguments.artifact, seeds[static_cast<std::size_t>(run)]);
+    Run(seeds[static_cast<std::size_t>(run)]);
+  }
   for (; arguments.seconds > 0.0 ? elapsed() < arguments.seconds : run < arguments.runs; ++run) {
-    const Bytes bytes = RandomBytes(rng.Fork("input", static_cast<std::uint64_t>(run)));
+    const std::string bytes = diffsac::testing::MutatedInput(seeds, rng.Fork("input", static_cast<std::uint64_t>(run)));
     Save(arguments.artifact, bytes);
-    LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+    Run(bytes);
   }
   if (!arguments.artifact.empty()) std::remove(arguments.artifact.c_str());
-  std::printf("estimate_fuzz_driver: %lld inputs, no broken promise, %.1f s\n", static_cast<long long>(run), elapsed());
+  std::printf("fuzz: %lld inputs, no broken promise, %.1f s\n", static_cast<long long>(run), elapsed());
   return 0;
 }

@@ -30,6 +30,7 @@ PointMatrix AnyPoints(ByteReader* reader, int count, int dimension) {
 }
 
 /// Lines and planes: points near the first axes. Correspondences: two views of space points, some of them on a plane.
+/// Absolute poses: such space points and one view of them.
 PointMatrix ModelPoints(ByteReader* reader, int count, int dimension) {
   Rng rng(reader->Word());
   const double noise = reader->Below(4) * 0.1, outliers = reader->Below(8) / 8.0, on_plane = reader->Below(4) / 3.0;
@@ -42,7 +43,7 @@ PointMatrix ModelPoints(ByteReader* reader, int count, int dimension) {
   PointMatrix points(count, dimension);
   for (int i = 0; i < count; ++i) {
     const bool outlier = rng.Uniform() < outliers;
-    if (dimension != 4) {
+    if (dimension < 4) {
       for (int j = 0; j < dimension; ++j) points(i, j) = rng.Uniform(-10.0, 10.0);
       if (!outlier) points(i, dimension - 1) = noise * rng.Normal();
       continue;
@@ -50,6 +51,11 @@ PointMatrix ModelPoints(ByteReader* reader, int count, int dimension) {
     Eigen::Vector3d first(rng.Uniform(-4.0, 4.0), rng.Uniform(-4.0, 4.0), 6.0);
     if (rng.Uniform() >= on_plane) first[2] += rng.Uniform(-2.0, 4.0);
     const Eigen::Vector3d second = rotation * first + translation;
+    if (dimension == 5) {
+      points.row(i) << first.transpose(), second.head<2>().transpose() / second[2];
+      for (int j = 3; j < 5; ++j) points(i, j) += outlier ? rng.Uniform(-1.0, 1.0) : 0.01 * noise * rng.Normal();
+      continue;
+    }
     points.row(i) << 100.0 * first.head<2>().transpose() / first[2], 100.0 * second.head<2>().transpose() / second[2];
     for (int j = 0; j < 4; ++j) points(i, j) += noise * rng.Normal();
     if (outlier)
@@ -114,6 +120,13 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
   options.refit_rounds = 1 + reader->Below(4);
   options.refit_candidates = 1 + reader->Below(4);
   options.residual_dof = reader->Below(7);
+  options.noise = Choose<NoiseScale>(reader);
+  if (reader->Below(4) == 0) options.inlier_prior_power = reader->Positive();
+  if (reader->Below(4) == 0) options.camera_prior = reader->Positive();
+  if (reader->Below(3) == 0) {
+    options.least_scale = reader->Positive();
+    options.greatest_scale = options.least_scale * (1.0 + reader->Positive());
+  }
   if (reader->Below(4) == 0) {
     options.score_threshold_factor = reader->Positive();
     options.sigma_factor = reader->Positive();
@@ -125,16 +138,74 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
   return options;
 }
 
+StructureSearchOptions ReadStructures(ByteReader* reader) {
+  StructureSearchOptions options;
+  options.search = Choose<StructureSearch>(reader);
+  options.most = 1 + reader->Below(6);
+  options.log_false_alarms = reader->Number();
+  options.least_chance = reader->Byte() / 255.0;
+  options.rounds = reader->Below(4);
+  return options;
+}
+
+DgsacOptions ReadDgsac(ByteReader* reader) {
+  DgsacOptions options;
+  options.hypotheses = 1 + reader->Below(60);
+  options.stopping = Choose<DgsacStopping>(reader);
+  options.explained_change = reader->Positive();
+  options.guided = reader->Flag();
+  options.preferred = 1 + reader->Below(10);
+  options.round_size = reader->Below(20);
+  options.min_contrast = reader->Positive();
+  options.same_structure = reader->Byte() / 255.0;
+  options.choose = Choose<DgsacChoice>(reader);
+  options.refit = Choose<DgsacRefit>(reader);
+  options.refit_rounds = 1 + reader->Below(6);
+  return options;
+}
+
+void ReadHints(ByteReader* reader, int count, int parameters, ConsensusHints* hints) {
+  for (int hint = reader->Below(8) - 5; hint > 0; --hint) {
+    ModelParameters model(reader->Below(16) == 0 ? reader->Below(12) : parameters);
+    for (double& value : model) value = reader->Number();
+    hints->models.push_back(model);
+  }
+  const auto read = [&](Eigen::VectorXd* values) {
+    values->resize(reader->Below(8) == 0 ? reader->Below(10) : count);
+    for (double& value : *values) value = reader->Number();
+  };
+  if (reader->Below(8) == 0) read(&hints->fit_weights);
+  if (reader->Below(4) == 0) read(&hints->inlier_priors);
+  if (reader->Below(4) == 0) hints->unit = reader->Positive();
+  if (reader->Below(4) != 0) return;
+  CameraPrior cameras{Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), reader->Positive()};
+  for (int i = 0; i < 3; ++i) cameras.K1(i, i) = reader->Number();
+  if (reader->Flag())
+    for (double& value : cameras.K2.reshaped()) value = reader->Number();
+  hints->cameras = cameras;
+}
+
+void ReadSource(ByteReader* reader, FuzzProblem* problem) {
+  constexpr SetsFrom kOrigins[] = {SetsFrom::kSource,  SetsFrom::kSource,      SetsFrom::kSource,
+                                   SetsFrom::kWeights, SetsFrom::kConfidences, SetsFrom::kGiven};
+  problem->sets_from = kOrigins[reader->Below(6)];
+  problem->source.source = Choose<SourceKind>(reader);
+  problem->source.prosac_samples = 1.0 + reader->Byte();
+  problem->source.napsac_neighbors = 1 + reader->Below(30);
+  problem->source.local_draws = reader->Below(8);
+  problem->likeliest_sets = reader->Flag();
+  problem->unique_sets = reader->Flag();
+  problem->temperature = reader->Positive();
+}
+
 }  // namespace
 
 FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int parameters) {
   FuzzProblem problem;
   problem.options = ReadOptions(reader);
-  problem.use_weights = reader->Below(6) == 0;
-  problem.source.source = Choose<SourceKind>(reader);
-  problem.source.prosac_samples = 1.0 + reader->Byte();
-  problem.source.napsac_neighbors = 1 + reader->Below(30);
-  problem.source.local_draws = reader->Below(8);
+  problem.structures = ReadStructures(reader);
+  problem.dgsac = ReadDgsac(reader);
+  ReadSource(reader, &problem);
   problem.seed = reader->Byte();
   problem.threads = 1 + reader->Below(3);
   problem.other_block = reader->Below(70);
@@ -144,20 +215,16 @@ FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int
   const int columns = reader->Below(32) == 0 ? reader->Below(6) : dimension;
   const bool any = reader->Below(3) == 0 || columns != dimension;
   // Sizes first, the numbers last: bytes that run out leave points, not options, at zero.
-  problem.use_given_sets = reader->Below(4) == 0;
-  const int num_sets = problem.use_given_sets ? reader->Below(20) * minimal_size + reader->Below(2) : 0;
+  const bool given = problem.sets_from == SetsFrom::kGiven;
+  const int num_sets = given ? reader->Below(20) * minimal_size + reader->Below(2) : 0;
   for (int i = 0; i < num_sets; ++i) {
     const int index = reader->Byte();
     problem.minimal_sets.push_back(index < 250 ? index % std::max(1, count) : index - 253);
   }
-  for (int hint = reader->Below(8) - 5; hint > 0; --hint) {
-    ModelParameters model(reader->Below(16) == 0 ? reader->Below(12) : parameters);
-    for (double& value : model) value = reader->Number();
-    problem.hints.models.push_back(model);
-  }
-  if (reader->Below(8) == 0) {
-    problem.hints.fit_weights.resize(reader->Below(8) == 0 ? reader->Below(10) : count);
-    for (double& weight : problem.hints.fit_weights) weight = reader->Number();
+  ReadHints(reader, count, parameters, &problem.hints);
+  if (problem.sets_from == SetsFrom::kConfidences) {
+    problem.confidences.resize(static_cast<std::size_t>(count) * reader->Below(5));
+    for (float& confidence : problem.confidences) confidence = static_cast<float>(reader->Number());
   }
   problem.quality.resize(count);
   const bool any_quality = reader->Below(4) == 0;

@@ -3,22 +3,33 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/consensus/dgsac.h"
 #include "diffsac/consensus/make_source.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
 #include "fuzz/byte_reader.h"
 
 namespace diffsac::testing {
 
-/// One call of SampleConsensus, read from bytes. Options are such as ConsensusOptions::Bind lets pass.
+/// Where the minimal sets of a problem come from.
+enum class SetsFrom { kSource, kWeights, kConfidences, kGiven };
+
+/// One call of SampleConsensus, FindStructures or EstimateDgsac, read from bytes. Options are such as their Bind lets
+/// pass.
 struct FuzzProblem {
   PointMatrix points;
   double threshold = 1.0;
   ConsensusOptions options;
+  StructureSearchOptions structures;
+  DgsacOptions dgsac;
+  SetsFrom sets_from = SetsFrom::kSource;
   SourceOptions source;
-  std::vector<double> quality;    ///< one a point
-  bool use_weights = false;       ///< sets are drawn in proportion to the quality
-  bool use_given_sets = false;    ///< sets are minimal_sets
-  std::vector<int> minimal_sets;  ///< indices out of range among them
+  std::vector<double> quality;     ///< one a point, and what kWeights draws in proportion to
+  std::vector<float> confidences;  ///< some rows of one a point
+  bool likeliest_sets = false;     ///< of the confidences
+  bool unique_sets = false;        ///< of the confidences
+  double temperature = 1.0;        ///< of the confidences
+  std::vector<int> minimal_sets;   ///< indices out of range among them
   ConsensusHints hints;
   std::uint64_t seed = 0;
   int threads = 1;
