@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
       ->needs(database);
   update->excludes(database);
   app.add_option("--device", request.context.device, "auto, cpu, cuda or cuda:INDEX");
-  app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
   app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
   app.add_option("--shard", request.shard, "i/n: only this part of the problems; join all n with --merge");
   app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")

@@ -56,7 +56,7 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
   app->add_option("--json", request->json, "Also everything as JSON in this file");
   app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
-  app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
   app->add_option("--seed", request->seed, "Of the search");
 }
 

@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   app.add_option("--import", weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
       ->excludes("--resume");
   app.add_option("--device", device, "auto, cpu, cuda or cuda:INDEX");
-  app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::NonNegativeNumber);
+  app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
   app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
   app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
       ->check(CLI::PositiveNumber);

@@ -32,7 +32,7 @@ LabelledPoints ReadLabelled(const std::string& path) {
   LabelledPoints read{PointMatrix(static_cast<Eigen::Index>(lines.size()), 4), {}};
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto& v = lines[i].values;
-    if (v[2] != 1.0 || v[5] != 1.0 || !(v[6] >= 0.0))
+    if (v[2] != 1.0 || v[5] != 1.0 || !(v[6] >= 0.0 && v[6] <= 1e9))
       throw Error(path + ":" + std::to_string(lines[i].line) + ": expected x1 y1 1 x2 y2 1 label");
     read.points.row(static_cast<Eigen::Index>(i)) << v[0], v[1], v[3], v[4];
     read.labels.push_back(static_cast<std::int32_t>(v[6]));
@@ -150,11 +150,12 @@ namespace {
 PrepareResult WriteAdelaideRmf(const PairsRequest& request, const std::atomic<bool>& stop) {
   PrepareResult result;
   const std::string name = request.scene.empty() ? "adelaidermf" : request.scene;
-  for (const auto& [kind, scene] : {std::pair(AdelaideCorrespondences::kLabelled, name),
-                                    std::pair(AdelaideCorrespondences::kTentative, name + "_sift")}) {
-    if (kind == AdelaideCorrespondences::kTentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
+  for (const AdelaideCorrespondences kind : {AdelaideCorrespondences::kLabelled, AdelaideCorrespondences::kTentative}) {
+    const bool tentative = kind == AdelaideCorrespondences::kTentative;
+    if (tentative && !fs::exists(fs::path(request.input) / "sift_update")) break;
     WriteScene(
-        request, scene, [&] { return ReadAdelaideRmf(request.input, kind); }, stop, &result);
+        request, name + (tentative ? "_sift" : ""), [&] { return ReadAdelaideRmf(request.input, kind); }, stop,
+        &result);
     if (stop) break;
   }
   return result;

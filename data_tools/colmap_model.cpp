@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 
+#include "data_tools/number_file.h"
 #include "diffsac/colmap/lens.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -76,8 +77,8 @@ std::map<std::int32_t, LensCamera> ReadCameras(const std::string& path) {
     const int count = ColmapParameterCount(model);
     if (count == 0) throw Error(path + ": the camera model " + model + " is not supported");
     ImageSize size;
-    size.width = static_cast<int>(reader.Take<std::uint64_t>());
-    size.height = static_cast<int>(reader.Take<std::uint64_t>());
+    size.width = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
+    size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
     std::vector<double> parameters;
     for (int i = 0; i < count; ++i) parameters.push_back(reader.Take<double>());
     cameras[id] = CameraOfColmap(model, parameters, size);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr double kNearPx = 2.0;  // between an observation and its keypoint
 
-using PointId = long;
+using PointId = std::int64_t;
 using ScenePoints = std::map<PointId, Eigen::Vector3d>;
 
 struct Observation {
@@ -43,8 +43,7 @@ ScenePoints ReadScenePoints(const std::string& path) {
     const auto words = lines.Words();
     if (words.empty()) continue;
     if (words.size() < 8) lines.Fail("expected POINT3D_ID X Y Z R G B ERROR TRACK");
-    points[static_cast<PointId>(lines.Number(words[0]))] << lines.Number(words[1]), lines.Number(words[2]),
-        lines.Number(words[3]);
+    points[lines.Whole(words[0])] << lines.Number(words[1]), lines.Number(words[2]), lines.Number(words[3]);
   }
   if (points.empty()) throw Error(path + ": there is no point");
   return points;
@@ -62,10 +61,10 @@ std::map<std::string, std::vector<Observation>> ReadObservations(const std::stri
     const auto words = lines.Words();
     if (words.size() % 3 != 0) lines.Fail("expected X Y POINT3D_ID for each keypoint");
     for (std::size_t i = 0; i < words.size(); i += 3) {
-      const double point = lines.Number(words[i + 2]);
+      const PointId point = lines.Whole(words[i + 2]);
       // From COLMAP's pixels, whose first centre is (0.5, 0.5).
       const Eigen::Vector2d pixel(lines.Number(words[i]) - 0.5, lines.Number(words[i + 1]) - 0.5);
-      if (point >= 0.0) seen.push_back({static_cast<PointId>(point), pixel});
+      if (point >= 0) seen.push_back({point, pixel});
     }
   }
   return all;

@@ -1,5 +1,6 @@
 #include "data_tools/colmap_text.h"
 
+#include <cmath>
 #include <filesystem>
 
 #include "diffsac/core/files.h"
@@ -22,14 +23,21 @@ bool ColmapLines::Next() {
 
 std::vector<std::string_view> ColmapLines::Words() const { return SplitWords(line_, " \t"); }
 
-void ColmapLines::Fail(const std::string& what) const {
-  throw Error(path_ + ":" + std::to_string(number_) + ": " + what);
-}
+std::string ColmapLines::Place() const { return path_ + ":" + std::to_string(number_); }
+
+void ColmapLines::Fail(const std::string& what) const { throw Error(Place() + ": " + what); }
 
 double ColmapLines::Number(std::string_view word) const {
   double value = 0.0;
   if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
   return value;
+}
+
+std::int64_t ColmapLines::Whole(std::string_view word) const {
+  const double value = Number(word);
+  if (!(std::abs(value) <= 0x1p53) || value != std::floor(value))
+    Fail("'" + std::string(word) + "' is no whole number");
+  return static_cast<std::int64_t>(value);
 }
 
 std::string FindColmapModel(const std::string& folder, const std::string& extension) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,10 +16,14 @@ class ColmapLines {
   /// False at the end. An empty line is a line: that of an image without points.
   bool Next();
   std::vector<std::string_view> Words() const;
-  /// Throws Error, starting with file and line.
+  /// File and line, for messages.
+  std::string Place() const;
+  /// Throws Error, starting with the place.
   [[noreturn]] void Fail(const std::string& what) const;
   /// Throws Error when a word is no number.
   double Number(std::string_view word) const;
+  /// The same as a whole number, at most 2^53 from 0: more digits than that a word cannot give.
+  std::int64_t Whole(std::string_view word) const;
 
  private:
   std::string path_, text_;

@@ -74,7 +74,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--max-disagreement", options.max_disagreement_deg,
                   "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
-  app->add_option("--threads", options.threads, "Threads (0: all cores)");
+  app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
 }
 
 void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
@@ -82,7 +82,7 @@ void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
   app->add_option("--data", request->data, "Folder of the image sets")->required()->check(CLI::ExistingDirectory);
   app->add_option("--only", request->only, "Sets by name, * for any text, or by the folders they make (all)")
       ->delimiter(',');
-  app->add_option("--threads", request->threads, "Threads (0: all cores)");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
 }
 
 void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
@@ -96,7 +96,7 @@ void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
   app->add_option("--contrast-threshold", request->features.contrast_threshold, "Of SIFT");
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--overwrite", request->overwrite, "Make descriptors again that are there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
 }
 
 void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
@@ -110,7 +110,7 @@ void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
   app->add_option("--points", request->points, "Correspondences a pair (200)");
   app->add_option("--seed", request->seed, "Of all that is drawn (1)");
   app->add_flag("--overwrite", request->overwrite, "Make the scene again when it is there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
 }
 
 void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {

@@ -3,6 +3,7 @@
 #include <H5Cpp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -88,6 +89,10 @@ std::vector<HlocImage> ReadImages(const std::string& path) {
   return images;
 }
 
+std::string WholeText(double value) {
+  return std::abs(value) < 1e15 ? std::to_string(static_cast<long long>(value)) : "a value of matches0";
+}
+
 // Which images the name of a pair's group means.
 class PairNameReader {
  public:
@@ -155,8 +160,8 @@ void ReadMatches(const GroupFile& file, const std::vector<HlocImage>& images, Hl
     const double partner = partners.values[i];
     if (partner == -1.0) continue;
     if (!(partner >= 0.0 && partner < count2))
-      throw Error(place + ": " + std::to_string(static_cast<long long>(partner)) + " is no keypoint of " +
-                  images[pair->image2].name + ", which has " + std::to_string(static_cast<long long>(count2)));
+      throw Error(place + ": " + WholeText(partner) + " is no keypoint of " + images[pair->image2].name +
+                  ", which has " + std::to_string(images[pair->image2].keypoints.rows()));
     if (scores) {
       if (!(scores->values[i] >= 0.0 && scores->values[i] <= 1.0))
         throw Error(score_place + ": expected scores from 0 to 1");

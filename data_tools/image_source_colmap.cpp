@@ -7,6 +7,7 @@
 #include "data_tools/colmap_text.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
+#include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -28,7 +29,8 @@ std::map<std::string, LensCamera> ReadCameras(const std::string& path) {
       reader.Fail("expected " + std::to_string(count) + " parameters");
     std::vector<double> parameters;
     for (std::size_t i = 4; i < words.size(); ++i) parameters.push_back(reader.Number(words[i]));
-    const ImageSize size = {static_cast<int>(reader.Number(words[2])), static_cast<int>(reader.Number(words[3]))};
+    const ImageSize size = {PixelCount(reader.Number(words[2]), reader.Place()),
+                            PixelCount(reader.Number(words[3]), reader.Place())};
     cameras[std::string(words[0])] = CameraOfColmap(std::string(words[1]), parameters, size);
   }
   return cameras;

@@ -6,6 +6,7 @@
 #include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_source.h"
+#include "data_tools/number_file.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 
@@ -32,7 +33,7 @@ class CameraReader {
   LensCamera Read() const {
     CheckModel();
     LensCamera camera;
-    camera.size = {static_cast<int>(Number("w", 0.0)), static_cast<int>(Number("h", 0.0))};
+    camera.size = {PixelCount(Number("w", 0.0), place_), PixelCount(Number("h", 0.0), place_)};
     const double fx = Has("fl_x") ? Number("fl_x") : FocalFromAngle(camera.size);
     const double fy = Number("fl_y", fx);
     if (!(fx > 0.0) || !(fy > 0.0)) throw Error(place_ + ": expected positive focal lengths (fl_x, fl_y)");

@@ -23,7 +23,7 @@ void ReadCamera(const std::string& path, SourceImage* image) {
     throw Error(path + ": expected an undistorted image (three zeros after K)");
   LensCamera camera;
   camera.K = MatrixFromRows(values.data());
-  camera.size = {static_cast<int>(values[24]), static_cast<int>(values[25])};
+  camera.size = {PixelCount(values[24], path), PixelCount(values[25], path)};
   image->camera = camera;
   std::vector<double> to_world;
   for (int row = 0; row < 3; ++row) {

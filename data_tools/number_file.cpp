@@ -42,6 +42,11 @@ std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, co
   return values;
 }
 
+int PixelCount(double value, const std::string& place) {
+  if (!(value >= 0.0 && value <= 1e9)) throw Error(place + ": expected the size of an image in pixels");
+  return static_cast<int>(value);
+}
+
 Eigen::Matrix3d ReadMatrixFile(const std::string& path) {
   return MatrixFromRows(ReadNumbersOf(path, 9, "a 3x3 matrix").data());
 }

@@ -22,6 +22,9 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t coun
 /// All numbers of a file that must hold `count`; `what` says in messages what they are ("a 4x4 matrix").
 std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, const std::string& what);
 
+/// A number of pixels, as an int. Throws Error, starting with `place`, unless it is from 0 to 10^9.
+int PixelCount(double value, const std::string& place);
+
 /// A file that holds exactly a 3 × 3 matrix, row by row, in any number of lines.
 Eigen::Matrix3d ReadMatrixFile(const std::string& path);
 

@@ -2,6 +2,7 @@
 
 #include <zip.h>
 
+#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -9,12 +10,17 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/text_scan.h"
 
 namespace diffsac {
 namespace {
 
 constexpr std::string_view kMagic = "\x93NUMPY";
-constexpr std::size_t kMostValues = std::size_t{1} << 28;
+constexpr std::size_t kMostValues = 100'000'000;
+// NumPy's have 118 bytes. Longer ones could exhaust the stack, which std::regex takes in proportion.
+constexpr std::size_t kLongestHeader = 4096;
+// What deflate makes of equal bytes.
+constexpr zip_uint64_t kDensest = 1032;
 
 template <class Number>
 std::vector<double> Convert(std::string_view bytes) {
@@ -45,11 +51,13 @@ std::string Entry(const std::string& header, const std::string& pattern, const s
   return found[1];
 }
 
-std::vector<std::size_t> Shape(const std::string& text) {
+std::vector<std::size_t> Shape(const std::string& text, const std::string& place) {
   std::vector<std::size_t> shape;
-  const std::regex number("[0-9]+");
-  for (std::sregex_iterator i(text.begin(), text.end(), number), end; i != end; ++i)
-    shape.push_back(std::stoull(i->str()));
+  for (const std::string_view word : SplitWords(text, ", ")) {
+    const auto read = std::from_chars(word.data(), word.data() + word.size(), shape.emplace_back());
+    if (read.ec != std::errc() || read.ptr != word.data() + word.size())
+      throw Error(place + ": expected a shape, found '" + text + "'");
+  }
   return shape;
 }
 
@@ -77,6 +85,8 @@ std::string Header(std::string_view content, const std::string& place, std::size
   const std::size_t start = wide ? 12 : 10;
   const std::size_t size = byte(8) + (byte(9) << 8) + (wide ? (byte(10) << 16) + (byte(11) << 24) : 0);
   if (content.size() < start + size) throw Error(place + ": truncated");
+  if (size > kLongestHeader)
+    throw Error(place + ": not a header of NumPy's: it would have " + std::to_string(size) + " bytes");
   *begin = start + size;
   return std::string(content.substr(start, size));
 }
@@ -89,7 +99,7 @@ NumpyArray ParseNpy(std::string_view content, const std::string& place) {
   const std::string name = Entry(header, "'descr': *'([^']*)'", place);
   const bool fortran = Entry(header, "'fortran_order': *(True|False)", place) == "True";
   NumpyArray array;
-  array.shape = Shape(Entry(header, "'shape': *\\(([0-9, ]*)\\)", place));
+  array.shape = Shape(Entry(header, "'shape': *\\(([0-9, ]*)\\)", place), place);
   std::size_t count = 1;
   for (const std::size_t size : array.shape) {
     if (size > kMostValues || count * size > kMostValues) throw Error(place + ": too large");
@@ -122,9 +132,11 @@ std::map<std::string, NumpyArray> ReadNpz(const std::string& path) {
   for (zip_int64_t i = 0; i < zip_get_num_entries(archive.get(), 0); ++i) {
     zip_stat_t entry;
     if (zip_stat_index(archive.get(), static_cast<zip_uint64_t>(i), 0, &entry) != 0) throw Error(path + ": broken");
+    if (entry.name == nullptr) throw Error(path + ": an entry without a name");
     std::string name = entry.name;
     const std::string place = path + ": " + name;
-    if (entry.size > 8 * kMostValues) throw Error(place + ": too large");
+    if (entry.size > 8 * kMostValues || entry.size / kDensest > content.size())
+      throw Error(place + ": too large, or damaged");
     std::string bytes(entry.size, '\0');
     const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file(
         zip_fopen_index(archive.get(), static_cast<zip_uint64_t>(i), 0), zip_fclose);

@@ -265,6 +265,10 @@ TEST_CASE("Consensus options read from YAML and come back out") {
   CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit: least\n")), Error);
   CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit_candidates: 0\n")), Error);
   CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refits: em\n")), Error);
+  // What memory is asked for in proportion to.
+  for (const char* huge : {"max_iterations: 1000000000", "block_size: 1000000000", "refit_candidates: 1000000000"})
+    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(Config::FromString(huge)),
+                      Catch::Contains("expected an integer from"));
 }
 
 }  // namespace

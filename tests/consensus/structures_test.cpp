@@ -142,6 +142,31 @@ TEST_CASE("Too few, identical and collinear points are no reason to crash") {
   }
 }
 
+TEST_CASE("Unfit points have their own status; indices out of range and priors of other lengths are passed over") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  PointMatrix unfit = Star({20}, 5, 1).points;
+  unfit(3, 1) = nan;
+  CHECK(Find(unfit, StructureSearch::kAtOnce).status == Status::kDegenerate);
+  CHECK(Find(PointMatrix(0, 2), StructureSearch::kTLinkage).status == Status::kTooFewPoints);
+  const Scene scene = Star({60}, 20, 2);
+  const std::vector<int> sets = {-1, 3, 0, 1, 2, 500};
+  StructureSearchOptions structures;
+  structures.search = StructureSearch::kAtOnce;
+  ConsensusOptions options = Options(3);
+  options.inlier_prior_power = 1.0;
+  ConsensusHints hints;
+  hints.inlier_priors = Eigen::VectorXd::Constant(5, nan);
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+  // Models of another kind.
+  hints.models = {ModelParameters::Zero(12), ModelParameters::Constant(3, nan)};
+  structures.search = StructureSearch::kTLinkage;
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+  // What is no probability: neither a crash nor a model for it.
+  hints.inlier_priors = Eigen::VectorXd::Constant(80, nan);
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+}
+
 TEST_CASE("The same seed gives the same structures, and draws are counted for each search") {
   for (const StructureSearch search : kSearches) {
     const Scene scene = Star({30, 30, 30}, 30, 4);

@@ -137,6 +137,16 @@ TEST_CASE("Broken YAML names the line") {
   CHECK_THROWS_AS(Read("a: &x [*x]\n"), Error);
 }
 
+TEST_CASE("YAML that the parser would never finish, or that would take minutes, ends with an error") {
+  // yaml-cpp 0.7 sees endlessly many documents in this.
+  CHECK_THROWS_WITH(Read("&\","), Catch::StartsWith("f.yaml") && Contains("YAML"));
+  CHECK_THROWS_WITH(Read(std::string(100000, '[')), Contains("not valid YAML"));
+  std::string many;
+  for (int i = 0; i < 60000; ++i) many += "a" + std::to_string(i) + ":\n";
+  CHECK_THROWS_WITH(Read(many), Contains("too many values"));
+  CHECK(Read("# a comment alone\n---\n").name == AllOptions().name);
+}
+
 TEST_CASE("The option --set changes values and is named in messages") {
   CHECK(ReadSet("model.width=5").model.width == 5);
   CHECK(ReadSet("name=a=b").name == "a=b");
@@ -234,6 +244,9 @@ TEST_CASE("include: chains are followed; circles and absent files are errors") {
   CHECK(options.seed == 9);
   WriteFileAtomically(folder.File("c.yaml"), "\ninclude: a.yaml\n");
   CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:2: include: ") && Contains("itself"));
+  // It has no end.
+  WriteFileAtomically(folder.File("c.yaml"), "include: /dev/zero\n");
+  CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("not a file"));
   WriteFileAtomically(folder.File("c.yaml"), "include: none.yaml\n");
   CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("none.yaml"));
   CHECK_THROWS_WITH(Config::FromFile(folder.File("none.yaml")), Contains("none.yaml") && Contains("No such file"));

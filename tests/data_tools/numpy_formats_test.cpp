@@ -10,6 +10,7 @@
 #include "data/data_test_util.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_test_util.h"
+#include "diffsac/core/files.h"
 
 namespace diffsac {
 namespace {
@@ -82,6 +83,29 @@ TEST_CASE("NumPy: types, both orders, and files that are none") {
   WriteRaw(folder / "b.npz", "no archive");
   CHECK(Has(ErrorOf([&] { ReadNpz(folder / "b.npz"); }), "b.npz: not an archive"));
   CHECK(Has(ErrorOf([&] { ReadNpy(folder / "none.npy"); }), "none.npy"));
+}
+
+TEST_CASE("NumPy: headers and sizes that only a hostile file has") {
+  TemporaryFolder folder;
+  const std::string path = folder / "a.npy";
+  const auto error = [&](const std::string& content) {
+    WriteRaw(path, content);
+    return ErrorOf([&] { ReadNpy(path); });
+  };
+  CHECK(Has(error(Npy("<f8", "False", "(99999999999999999999,)", "")), "a.npy: expected a shape"));
+  CHECK(Has(error(Npy("<f8", "False", "(4294967296, 4294967296)", "")), "a.npy: too large"));
+  // A text of so many characters would exhaust the stack of std::regex.
+  CHECK(Has(
+      error("\x93NUMPY" + std::string("\x02\0\xf0\xff\x0f\0{'descr': '", 17) + std::string(std::size_t{1} << 21, 'x')),
+      "a.npy: not a header of NumPy's"));
+  const std::string numbers = Npy("<f8", "False", "(2,)", Bytes<double>({1, 2}));
+  WriteNpz(folder / "a.npz", {{"a", numbers}});
+  std::string archive = ReadFile(folder / "a.npz");
+  // The size when unpacked, in the entry's header and in the directory.
+  for (std::size_t at = 0; (at = archive.find("PK\1\2", at)) != std::string::npos; ++at)
+    archive.replace(at + 24, 4, std::string("\0\0\0\x2f", 4));
+  WriteRaw(folder / "a.npz", archive);
+  CHECK(Has(ErrorOf([&] { ReadNpz(folder / "a.npz"); }), "a.npz: "));
 }
 
 TEST_CASE("LLFF: down, right, backwards, and a focal length for another size") {

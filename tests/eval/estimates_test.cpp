@@ -150,6 +150,19 @@ TEST_CASE("what is no file of estimates is said, with its place") {
     file.openDataSet("prosac/ratio 0.85/inliers_end").write(ends.data(), H5::PredType::NATIVE_INT64);
   });
   CHECK(Has(error(), "ends that are not in order"));
+  edit([](H5::H5File& file) {
+    const std::vector<std::int64_t> ends = {-2, 0, 5};
+    file.openDataSet("prosac/ratio 0.85/inliers_end").write(ends.data(), H5::PredType::NATIVE_INT64);
+  });
+  CHECK(Has(error(), "ends that are not in order"));
+  // Texts that were never written are null pointers.
+  edit([](H5::H5File& file) {
+    const hsize_t count = 3;
+    file.unlink("prosac/ratio 0.85/status");
+    file.createDataSet("prosac/ratio 0.85/status", H5::StrType(H5::PredType::C_S1, H5T_VARIABLE),
+                       H5::DataSpace(1, &count));
+  });
+  CHECK(Has(error(), "unknown status ''"));
   edit([](H5::H5File& file) { file.openGroup("/").removeAttr("format"); });
   CHECK(Has(error(), "no estimates of diffsac_eval"));
 }

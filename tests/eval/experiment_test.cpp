@@ -56,6 +56,8 @@ TEST_CASE("the written experiment reads back to the same") {
 
 TEST_CASE("mistakes name the file, the line and the nearest name") {
   CHECK_THROWS_WITH(Read(With("problems: 40", "problem: 40")), Contains("x.yaml:5") && Contains("problems"));
+  CHECK_THROWS_WITH(Read(With("problems: 40", "problems: 1000000000")), Contains("from 1 to"));
+  CHECK_THROWS_WITH(Read(With("problems: 40", "threads: 1000000000")), Contains("threads: expected an integer from 0"));
   CHECK_THROWS_WITH(Read(With("problems: 40", "problems: none")), Contains("x.yaml:5") && Contains("integer"));
   CHECK_THROWS_WITH(Read(With("name: second", "name: first")), Contains("stands twice"));
   CHECK_THROWS_WITH(Read(With("max_problems: 10", "conditions: [\"0.25\"]")), Contains("did you mean '0.2'"));

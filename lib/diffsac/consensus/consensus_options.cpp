@@ -8,9 +8,9 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
       .Help(
           "budget: exactly so many draws; confidence: until uniform draws would be confident; guided: until draws of "
           "the guide's own probabilities would");
-  b.Field("max_iterations", o.max_iterations, AtLeast(1)).Help("minimal sets drawn, at most");
+  b.Field("max_iterations", o.max_iterations, Within(1, 1e7)).Help("minimal sets drawn, at most");
   const bool by_confidence = o.stopping != Stopping::kBudget;
-  b.Field("min_iterations", o.min_iterations, AtLeast(0))
+  b.Field("min_iterations", o.min_iterations, Within(0, 1e7))
       .OnlyIf(by_confidence, "stopping: confidence or guided")
       .Help("minimal sets drawn, at least");
   b.Field("confidence", o.confidence, Within(0.0, 1.0 - 1e-9))
@@ -48,7 +48,7 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("sigma_prior", o.sigma_prior, AtLeast(0.0))
       .OnlyIf(o.refit == Refit::kMixture, "refit: em")
       .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
-  b.Field("refit_candidates", o.refit_candidates, AtLeast(1))
+  b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
 }
 
@@ -84,7 +84,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
               "local_optimization: lo_ransac or gc_ransac")
       .Help("inner samples each time");
   b.Field("irls_rounds", irls_rounds, AtLeast(1)).OnlyIf(reweighted, "irls").Help("reweighted fits each time, at most");
-  b.Field("graph_neighbors", graph_neighbors, AtLeast(1))
+  b.Field("graph_neighbors", graph_neighbors, Within(1, 1000))
       .OnlyIf(graph_cut, "local_optimization: gc_ransac")
       .Help("nearest points that should agree");
   b.Field("spatial_weight", spatial_weight, Within(0.0, 1e3))
@@ -95,7 +95,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
 
   BindStopping(*this, b);
   BindRefits(*this, b);
-  b.Field("block_size", block_size, AtLeast(0))
+  b.Field("block_size", block_size, Within(0, 1e6))
       .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
 }
 

@@ -20,7 +20,7 @@ void SourceOptions::Bind(OptionsBinder& b) {
   b.Field("prosac_samples", prosac_samples, AtLeast(1.0))
       .OnlyIf(source == SourceKind::kProsac, "source: prosac")
       .Help("after so many draws it is uniform");
-  b.Field("napsac_neighbors", napsac_neighbors, AtLeast(1))
+  b.Field("napsac_neighbors", napsac_neighbors, Within(1, 1e5))
       .OnlyIf(source == SourceKind::kNapsac, "source: napsac")
       .Help("how many nearest points count as neighbours");
   b.Field("local_draws", local_draws, AtLeast(0))

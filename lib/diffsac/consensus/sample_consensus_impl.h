@@ -3,6 +3,7 @@
 // The loop behind sample_consensus.h, for the files that instantiate it for a model.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -13,10 +14,15 @@
 
 namespace diffsac {
 
-/// What scores take into account of the hints.
-inline ScorePrior PriorOf(const ConsensusHints& hints, const ConsensusOptions& options) {
+/// What scores take into account of the hints. Priors that are not one number a point say nothing; what is no
+/// probability counts as the nearest one, and what is no number as 0.
+inline ScorePrior PriorOf(const ConsensusHints& hints, const ConsensusOptions& options, Eigen::Index num_points) {
   ScorePrior prior{{}, hints.cameras};
-  if (options.inlier_prior_power > 0.0) prior.weights = hints.inlier_priors.array().pow(options.inlier_prior_power);
+  if (options.inlier_prior_power > 0.0 && hints.inlier_priors.size() == num_points) {
+    const Eigen::ArrayXd probabilities = hints.inlier_priors.unaryExpr(
+        [](double value) { return std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0); });
+    prior.weights = probabilities.pow(options.inlier_prior_power);
+  }
   return prior;
 }
 
@@ -34,7 +40,7 @@ class ConsensusSearch {
   ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options,
                   const ConsensusHints& hints, const Rng& rng, int threads)
       : scales_(scales),
-        scorer_(points, PriorOf(hints, options)),
+        scorer_(points, PriorOf(hints, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
         best_(points, scales.score_threshold, std::max(1, options.refit_candidates)),
         improve_(scorer_, score_, options, scales_, rng),

@@ -45,7 +45,8 @@ struct StructureSearchOptions {
 
 /// Several models with disjoint inliers, that of most points first.
 struct StructuresResult {
-  Status status = Status::kNoModel;  ///< kNoModel, and no models: nothing that chance would not give.
+  /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
+  Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
   std::vector<std::int32_t> labels;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
   int hypotheses = 0;                ///< models solved or fitted, all stages

@@ -23,8 +23,10 @@ inline constexpr double kPreferenceReach = 5.0;
 /// What is known of some of the points.
 inline ConsensusHints OfRows(const ConsensusHints& hints, const std::vector<int>& rows) {
   ConsensusHints some = hints;
-  if (hints.inlier_priors.size() > 0) some.inlier_priors = hints.inlier_priors(rows);
-  if (hints.fit_weights.size() > 0) some.fit_weights = hints.fit_weights(rows);
+  // A list that is not one number a point is left as it is, for the loop to pass over.
+  const auto fits = [&](const Eigen::VectorXd& values) { return rows.empty() || values.size() > rows.back(); };
+  if (fits(hints.inlier_priors)) some.inlier_priors = hints.inlier_priors(rows);
+  if (fits(hints.fit_weights)) some.fit_weights = hints.fit_weights(rows);
   return some;
 }
 
@@ -43,6 +45,10 @@ class StructuresSearch {
         structures_(structures),
         rng_(rng),
         hints_(hints) {
+    // As the loop does, which searches of linkages do without.
+    std::erase_if(hints_.models, [](const ModelParameters& model) {
+      return model.size() != Parameters::SizeAtCompileTime || !model.allFinite();
+    });
     PlaceChancePoints(rng.Fork("chance"));
   }
 
@@ -88,7 +94,8 @@ class StructuresSearch {
     Parameters models[Model::kMaxSolutions];
     for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
       const int* set = sets.data() + first;
-      const bool usable = std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i < points_.rows(); });
+      const bool usable =
+          std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i >= 0 && i < points_.rows(); });
       const int solutions = usable ? Model::SolveMinimal(points_, set, models) : 0;
       found_.hypotheses += std::max(1, solutions);
       for (int i = 0; i < solutions; ++i)
@@ -283,6 +290,9 @@ template <MinimalModel Model>
 StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
                                 const ConsensusOptions& options, const StructureSearchOptions& structures,
                                 const Rng& rng, const ConsensusHints& hints) {
+  StructuresResult failed;
+  failed.status = CheckPoints<Model>(points);
+  if (failed.status != Status::kOk) return failed;
   return structures_internal::StructuresSearch<Model>(points, inlier_threshold, source_of, options, structures, rng,
                                                       hints)
       .Run();

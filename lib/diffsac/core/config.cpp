@@ -28,6 +28,8 @@ YamlTree LoadIncluded(const YamlTree& name, std::vector<fs::path>& open_files) {
     throw Error(where + "'" + path + "' includes itself");
   }
   if (!fs::exists(path)) throw Error(where + "cannot read '" + path + "': no such file");
+  // A device or pipe may never end.
+  if (!fs::is_regular_file(path)) throw Error(where + "cannot read '" + path + "': not a file");
   return LoadFile(path, open_files);
 }
 
@@ -90,7 +92,10 @@ YamlTree& Descend(YamlTree& tree, const std::string& step, const YamlPlace& plac
 Config Detached(const Config& config) {
   Config own;
   YamlDocument& document = *own.impl_->document;
-  if (const YamlTree* tree = config.impl_->Get()) document.root = *tree;
+  if (const YamlTree* tree = config.impl_->Get())
+    document.root = *tree;
+  else
+    document.root.place = config.impl_->document->root.place;  // For messages about what is not there.
   if (document.root.kind == Kind::kNull) document.root.kind = Kind::kMap;
   document.prefix = config.impl_->document->prefix;
   document.prefix.insert(document.prefix.end(), config.impl_->path.begin(), config.impl_->path.end());

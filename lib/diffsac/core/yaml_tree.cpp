@@ -1,10 +1,12 @@
 #include "diffsac/core/yaml_tree.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -15,9 +17,10 @@ namespace {
 
 using Kind = YamlTree::Kind;
 
-/// Limits that no honest configuration meets: they stop documents whose aliases contain themselves or explode.
+/// Limits that no honest configuration meets: they stop documents whose aliases contain themselves or explode, and maps
+/// so large that going through them for each of their keys takes minutes.
 constexpr int kMaxDepth = 64;
-constexpr int kMaxValues = 1000000;
+constexpr int kMaxValues = 50000;
 
 [[noreturn]] void Fail(YamlPlace place, const YAML::Mark& mark, const std::string& what) {
   if (place.assignment.empty() && !mark.is_null()) place.line = mark.line + 1;
@@ -64,6 +67,29 @@ class Converter {
 
   YamlPlace place_;
   int values_ = 0;
+};
+
+/// Whether there is anything in a document, and where it begins.
+class Document : public YAML::EventHandler {
+ public:
+  bool has_content = false;
+  YAML::Mark mark;
+
+  void OnDocumentStart(const YAML::Mark& start) override { mark = start; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override { has_content = true; }
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
+    has_content = true;
+  }
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    has_content = true;
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    has_content = true;
+  }
+  void OnMapEnd() override {}
 };
 
 bool LooksLikeAnotherType(const std::string& text) {
@@ -135,15 +161,21 @@ YamlTree* YamlTree::Find(const std::string& key) {
 }
 
 YamlTree ParseYaml(const std::string& text, const YamlPlace& place) {
-  std::vector<YAML::Node> documents;
   try {
-    documents = YAML::LoadAll(text);
-  } catch (const YAML::ParserException& exception) {
+    // Not by YAML::LoadAll, which never ends on some broken texts.
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Document first, second, third;
+    parser.HandleNextDocument(first);
+    // An end of the first one may be followed by nothing.
+    const bool more = parser.HandleNextDocument(second) && (second.has_content || parser.HandleNextDocument(third));
+    if (more) Fail(place, second.mark, "expected a single YAML document");
+    const YAML::Node node = YAML::Load(text);
+    return Converter(place).Convert(node, node.Mark());
+  } catch (const YAML::Exception& exception) {
+    // Not only its ParserException: others come of keys and tags that make no sense, and of nesting too deep.
     Fail(place, exception.mark, "not valid YAML: " + exception.msg);
   }
-  if (documents.size() > 1) Fail(place, documents[1].Mark(), "expected a single YAML document");
-  if (documents.empty()) documents.emplace_back();
-  return Converter(place).Convert(documents[0], documents[0].Mark());
 }
 
 void MergeYaml(YamlTree& base, YamlTree over) {

@@ -8,7 +8,8 @@
 
 namespace diffsac {
 
-/// Held by everything that calls HDF5, in every thread: the library is not thread-safe as distributions build it.
+/// Held by everything that calls HDF5, in every thread: the library is not thread-safe as distributions build it. The
+/// first call also makes links into other files fail to open.
 std::mutex& Hdf5Mutex();
 
 /// A data set or attribute, converted to double, row-major.
@@ -17,9 +18,19 @@ struct Numbers {
   std::vector<double> values;
 };
 
-/// `place` names file and object in messages. Throws Error when it holds no numbers, H5::Exception otherwise.
+/// How many values there are to read. Throws Error, starting with `place`, for what only a damaged or hostile file asks
+/// for: more values, or larger chunks, than a file of its size can hold, and values that lie in other files.
+std::size_t CountOf(const H5::DataSet& source, const std::string& place);
+std::size_t CountOf(const H5::Attribute& source, const std::string& place);
+
+/// `place` names file and object in messages. Throws Error when it holds no numbers and as CountOf does, H5::Exception
+/// otherwise.
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
 Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
+
+/// The text of an attribute. Throws Error, starting with `place`, where it is no text, or not a single one: the
+/// library's own H5::Attribute::read writes several of them over what follows the first.
+std::string ReadText(const H5::Attribute& source, const std::string& place);
 
 /// A data set of doubles, row-major. Throws H5::Exception.
 void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape);

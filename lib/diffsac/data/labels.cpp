@@ -14,13 +14,13 @@ void LabelOptions::Bind(OptionsBinder& b) {
           "which points are +1: those of an optimal minimal set, or all of one structure; the latter has no other "
           "keys");
   const bool minimal = target == LabelTarget::kMinimalSet;
-  b.Field("top_m", top_m, AtLeast(1))
+  b.Field("top_m", top_m, Within(1, 1e4))
       .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("the label is drawn anew from the M best sets each time an example is seen; 1: the paper's single optimum");
   b.Field("search_budget", search_budget, AtLeast(1))
       .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("planes: triplets that the bounded search may solve (lines are searched exhaustively)");
-  b.Field("draws", draws, AtLeast(1)).Help("two views: random sets of true inliers that are solved");
+  b.Field("draws", draws, Within(1, 1e6)).Help("two views: random sets of true inliers that are solved");
   b.Field("truncation_factor", truncation_factor, Positive())
       .OnlyIf(minimal, "labels.target: minimal_set")
       .Help("two views: an inlier's distance from a candidate counts at most this many ε");

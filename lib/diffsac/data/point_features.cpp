@@ -62,10 +62,10 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Field("descriptors_required", descriptors_required)
       .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
       .Help("a problem without descriptors is an error; else its columns are 0");
-  b.Field("preference_draws", preference_draws, AtLeast(1))
+  b.Field("preference_draws", preference_draws, Within(1, 1e5))
       .OnlyIf(preference, "kinds: [preference]")
       .Help("minimal sets that are drawn");
-  b.Field("preference_kept", preference_kept, AtLeast(1))
+  b.Field("preference_kept", preference_kept, Within(1, 4096))
       .OnlyIf(preference, "kinds: [preference]")
       .Help("how many of the best-scored are kept as columns");
   b.Field("preference_from", preference_from)

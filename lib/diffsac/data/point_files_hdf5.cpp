@@ -43,9 +43,7 @@ class Companions {
 
   void ReadText(const char* name, std::string* text) const {
     if (!object_.attrExists(name)) return;
-    const H5::Attribute attribute = object_.openAttribute(name);
-    if (attribute.getTypeClass() != H5T_STRING) throw Error(place_ + "/" + name + ": expected a string");
-    attribute.read(attribute.getStrType(), *text);
+    *text = diffsac::ReadText(object_.openAttribute(name), place_ + "/" + name);
   }
 
   const std::string& place() const { return place_; }

@@ -148,7 +148,7 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
       .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
   b.Field("outliers", outliers).Help("how they lie");
   const bool aggregated = outliers == OutlierKind::kAggregated;
-  b.Field("clusters", clusters, AtLeast(1)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
+  b.Field("clusters", clusters, Within(1, 1e4)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
   b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kBoxSide, true})
       .OnlyIf(aggregated, "outliers: aggregated")
       .Help("standard deviation of a cluster");

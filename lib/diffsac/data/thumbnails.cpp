@@ -50,7 +50,7 @@ std::string ReadThumbnail(const std::string& folder, const std::string& image) {
       if (!file.nameExists(image)) return std::string();
       const H5::DataSet data = file.openDataSet(image);
       if (data.getTypeClass() != H5T_INTEGER) throw Error(place + ": expected the bytes of a JPEG file");
-      std::string bytes(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()), '\0');
+      std::string bytes(CountOf(data, place), '\0');
       if (!bytes.empty()) data.read(bytes.data(), H5::PredType::NATIVE_UINT8);
       return bytes;
     } catch (const H5::Exception& e) {

@@ -72,7 +72,7 @@ void NoiseScheduleOptions::Bind(OptionsBinder& b) {
           "`cosine`; `linear`, made for T = 1000: with T = 100 the last step still shows the labels, so it warns; "
           "`linear_scaled`: linear with both ends times 1000/T");
   const bool linear = kind != NoiseScheduleKind::kCosine;
-  b.Field("steps", steps, AtLeast(1)).Help("T");
+  b.Field("steps", steps, Within(1, 1e5)).Help("T");
   b.Field("beta_start", beta_start, {0.0, 0.999, true})
       .OnlyIf(linear, "kind: linear or linear_scaled")
       .Help("first β, before scaling");

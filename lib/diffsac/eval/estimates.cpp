@@ -147,7 +147,7 @@ class Columns {
 template <class Value>
 std::vector<Value> Get(const H5::Group& group, const char* name, std::size_t count) {
   const H5::DataSet data = group.openDataSet(name);
-  std::vector<Value> values(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()));
+  std::vector<Value> values(CountOf(data, name));
   if (count != values.size()) throw Error(std::string(name) + ": expected " + std::to_string(count) + " values");
   if (!values.empty()) data.read(values.data(), TypeOf<Value>());
   return values;
@@ -155,32 +155,29 @@ std::vector<Value> Get(const H5::Group& group, const char* name, std::size_t cou
 
 template <class Value>
 std::vector<Value> GetAll(const H5::Group& group, const char* name) {
-  const hssize_t count = group.openDataSet(name).getSpace().getSimpleExtentNpoints();
-  return Get<Value>(group, name, static_cast<std::size_t>(count));
+  return Get<Value>(group, name, CountOf(group.openDataSet(name), name));
 }
 
 std::vector<std::string> GetTexts(const H5::Group& group, const char* name, std::size_t count) {
   const H5::DataSet data = group.openDataSet(name);
-  if (data.getSpace().getSimpleExtentNpoints() != static_cast<hssize_t>(count))
-    throw Error(std::string(name) + ": expected " + std::to_string(count) + " texts");
+  if (CountOf(data, name) != count) throw Error(std::string(name) + ": expected " + std::to_string(count) + " texts");
   std::vector<char*> pointers(count);
   if (count > 0) data.read(pointers.data(), TextType());
-  std::vector<std::string> texts(pointers.begin(), pointers.end());
+  std::vector<std::string> texts;
+  // A text that was never written is a null pointer.
+  for (const char* text : pointers) texts.emplace_back(text == nullptr ? "" : text);
   if (count > 0) H5::DataSet::vlenReclaim(pointers.data(), TextType(), data.getSpace());
   return texts;
 }
 
-std::string GetText(const H5::H5Object& object, const char* name) {
-  std::string text;
-  object.openAttribute(name).read(TextType(), text);
-  return text;
-}
+std::string GetText(const H5::H5Object& object, const char* name) { return ReadText(object.openAttribute(name), name); }
 
 /// The part of `values` that belongs to record i.
 template <class Value>
 std::vector<Value> Slice(const std::vector<Value>& values, const std::vector<std::int64_t>& ends, std::size_t i) {
   const std::int64_t begin = i == 0 ? 0 : ends[i - 1], end = ends[i];
-  if (begin > end || end > static_cast<std::int64_t>(values.size())) throw Error("ends that are not in order");
+  if (begin < 0 || begin > end || end > static_cast<std::int64_t>(values.size()))
+    throw Error("ends that are not in order");
   return {values.begin() + begin, values.begin() + end};
 }
 
@@ -193,8 +190,12 @@ void ReadStructures(const H5::Group& group, std::size_t width, std::vector<Estim
              labels_end = Get<std::int64_t>(group, "labels_end", count);
   const auto labels = GetAll<std::int32_t>(group, "labels");
   if (width == 0 || structures.size() % width != 0) throw Error("structures: expected a model in each row");
+  const auto rows = static_cast<std::int64_t>(structures.size() / width);
   std::vector<std::int64_t> ends;
-  for (const std::int64_t end : structures_end) ends.push_back(end * static_cast<std::int64_t>(width));
+  for (const std::int64_t end : structures_end) {
+    if (end < 0 || end > rows) throw Error("structures_end: ends that are not in order");
+    ends.push_back(end * static_cast<std::int64_t>(width));
+  }
   for (std::size_t i = 0; i < count; ++i) {
     const std::vector<double> models = Slice(structures, ends, i);
     for (std::size_t at = 0; at < models.size(); at += width)

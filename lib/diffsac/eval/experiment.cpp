@@ -156,8 +156,8 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("title", title).Help("of the report");
   b.Field("task", task).Help("what is estimated");
   b.Field("seed", seed).Help("of data and methods");
-  b.Field("problems", problems, AtLeast(1)).Help("for each condition; fewer when the data has fewer");
-  b.Field("threads", threads, AtLeast(0)).Help("0: all cores");
+  b.Field("problems", problems, Within(1, 1e7)).Help("for each condition; fewer when the data has fewer");
+  b.Field("threads", threads, Within(0, 1024)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
     metric.Field("threshold_deg", threshold_deg, Positive()).Help("c of mAA@c, AUC@c and acc@c");
     metric.Field("threshold_px", threshold_px, Positive()).Help("the same in pixels");
@@ -187,6 +187,7 @@ ExperimentOptions ReadExperiment(const Config& given) {
   const Config config = ComposeExperiment(given);
   auto experiment = ReadOptions<ExperimentOptions>(config);
   if (experiment.conditions.empty()) experiment.conditions.push_back({"all", "all", std::nullopt, Config()});
+  if (!config.Has("data")) experiment.data = config.Sub("data");
   for (Condition& condition : experiment.conditions) condition.data = experiment.data.MergedWith(condition.data);
   experiment.data = Config();
   experiment.figures.budget = SeriesOf(experiment.methods);

@@ -264,7 +264,8 @@ std::vector<Example> LoadExamples(const ExperimentOptions& experiment, std::size
 
 // A group without a scene is most likely a misspelt name, but data that is not here may have it.
 void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Example>& examples) {
-  for (const auto& [group, scenes] : experiment.scene_groups) {
+  for (const auto& entry : experiment.scene_groups) {
+    const std::string& group = entry.first;
     const bool used = std::any_of(examples.begin(), examples.end(),
                                   [&](const Example& example) { return experiment.GroupOf(example.scene) == group; });
     if (!used && !examples.empty()) LogWarning("scene_groups: no scene of the data is in '" + group + "'");

@@ -91,6 +91,17 @@ CheckpointInfo ReadInfo(const SafetensorsFile& file) {
 
 CheckpointInfo ReadCheckpointInfo(const std::string& path) { return ReadInfo(OpenCheckpoint(path)); }
 
+void RequireWeights(const std::string& path, std::int64_t least) {
+  const SafetensorsFile file = OpenCheckpoint(path);
+  std::int64_t weights = 0;
+  for (const auto& [name, tensor] : file.tensors())
+    if (name.starts_with(kAverageTensors))
+      weights += static_cast<std::int64_t>((tensor.end - tensor.begin) / sizeof(float));
+  if (weights < least)
+    throw Error(path + ": its configuration asks for a network of at least " + std::to_string(least) +
+                " weights, it holds " + std::to_string(weights));
+}
+
 void WriteInfo(const CheckpointInfo& info, SafetensorsWriter* writer) {
   writer->AddText("format", kFormat);
   writer->AddText("version", kVersion);

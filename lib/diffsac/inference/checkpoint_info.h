@@ -43,6 +43,10 @@ std::int64_t ReadCount(const SafetensorsFile& file, const char* key);
 /// Both of a file that is not needed further.
 CheckpointInfo ReadCheckpointInfo(const std::string& path);
 
+/// Throws Error, naming the file, unless it holds at least `least` averaged weights. Asked before a network is made as
+/// a checkpoint's configuration says, so that a small file cannot ask for a large one.
+void RequireWeights(const std::string& path, std::int64_t least);
+
 /// Adds what ReadInfo reads, but for the sums of losses.
 void WriteInfo(const CheckpointInfo& info, SafetensorsWriter* writer);
 void WriteLossSums(const LossSums& losses, SafetensorsWriter* writer);

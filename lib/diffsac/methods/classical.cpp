@@ -54,7 +54,7 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
 }  // namespace
 
 void ClassicalOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1))
+  b.Field("hypotheses", hypotheses, Within(1, 1e7))
       .Help("minimal sets: exactly so many, at most with stopping: confidence");
   b.Field("sampling", sampling).Help("the source of minimal sets");
   consensus.max_iterations = hypotheses;

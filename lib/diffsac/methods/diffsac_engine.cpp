@@ -1,6 +1,7 @@
 #include "diffsac/methods/diffsac_engine.h"
 
 #include "diffsac/core/status.h"
+#include "diffsac/inference/checkpoint_info.h"
 #include "diffsac/methods/fused_diffsac.h"
 
 namespace diffsac {
@@ -26,6 +27,9 @@ std::shared_ptr<const DiffsacModel> LoadDiffsac(const TrainedConfig& trained, Ne
                                                 const std::string& device) {
   const bool on_cpu = OnCpu(device);
   const auto options = ReadStoredOptions<NetworkOptions>(trained.config.Sub("network"));
+  // A block holds a matrix of its width at least.
+  RequireWeights(trained.checkpoint, std::int64_t{options.denoiser.encoder_layers + options.denoiser.layers} *
+                                         options.denoiser.width * options.denoiser.width);
   const std::string missing = FusedDenoiser::Missing(options);
   if (engine == NetworkEngine::kFused && (!on_cpu || !missing.empty()))
     throw Error(trained.checkpoint + ": engine 'fused' " + (on_cpu ? "has no " + missing : "runs on the CPU alone"));

@@ -73,7 +73,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("feature_hypotheses", feature_hypotheses)
       .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
-  b.Field("preference_draws", preference_draws, AtLeast(0))
+  b.Field("preference_draws", preference_draws, Within(0, 1e5))
       .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
@@ -81,7 +81,7 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("inlier_prior_of", inlier_prior_of)
       .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
-  b.Field("first_sets", first_sets, AtLeast(0))
+  b.Field("first_sets", first_sets, Within(0, 1e6))
       .Help(
           "so many sets of first_source come first, and where the search is confident among them the network is not "
           "asked; sets are drawn 64, 128, 256 ... at a time, so 64, 192, 448 waste none");

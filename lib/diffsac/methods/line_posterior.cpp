@@ -191,9 +191,9 @@ void LinePosteriorOptions::Bind(OptionsBinder& b) {
   b.Field("min_extent", min_extent, AtLeast(0.0)).Help("shortest chord");
   b.Field("sigma_factor", sigma_factor, Positive()).Help("σ as a multiple of the problem's ε");
   b.Field("tolerance_deg", tolerance_deg, Positive()).Help("of the accuracy that is maximised, as the metric's");
-  b.Field("hypotheses", hypotheses, AtLeast(1))
+  b.Field("hypotheses", hypotheses, Within(1, 1e7))
       .Help("pairs that the search for modes starts from; all of them where there are no more");
-  b.Field("candidates", candidates, AtLeast(2)).Help("hypotheses, best first by MSAC, that are refined to modes");
+  b.Field("candidates", candidates, Within(2, 1e5)).Help("hypotheses, best first by MSAC, that are refined to modes");
 }
 
 Estimate LinePosteriorMethod::Estimate(const Problem& problem, std::uint64_t seed) const {

@@ -72,7 +72,7 @@ Estimate EstimateHyperplane(const SolverSpace& space, int budget, std::uint64_t 
 }  // namespace
 
 void TheilSenOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, AtLeast(1))
+  b.Field("hypotheses", hypotheses, Within(1, 1e7))
       .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
 }
 

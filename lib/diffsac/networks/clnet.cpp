@@ -54,6 +54,12 @@ void ClnetNetworkOptions::Bind(OptionsBinder& b) {
   b.Require(divides, "annulus", "a divisor of every number in neighbors");
 }
 
+std::int64_t ClnetNetworkOptions::LeastWeights() const {
+  std::int64_t squares = 0;
+  for (const int k : neighbors) squares += annulus + k / annulus;  // of the annular convolution
+  return squares * width * width;
+}
+
 torch::Tensor NearestInFeatures(const torch::Tensor& features, const torch::Tensor& mask, int neighbors) {
   const torch::NoGradGuard no_grad;
   const auto z = features.detach();

@@ -2,6 +2,7 @@
 
 #include <torch/nn/modules/linear.h>
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct ClnetNetworkOptions {
   double keep = 0.5;                    ///< share of the points that a pruning keeps
   int fewest = 16;                      ///< a pruning keeps at least so many points
   void Bind(OptionsBinder& b);
+  /// A network of these options has at least so many.
+  std::int64_t LeastWeights() const;
 };
 
 /// What one pruning said of the points it was given.

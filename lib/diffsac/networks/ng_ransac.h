@@ -2,6 +2,7 @@
 
 #include <torch/nn/modules/linear.h>
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct NgRansacNetworkOptions {
   int blocks = 12;  ///< residual blocks of two linear layers each
   NgRansacOutput output = NgRansacOutput::kSoftmax;
   void Bind(OptionsBinder& b);
+  /// A network of these options has at least so many.
+  std::int64_t LeastWeights() const { return std::int64_t{blocks} * width * width; }
 };
 
 /// The network of Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019: a linear layer, residual blocks of

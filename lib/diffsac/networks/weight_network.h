@@ -4,6 +4,7 @@
 #include <string>
 
 #include "diffsac/denoiser/point_batch.h"
+#include "diffsac/inference/checkpoint_info.h"
 #include "diffsac/methods/learned_method.h"
 #include "diffsac/methods/registry.h"
 #include "diffsac/networks/learned_network.h"
@@ -43,6 +44,7 @@ std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Net
 template <class Network>
 std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const torch::Device& device) {
   const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
+  RequireWeights(trained.checkpoint, options.LeastWeights());
   auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
   LoadWeights(trained, device, weights.get());
   return weights;

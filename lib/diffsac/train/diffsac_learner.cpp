@@ -51,7 +51,7 @@ void DiffsacTraining::Bind(OptionsBinder& b) {
 }
 
 void DiffsacTraining::BindTrain(OptionsBinder& b) {
-  b.Field("noise_copies", noise_copies, AtLeast(1))
+  b.Field("noise_copies", noise_copies, Within(1, 10000))
       .Help("draws of (label, t, noise) for each problem; the encoder runs once for them");
   b.Field("inlier_weight", inlier_weight, AtLeast(0))
       .OnlyIf(network.denoiser.inlier_head, "network.denoiser.inlier_head")

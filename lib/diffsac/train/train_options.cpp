@@ -25,7 +25,7 @@ struct TrainConfigHead {
 
 void TrainOptions::Bind(OptionsBinder& b, Task task) {
   b.Field("iterations", iterations, AtLeast(1)).Help("optimiser steps");
-  b.Field("batch_size", batch_size, AtLeast(1)).Help("problems a step");
+  b.Field("batch_size", batch_size, Within(1, 65536)).Help("problems a step");
   b.Field("learning_rate", learning_rate, Positive()).Help("peak, reached after the warm-up; cosine to 0");
   b.Field("warmup_iterations", warmup_iterations, AtLeast(0)).Help("steps over which the learning rate grows from 0");
   b.Field("clip_norm", clip_norm, AtLeast(0)).Help("largest gradient norm; 0 does not clip");
@@ -45,7 +45,7 @@ Tolerance ValidationOptions::ToleranceOf(Task task) const {
 }
 
 void ValidationOptions::Bind(OptionsBinder& b, Task task) {
-  b.Field("problems", problems, AtLeast(1)).Help("for each group; fewer, evenly spread, where there are fewer");
+  b.Field("problems", problems, Within(1, 1e6)).Help("for each group; fewer, evenly spread, where there are fewer");
   b.Field("outlier_ratios", outlier_ratios, Within(0.0, 0.99))
       .Help("of generated data, a group each; empty: one group of the data as it is");
   b.Field("threshold_deg", threshold_deg, Positive())
@@ -93,7 +93,9 @@ void TrainConfig::Bind(OptionsBinder& b) {
 
 TrainConfig ReadTrainConfig(const Config& config) {
   const auto head = ReadOptions<TrainConfigHead>(config);
-  return ReadOptions(config, TrainConfig(head.method, head.task));
+  TrainConfig options = ReadOptions(config, TrainConfig(head.method, head.task));
+  if (!config.Has("data")) options.data = config.Sub("data");  // For messages about what is not there.
+  return options;
 }
 
 std::string WriteTrainConfig(TrainConfig options) {
