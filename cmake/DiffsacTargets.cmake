@@ -57,6 +57,18 @@ function(diffsac_use_torch target)
   target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
 endfunction()
 
+# Parsing Catch2 and Eigen costs a file of tests some seconds: it is done once. Those with LibTorch have its precompiled header instead.
+function(diffsac_use_catch_pch target)
+  if(NOT TARGET diffsac_catch_pch)
+    file(WRITE ${CMAKE_BINARY_DIR}/catch_pch.cpp "// Holds the precompiled headers.\n")
+    add_library(diffsac_catch_pch OBJECT ${CMAKE_BINARY_DIR}/catch_pch.cpp)
+    target_link_libraries(diffsac_catch_pch PRIVATE diffsac_compiler Catch2::Catch2 Eigen3::Eigen)
+    target_compile_options(diffsac_catch_pch PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_precompile_headers(diffsac_catch_pch PRIVATE <catch2/catch.hpp> <Eigen/Dense> <string> <vector> <map> <functional>)
+  endif()
+  target_precompile_headers(${target} REUSE_FROM diffsac_catch_pch)
+endfunction()
+
 # diffsac_test(NAME [EXCEPT ...] [SOURCES ...] DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
 function(diffsac_test name)
   cmake_parse_arguments(ARG "TORCH" "" "EXCEPT;SOURCES;DEPENDS" ${ARGN})
@@ -68,6 +80,8 @@ function(diffsac_test name)
   target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_TORCH)
     diffsac_use_torch(${name}_test)
+  else()
+    diffsac_use_catch_pch(${name}_test)
   endif()
   catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
