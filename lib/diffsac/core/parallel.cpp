@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <thread>
 
-#if defined(__SANITIZE_THREAD__)
+#if defined(DIFFSAC_SANITIZE_THREADS)
 #include <sanitizer/tsan_interface.h>
 #endif
 
@@ -19,7 +19,7 @@ namespace {
 // the loop and before what comes after it. It says nothing of the bodies among each other, whose races stay visible.
 class LoopOrder {
  public:
-#if defined(__SANITIZE_THREAD__)
+#if defined(DIFFSAC_SANITIZE_THREADS)
   LoopOrder() { __tsan_release(&before_); }
   ~LoopOrder() { __tsan_acquire(&after_); }
   void Enter() { __tsan_acquire(&before_); }
