@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "diffsac/core/files.h"
+#include "diffsac/inference/checkpoint_info.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -31,7 +32,37 @@ methods:
   CHECK(networks[1].config.empty());
   CHECK(NeededFolders(experiment, folder.File("configs")) ==
         std::vector<std::string>{"runs/pairs/test", "runs/pairs/train/fox"});
-  CHECK(TrainNetworks({networks[1]}));  // Only a warning.
+  const std::atomic<bool> stop{false};
+  CHECK(TrainNetworks({networks[1]}, "cpu", stop));  // Only a warning.
+}
+
+/// A checkpoint of a training of ten steps.
+void WriteCheckpointAt(std::int64_t iteration, const std::string& path) {
+  SafetensorsWriter writer;
+  WriteInfo({"diffsac", "line", "train: {iterations: 10}\n", "none", iteration, 1, -1.0}, &writer);
+  writer.Write(path);
+}
+
+TEST_CASE("regression: the best network so far of a training that was killed passed for that of a finished one") {
+  const TemporaryFolder folder;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  std::filesystem::create_directories("runs/net/checkpoints");
+  std::filesystem::create_directories("configs");
+  WriteFileAtomically("configs/net.yaml", "name: net\ntrain: {iterations: 10}\n");
+  const ExperimentOptions experiment = ReadExperiment(Config::FromString(
+      "data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
+      "runs/net/checkpoints/best.safetensors}}\n"));
+  const std::string best = "runs/net/checkpoints/best.safetensors", last = "runs/net/checkpoints/last.safetensors";
+  const auto missing = [&] { return MissingNetworks(experiment, "configs").size(); };
+  CHECK(missing() == 1);
+  WriteCheckpointAt(5, best);
+  CHECK(missing() == 0);  // Alone it is somebody's who copied it.
+  WriteCheckpointAt(5, last);
+  CHECK(missing() == 1);
+  WriteCheckpointAt(10, last);
+  CHECK(missing() == 0);
+  std::filesystem::current_path(before);
 }
 
 TEST_CASE("missing networks are trained on the device that is asked for") {

@@ -46,7 +46,7 @@ methods:
 
 TEST_CASE("a row without its checkpoint is left out, and named") {
   ExperimentOptions experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
-  CHECK(MissingCheckpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
+  CHECK(Checkpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
   ExperimentOptions given = experiment;
   CHECK(LeaveOutMissing(true, &given));
   CHECK(given.methods.size() == 2);

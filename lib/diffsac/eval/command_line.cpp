@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/compare_runs.h"
 #include "diffsac/eval/merge.h"
@@ -125,14 +126,15 @@ void CheckRequest(const EvalRequest& request) {
 }
 
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
-bool MakeReady(const EvalRequest& request, ExperimentOptions* experiment, std::ostream& out, int* code) {
+bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, ExperimentOptions* experiment,
+               std::ostream& out, int* code) {
   const bool main = !request.group || request.group->rank == 0;
   *code = kExitOk;
   if (request.needs) {
     for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
     return false;
   }
-  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment), request.training_device)) {
+  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment), request.training_device, stop)) {
     *code = kExitInterrupted;
     return false;
   }
@@ -164,7 +166,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (IsSweep(request)) return EvaluateSweep(request, trace, stop, out);
   ExperimentOptions experiment = ReadRequest(request);
   int code = kExitOk;
-  if (!MakeReady(request, &experiment, out, &code)) return code;
+  if (!MakeReady(request, stop, &experiment, out, &code)) return code;
   CheckColmapExport(experiment, request.colmap);
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
@@ -172,8 +174,10 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     out << experiment.name << ": made already, in " << folder << std::endl;
     return kExitOk;
   }
+  std::optional<RunLock> lock;
   std::optional<RunDirectory> run;
   if (!request.group || request.group->rank == 0) {
+    lock.emplace(folder);
     // Before the work, so that a read-only folder is not found out afterwards.
     BeginResults(folder);
     run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),

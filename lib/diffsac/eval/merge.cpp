@@ -7,6 +7,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/plots.h"
@@ -162,6 +163,7 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
     if (shard.results.shard.index == 1) first = shard.name;
   const ExperimentResults results = MergeShards(std::move(shards));
   const std::string folder = output.empty() ? "runs/" + results.experiment.name : output;
+  const RunLock lock(folder);
   BeginResults(folder);
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
   const Report report = MakeReport(results);

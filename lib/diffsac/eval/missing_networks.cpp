@@ -1,17 +1,23 @@
 #include "diffsac/eval/missing_networks.h"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <thread>
+#include <utility>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
 #include "diffsac/eval/selection.h"
+#include "diffsac/inference/checkpoint_info.h"
 
 namespace diffsac {
 namespace {
@@ -51,23 +57,43 @@ void CollectRunPaths(const YamlTree& tree, std::vector<std::string>* paths) {
   for (const YamlEntry& entry : tree.entries) CollectRunPaths(entry.value, paths);
 }
 
+/// In the child of a fork: becomes the program, its output in `log`. Only calls that a signal handler may make.
+[[noreturn]] void BecomeProgram(char* const* arguments, const char* log, pid_t parent) {
+  // The program stops by itself, as at Ctrl-C, when this one is killed: nobody would wait for it any more.
+  const bool tied = ::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent;
+  const int output = ::open(log, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (tied && output >= 0 && ::dup2(output, STDOUT_FILENO) >= 0 && ::dup2(output, STDERR_FILENO) >= 0)
+    ::execv(arguments[0], arguments);
+  ::_exit(127);
+}
+
+/// Whether the training that writes this checkpoint has further to go: its best network so far is there early.
+bool IsUnfinished(const std::string& checkpoint) {
+  const fs::path last = fs::path(checkpoint).parent_path() / "last.safetensors";
+  if (!fs::exists(last)) return false;
+  const CheckpointInfo info = ReadCheckpointInfo(last.string());
+  const Config config = Config::FromString(info.config, last.string());
+  return config.Has("train.iterations") && info.iteration < std::stoll(config.Text("train.iterations"));
+}
+
 /// The exit code of a program that runs in its own process, its output in a file; -1 when it did not start or end well.
-int RunProgram(const std::vector<std::string>& command, const std::string& log) {
+/// `stop` is passed on.
+int RunProgram(const std::vector<std::string>& command, const std::string& log, const std::atomic<bool>& stop) {
   std::vector<char*> arguments;
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  ::posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  pid_t process = 0;
-  const int failed = ::posix_spawn(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
-  ::posix_spawn_file_actions_destroy(&actions);
+  const pid_t parent = ::getpid();
+  const pid_t process = ::fork();
+  if (process == 0) BecomeProgram(arguments.data(), log.c_str(), parent);
+  if (process < 0) return -1;
   int status = 0;
-  if (failed != 0) return -1;
-  // A terminal's Ctrl-C reaches both processes: the training stops by itself and says so.
-  while (::waitpid(process, &status, 0) < 0)
-    if (errno != EINTR) return -1;
+  for (bool asked = false;;) {
+    const pid_t ended = ::waitpid(process, &status, WNOHANG);
+    if (ended == process) break;
+    if (ended < 0 && errno != EINTR) return -1;
+    if (stop && !std::exchange(asked, true)) ::kill(process, SIGTERM);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -75,9 +101,10 @@ int RunProgram(const std::vector<std::string>& command, const std::string& log) 
 
 std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment, const std::string& configs) {
   std::vector<MissingNetwork> networks;
-  for (const std::string& checkpoint : MissingCheckpoints(experiment)) {
+  for (const std::string& checkpoint : Checkpoints(experiment)) {
     const std::string name = RunOf(checkpoint);
-    if (!name.empty()) networks.push_back({name, checkpoint, TrainingOf(name, configs)});
+    if (name.empty() || (fs::exists(checkpoint) && !IsUnfinished(checkpoint))) continue;
+    networks.push_back({name, checkpoint, TrainingOf(name, configs)});
   }
   return networks;
 }
@@ -103,7 +130,8 @@ std::vector<std::string> TrainingCommand(const MissingNetwork& network, const st
   return command;
 }
 
-bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device) {
+bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device,
+                   const std::atomic<bool>& stop) {
   for (const MissingNetwork& network : networks) {
     if (network.config.empty()) {
       LogWarning("no training configuration is named '" + network.name + "', for " + network.checkpoint);
@@ -113,7 +141,7 @@ bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::strin
     fs::create_directories(run);
     const std::string log = run.string() + ".log";
     LogInfo("training " + network.config + ", log in " + log);
-    const int code = RunProgram(TrainingCommand(network, device), log);
+    const int code = RunProgram(TrainingCommand(network, device), log, stop);
     if (code == kInterrupted) return false;
     if (code != 0) LogWarning(network.name + " was not trained: see " + log);
   }

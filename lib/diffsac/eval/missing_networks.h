@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -7,7 +8,8 @@
 
 namespace diffsac {
 
-/// A network that a row names as runs/NAME/checkpoints/..., that is not there, and the training that makes it.
+/// A network that a row names as runs/NAME/checkpoints/..., that is not there or whose training was not finished, and
+/// the training that makes it.
 struct MissingNetwork {
   std::string name;
   std::string checkpoint;
@@ -23,9 +25,10 @@ std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
 std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs = "configs");
 
 /// Trains them one after the other with the program beside this one, each where an earlier run of its stopped; the
-/// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. device: as diffsac_train
-/// takes it. False: interrupted.
-bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device = "auto");
+/// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. A training ends with this
+/// process, however that ends. device: as diffsac_train takes it. False: interrupted, by `stop` or by itself.
+bool TrainNetworks(const std::vector<MissingNetwork>& networks, const std::string& device,
+                   const std::atomic<bool>& stop);
 
 /// The program and its arguments that train a network which has a configuration.
 std::vector<std::string> TrainingCommand(const MissingNetwork& network, const std::string& device);

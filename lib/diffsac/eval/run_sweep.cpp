@@ -8,6 +8,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/page.h"
@@ -86,7 +87,9 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
   const std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
   const ExperimentOptions first = CheckedPoints(points, request);
   const std::string folder = request.output.empty() ? "runs/" + first.name : request.output;
+  std::optional<RunLock> lock;
   if (!request.needs) {
+    lock.emplace(folder);
     BeginResults(folder);
     RunDirectory(folder, "diffsac_eval", config.Dump() + "\n", first.seed);
   }

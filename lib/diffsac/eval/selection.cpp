@@ -121,13 +121,13 @@ std::vector<std::string> DataPaths(const ExperimentOptions& experiment) {
   return all;
 }
 
-std::vector<std::string> MissingCheckpoints(const ExperimentOptions& experiment) {
-  std::vector<std::string> missing;
+std::vector<std::string> Checkpoints(const ExperimentOptions& experiment) {
+  std::vector<std::string> all;
   for (const MethodRow& row : experiment.methods) {
     const std::string checkpoint = CheckpointOf(row);
-    if (!checkpoint.empty() && !IsThere(checkpoint)) AddOnce(checkpoint, &missing);
+    if (!checkpoint.empty()) AddOnce(checkpoint, &all);
   }
-  return missing;
+  return all;
 }
 
 bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {

@@ -6,6 +6,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
@@ -37,6 +38,7 @@ void ImportNetwork(const TrainRequest& request, const std::string& path) {
   auto& network = learner->network();
   ReadTensors(kNetworkTensors, network, network.parameters(), &file);
   const std::string resolved = WriteTrainConfig(options);
+  const RunLock lock(request.output);
   const RunDirectory directory(request.output, "diffsac_train", resolved, options.train.seed);
   std::filesystem::create_directories(directory.File("checkpoints"));
   const std::string checkpoint = directory.File("checkpoints/best.safetensors");

@@ -15,6 +15,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
@@ -62,6 +63,7 @@ class Trainer {
   TrainConfig options_;
   TrainingTeam team_;
   std::string resolved_;
+  std::optional<RunLock> lock_;  ///< Of the process that writes.
   RunDirectory directory_;
   torch::Device device_;
   std::vector<TrainingPart> parts_;
@@ -80,6 +82,7 @@ Trainer::Trainer(const TrainRequest& request)
     : options_(request.options),
       team_(request.group, options_.train.batch_size),
       resolved_(WriteTrainConfig(options_)),
+      lock_(team_.main() ? std::optional<RunLock>(std::in_place, request.output) : std::optional<RunLock>()),
       directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options_.train.seed)
                               : RunDirectory(request.output)),
       device_(DeviceFromString(team_.Device(request.device))),
@@ -152,7 +155,10 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
 
 std::vector<double> Trainer::Validate() {
   average_->CopyTo(learner_->averaged());
-  return validation_->Run(*learner_->AveragedMethod());
+  const int threads = torch::get_num_threads();
+  std::vector<double> accuracies = validation_->Run(*learner_->AveragedMethod());
+  torch::set_num_threads(threads);  // Inference on a CPU takes one for each call.
+  return accuracies;
 }
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
@@ -225,6 +231,8 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
                               learner_->copies(), learner_->schedule_steps(), train.seed);
   Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
+  // From the start: a best network beside it can be told from that of a finished run.
+  if (info_.iteration == 0) Save("last.safetensors", true);
   std::optional<Progress> progress;
   if (team_.main()) progress.emplace("training", train.iterations - info_.iteration);
   window_start_ = std::chrono::steady_clock::now();
