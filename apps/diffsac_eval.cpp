@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
     diffsac::InitLogging("", group && !group->main());
     return diffsac::Evaluate(request, Trace, stop_requested, std::cout);
   } catch (const std::exception& error) {
-    std::cerr << "diffsac_eval: " << error.what() << std::endl;
+    std::cerr << "diffsac_eval: " << diffsac::MessageOf(error) << std::endl;
     return diffsac::kExitBadInput;
   }
 }

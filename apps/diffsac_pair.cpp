@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
     InitLogging("", false);
     return Run(request);
   } catch (const std::exception& error) {
-    std::cerr << "diffsac_pair: " << error.what() << std::endl;
+    std::cerr << "diffsac_pair: " << diffsac::MessageOf(error) << std::endl;
     return kExitBadInput;
   }
 }

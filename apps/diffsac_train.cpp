@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
     diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
     return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
   } catch (const std::exception& error) {
-    std::cerr << "diffsac_train: " << error.what() << std::endl;
+    std::cerr << "diffsac_train: " << diffsac::MessageOf(error) << std::endl;
     return 2;
   }
 }

@@ -1,6 +1,8 @@
 #include "data_tools/colmap_model.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -81,7 +83,7 @@ std::map<std::int32_t, LensCamera> ReadCameras(const std::string& path) {
     size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
     std::vector<double> parameters;
     for (int i = 0; i < count; ++i) parameters.push_back(reader.Take<double>());
-    cameras[id] = CameraOfColmap(model, parameters, size);
+    cameras[id] = CameraOfColmap(model, parameters, size, path);
   }
   return cameras;
 }
@@ -93,7 +95,8 @@ int ColmapParameterCount(const std::string& model) {
   return found == CameraModels().end() ? 0 : static_cast<int>(found->second.size());
 }
 
-LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& parameters, const ImageSize& size) {
+LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& parameters, const ImageSize& size,
+                          const std::string& place) {
   std::map<std::string, double> p;
   const std::vector<std::string>& names = CameraModels().at(model);
   for (std::size_t i = 0; i < names.size(); ++i) p[names[i]] = parameters[i];
@@ -108,15 +111,21 @@ LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& p
   camera.p1 = get("p1");
   camera.p2 = get("p2");
   camera.size = size;
+  const bool finite =
+      std::all_of(parameters.begin(), parameters.end(), [](double value) { return std::isfinite(value); });
+  if (!finite || !(camera.K(0, 0) > 0.0) || !(camera.K(1, 1) > 0.0))
+    throw Error(place + ": expected finite camera parameters, and positive focal lengths");
   return camera;
 }
 
 std::optional<RigidMotion> PoseOfColmap(const double* values) {
   const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
-  if (!(quaternion.norm() > 0.0)) return {};
+  // Beyond a norm of infinity no rotation is left either.
+  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
   RigidMotion pose;
   pose.rotation = quaternion.normalized().toRotationMatrix();
   pose.translation << values[4], values[5], values[6];
+  if (!pose.translation.allFinite()) return {};
   return pose;
 }
 
@@ -135,7 +144,7 @@ std::vector<SourceImage> ReadColmapBinary(const std::string& model, const std::s
     const std::string file = (fs::path(images) / reader.TakeText()).string();
     reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
     const auto pose = PoseOfColmap(values);
-    if (!pose) throw Error(path + ": " + file + ": expected a rotation");
+    if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
     if (camera == cameras.end()) throw Error(path + ": " + file + ": cameras.bin has no such camera");
     result.push_back({ImageName(file), file, camera->second, pose});
   }

@@ -12,9 +12,11 @@ namespace diffsac {
 int ColmapParameterCount(const std::string& model);
 
 /// A camera from COLMAP's, whose first pixel has its centre at (0.5, 0.5). As many parameters as ColmapParameterCount.
-LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& parameters, const ImageSize& size);
+/// Throws Error beginning with `place` unless all are finite and focal lengths positive.
+LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& parameters, const ImageSize& size,
+                          const std::string& place);
 
-/// World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation.
+/// World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation or a value is not finite.
 std::optional<RigidMotion> PoseOfColmap(const double* values);
 
 /// The images of a binary model, cameras.bin and images.bin in `model`, whose files are in the folder `images`. Throws

@@ -225,7 +225,7 @@ int main(int argc, char** argv) {
       return diffsac::WriteModelnetPairs(modelnet, stop_requested).finished ? kExitOk : kExitInterrupted;
     return diffsac::RunPairs(pairs, stop_requested).finished ? kExitOk : kExitInterrupted;
   } catch (const std::exception& error) {
-    std::cerr << "diffsac_prepare: " << error.what() << std::endl;
+    std::cerr << "diffsac_prepare: " << diffsac::MessageOf(error) << std::endl;
     return kExitBadInput;
   }
 }

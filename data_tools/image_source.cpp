@@ -50,10 +50,20 @@ std::string FolderName(const std::string& folder) {
   return (code ? fs::path(folder) : whole).filename().string();
 }
 
+namespace {
+
+bool IsCalibration(const Eigen::Matrix3d& K) {
+  return K.allFinite() && K(0, 0) > 0.0 && K(1, 1) > 0.0 && K.row(2) == Eigen::RowVector3d(0, 0, 1);
+}
+
+}  // namespace
+
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source) {
   const int frame = static_cast<int>(source->images.size() + source->left_out.size());
   try {
     SourceImage image = read();
+    if (image.camera && !IsCalibration(image.camera->K))
+      throw Error(image.path + ": its calibration is none (finite, positive focal lengths, last row 0 0 1)");
     image.frame = frame;
     source->images.push_back(std::move(image));
   } catch (const Error& error) {
@@ -93,8 +103,7 @@ std::string StepName(const std::string& name, int step) {
 
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
   const Eigen::Matrix3d K = ReadMatrixFile(path);
-  if (!K.allFinite() || K(0, 0) <= 0.0 || K(1, 1) <= 0.0 || K.row(2) != Eigen::RowVector3d(0, 0, 1))
-    throw Error(path + ": not a calibration matrix (positive focal lengths, last row 0 0 1)");
+  if (!IsCalibration(K)) throw Error(path + ": not a calibration matrix (positive focal lengths, last row 0 0 1)");
   return K;
 }
 

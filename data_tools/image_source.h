@@ -71,10 +71,10 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
 /// with K, zeros, the camera-to-world rotation, the camera's centre and width, height. All pairs.
 ImageSource ReadStrecha(const std::string& folder);
 
-/// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder itself,
-/// in colmap_ground_truth, sparse/0 or sparse) beside `images/`; the camera models SIMPLE_PINHOLE, PINHOLE,
-/// SIMPLE_RADIAL, RADIAL and OPENCV. All pairs. COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration
-/// takes back.
+/// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
+/// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; the camera models SIMPLE_PINHOLE, PINHOLE,
+/// SIMPLE_RADIAL, RADIAL and OPENCV. All pairs. COLMAP's first pixel has its centre at (0.5, 0.5), which the
+/// calibration takes back.
 ImageSource ReadColmap(const std::string& folder);
 
 /// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or
@@ -84,8 +84,8 @@ ImageSource ReadHomographies(const std::string& folder);
 /// NeRF's transforms.json as instant-ngp (Müller et al., SIGGRAPH 2022) writes it: fl_x, fl_y (or camera_angle_x), cx,
 /// cy, w, h, k1, k2, p1, p2 for all frames or in each; `transform_matrix`, camera-to-world, in OpenGL's axes (x right,
 /// y up, z backwards). cx and cy are COLMAP's, whose first pixel has its centre at (0.5, 0.5). `folder` may be the json
-/// file itself. An image that is not where the file says is looked for beside the file; where it is another size than w,
-/// h, of the same shape, the calibration is scaled with it. All pairs.
+/// file itself. An image that is not where the file says is looked for beside the file; where it is another size than
+/// w, h, of the same shape, the calibration is scaled with it. All pairs.
 ImageSource ReadNerf(const std::string& folder);
 
 /// Images with a 4 × 4 camera-to-world matrix each, in one of two layouts: folders `image` (or images, rgb, color),
@@ -113,7 +113,8 @@ std::string ImageName(const std::string& path);
 std::vector<SourcePair> AllPairs(int num_images);
 /// The folder's own name, for a scene.
 std::string FolderName(const std::string& folder);
-/// Adds what `read` returns as the image of the next frame, or, when it throws Error, the image to those left out.
+/// Adds what `read` returns as the image of the next frame, or, when it throws Error or the
+/// calibration is none, the image to those left out.
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
 /// The motion with the nearest rotation in place of what is one within 1 %. Throws Error, starting with `place`, where
 /// it is not, or not finite.

@@ -31,7 +31,7 @@ std::map<std::string, LensCamera> ReadCameras(const std::string& path) {
     for (std::size_t i = 4; i < words.size(); ++i) parameters.push_back(reader.Number(words[i]));
     const ImageSize size = {PixelCount(reader.Number(words[2]), reader.Place()),
                             PixelCount(reader.Number(words[3]), reader.Place())};
-    cameras[std::string(words[0])] = CameraOfColmap(std::string(words[1]), parameters, size);
+    cameras[std::string(words[0])] = CameraOfColmap(std::string(words[1]), parameters, size, reader.Place());
   }
   return cameras;
 }
@@ -48,7 +48,7 @@ std::vector<SourceImage> ReadImages(const std::string& path, const std::string& 
     double v[7];
     for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
     const auto pose = PoseOfColmap(v);
-    if (!pose) reader.Fail("expected a rotation");
+    if (!pose) reader.Fail("expected a pose of finite numbers, with a rotation");
     const auto camera = cameras.find(std::string(words[8]));
     if (camera == cameras.end()) reader.Fail("cameras.txt has no camera " + std::string(words[8]));
     const std::string file = (fs::path(images) / std::string(words[9])).string();

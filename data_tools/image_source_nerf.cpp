@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
@@ -15,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+
+constexpr double kSmallestAngle = 1e-6;  // A camera_angle_x; below it focal lengths are infinite.
 
 Json ReadJson(const std::string& path) {
   try {
@@ -67,7 +70,10 @@ class CameraReader {
 
   double FocalFromAngle(const ImageSize& size) const {
     if (!Has("camera_angle_x") || size.width == 0) throw Error(place_ + ": expected fl_x, or camera_angle_x and w");
-    return 0.5 * size.width / std::tan(0.5 * Number("camera_angle_x"));
+    const double angle = Number("camera_angle_x");
+    if (!(angle > kSmallestAngle) || !(angle < std::numbers::pi))
+      throw Error(place_ + ": expected camera_angle_x between 0 and pi");
+    return 0.5 * size.width / std::tan(0.5 * angle);
   }
 
   void CheckModel() const {

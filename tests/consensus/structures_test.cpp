@@ -167,6 +167,20 @@ TEST_CASE("Unfit points have their own status; indices out of range and priors o
   CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
 }
 
+TEST_CASE(
+    "Sets that are reported are of points that there are, when a source names others (read before the first row)") {
+  const Scene scene = Star({60}, 20, 2);
+  const std::vector<int> sets = {-1, 3, 0, 1, 2, 500, 4, 5};
+  StructureSearchOptions structures;
+  structures.search = StructureSearch::kSequential;
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  const StructuresResult found =
+      FindStructures<Line>(scene.points, kThreshold, given, Options(4), structures, Rng(1), {});
+  CHECK(found.first_sets.size() >= 2);
+  for (const std::vector<int>& set : found.first_sets)
+    for (const int i : set) CHECK((i >= 0 && i < scene.points.rows()));
+}
+
 TEST_CASE("The same seed gives the same structures, and draws are counted for each search") {
   for (const StructureSearch search : kSearches) {
     const Scene scene = Star({30, 30, 30}, 30, 4);

@@ -135,6 +135,10 @@ TEST_CASE("Broken YAML names the line") {
   CHECK_THROWS_WITH(Read("steps: 1\nsizes: [1, 2\n"), Catch::StartsWith("f.yaml:") && Contains("not valid YAML"));
   CHECK_THROWS_WITH(Read("a: 1\n---\nb: 2\n"), Contains("expected a single YAML document"));
   CHECK_THROWS_AS(Read("a: &x [*x]\n"), Error);
+  // Was read, but written again it began with the mark of UTF-16.
+  CHECK_THROWS_WITH(Read("# a comment\n\xFE\xFF\xFF\xEEsteps: 1\n"), Catch::StartsWith("f.yaml") && Contains("UTF-8"));
+  CHECK_THROWS_WITH(Read(std::string("na\0me: x\n", 9)), Contains("UTF-8"));
+  CHECK(Read("# \xC3\xA9\nsteps: 7\n").steps == 7);
 }
 
 TEST_CASE("YAML that the parser would never finish, or that would take minutes, ends with an error") {
@@ -230,7 +234,8 @@ TEST_CASE("include: of a list of files the later ones override, and the file its
   WriteFileAtomically(folder.File("main.yaml"), "include: [a.yaml, [b.yaml]]\n");
   CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")), Contains("main.yaml:1: include: ") && Contains("list"));
   WriteFileAtomically(folder.File("main.yaml"), "include:\n  - a.yaml\n  - none.yaml\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")), Contains("main.yaml:3: include: ") && Contains("none.yaml"));
+  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")),
+                    Contains("main.yaml:3: include: ") && Contains("none.yaml"));
 }
 
 TEST_CASE("include: chains are followed; circles and absent files are errors") {

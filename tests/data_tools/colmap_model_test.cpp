@@ -1,6 +1,7 @@
 #include "data_tools/colmap_model.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "data/data_test_util.h"
 #include "data_tools/image_test_util.h"
@@ -42,6 +43,8 @@ struct BinaryModel {
 const std::string kCameras =
     Bytes<std::uint64_t>(2) + Camera(1, 2, {500, 5, 4, -0.03}) + Camera(2, 1, {500, 510, 5, 4});
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNaN = std::numeric_limits<double>::quiet_NaN();
+
 }  // namespace
 
 TEST_CASE("COLMAP's binary models: what the same text model says") {
@@ -82,7 +85,14 @@ TEST_CASE("COLMAP's binary models: mistakes name the file") {
   CHECK(Has(error(Bytes<std::uint64_t>(1) + Camera(1, 77, {}), images), "77 is not supported"));
   CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 3, {1, 0, 0, 0})),
             "a.jpg: cameras.bin has no such camera"));
-  CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 1, {0, 0, 0, 0})), "expected a rotation"));
+  CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 1, {0, 0, 0, 0})), "with a rotation"));
+  for (const double value : {kInfinity, kNaN, 0.0, -500.0})
+    CHECK(Has(error(Bytes<std::uint64_t>(1) + Camera(1, 2, {value, 5, 4, 0}), images),
+              "cameras.bin: expected finite camera"));
+  // An infinite quaternion was a pose without numbers.
+  for (const double value : {kInfinity, -kInfinity, kNaN, 1e200})
+    CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 1, {1, value, 0, 0})),
+              "expected a pose of finite"));
 }
 
 }  // namespace diffsac

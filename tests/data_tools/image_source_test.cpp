@@ -140,6 +140,8 @@ TEST_CASE("Strecha: camera-to-world rotation and centre") {
   std::string distorted = good;
   distorted.replace(distorted.find("0 0 0\n"), 5, "0 0 1");
   CHECK(Has(error(distorted), "undistorted"));
+  for (const char* focal : {"-inf", "nan", "0", "-500"})
+    CHECK(Has(error(focal + good.substr(3)), "0001.jpg: its calibration is none"));
   std::filesystem::remove(path);
   CHECK(Has(ReadStrecha(root).left_out.at(0).problem, "0001.jpg.camera"));
   std::filesystem::remove(root + "/gt_dense_cameras/0000.jpg.camera");
@@ -261,6 +263,15 @@ TEST_CASE("NeRF: OpenGL's axes, calibration for all or a frame, frames that are 
     WriteRaw(root + "/transforms.json", text);
     return ErrorOf([&] { ReadNerf(root); });
   };
+  // An angle that is nearly none made an infinite focal length.
+  for (const char* angle : {"1e-320", "0", "-1", "3.2"}) {
+    write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
+          std::string("\"camera_angle_x\": ") + angle + ", \"w\": 10, \"h\": 8");
+    CHECK(Has(ErrorOf([&] { ReadNerf(root); }), "expected camera_angle_x"));
+  }
+  write(frame("images/0001.jpg", matrix) + "," + frame("images/0003.jpg", matrix),
+        "\"fl_x\": 1e308, \"w\": 5, \"h\": 4");
+  CHECK(Has(ErrorOf([&] { ReadNerf(root); }), "images were left out"));
   CHECK(Has(error("{\"frames\": ["), "transforms.json: not JSON"));
   CHECK(Has(error("[1, 2]"), "list of frames"));
   CHECK(Has(error("{\"frames\": []}"), "no pairs"));

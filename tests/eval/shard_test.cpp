@@ -148,8 +148,8 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(CsvOf(content.results) == CsvOf(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
   CHECK(MarkdownReport(MakeReport(content.results)) == MarkdownReport(MakeReport(results)));
-  CHECK_THAT(MarkdownReport(MakeReport(content.results)),
-             Contains("1234") && Contains("100") && Contains("start") && Contains("Left out: Absent (needs no.safetensors)."));
+  CHECK_THAT(MarkdownReport(MakeReport(content.results)), Contains("1234") && Contains("100") && Contains("start") &&
+                                                              Contains("Left out: Absent (needs no.safetensors)."));
 }
 
 TEST_CASE("shards that are not one whole run are one clear line") {
@@ -196,10 +196,17 @@ TEST_CASE("damaged records are one clear line") {
   RunInputs inputs = TwoPointInputs();
   inputs.shard = {1, 2};
   const std::string text = ShardRecords(RunExperiment(SmallExperiment(), inputs), "");
+  const auto with_problems = [&](const std::string& number) {
+    std::string other = text;
+    const std::size_t at = other.find("\"problems\":[") + 12;
+    return other.replace(at, other.find_first_of(",]", at) - at, number);
+  };
   for (const std::string& damaged :
        {std::string(), std::string("x"), std::string("{}"), std::string("[1]\n"), text.substr(0, text.size() / 2),
         text.substr(0, text.rfind('\n', text.size() - 2) + 1), text + "[1,2]\n",
-        text + "[99,0,0,\"\",\"\",\"ok\",false]\n"})
+        text + "[99,0,0,\"\",\"\",\"ok\",false]\n",
+        // Converted to an integer, which none is.
+        with_problems("4e300"), with_problems("-1"), with_problems("4.5"), with_problems("99999999999999999999")})
     CHECK_THROWS_WITH(ReadShardRecords(damaged, "folder"), Contains("folder: not a shard's records.jsonl"));
 }
 

@@ -26,8 +26,11 @@ void ReadSource(const ImageFormat& format, const Bundle& bundle) {
     for (const SourcePair& pair : scene.pairs)
       Require(pair.image1 >= 0 && pair.image1 < images && pair.image2 >= 0 && pair.image2 < images,
               "a pair is of two images");
-  for (const SourceImage& image : source.images)
-    Require(!image.pose || image.pose->rotation.allFinite(), "a pose is finite");
+  for (const SourceImage& image : source.images) {
+    Require(!image.pose || (image.pose->rotation.allFinite() && image.pose->translation.allFinite()),
+            "a pose is finite");
+    Require(!image.camera || image.camera->K.allFinite(), "a calibration is finite");
+  }
 }
 
 void Read(const Bundle& bundle) {

@@ -132,6 +132,13 @@ TEST_CASE("Two-view rows answer hostile input with a status") {
   CHECK(Make("ransac", Task::kEssential)->Estimate(uncalibrated, 1).status == Status::kDegenerate);
 }
 
+TEST_CASE("regression: OpenCV's graph cut crashed with 100 000 matches") {
+  const Problem problem = MakePair(Task::kFundamental, 50000, 4).problem;
+  const auto accurate = Make("usac", Task::kFundamental, "preset: accurate");
+  CHECK(accurate->Estimate(problem, 1).status == Status::kTooManyPoints);
+  CHECK(Make("usac", Task::kFundamental)->Estimate(problem, 1).status == Status::kOk);
+}
+
 TEST_CASE("PROSAC without a quality samples uniformly instead of failing") {
   Example example = MakePair(Task::kFundamental, 150, 11);
   example.problem.quality.resize(0);

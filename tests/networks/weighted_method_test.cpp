@@ -147,4 +147,17 @@ TEST_CASE("bad points give a status to rows of learned weights, alone and beside
     }
 }
 
+TEST_CASE("regression: a million points asked for four terabytes in CLNet's graph") {
+  const WeightedMethod method(Network("clnet", Task::kLine), DefaultWeightedOptions("clnet"), 1);
+  const Problem good = ExamplesOf(Task::kLine, 1)[0].problem;
+  Problem large = good;
+  large.points = PointMatrix::Random(ClnetNetwork::kMostPoints + 1, 2);
+  CHECK(method.Estimate(large, 1).status == Status::kTooManyPoints);
+  const std::vector<Problem> mixed = {large, good};
+  const std::vector<std::uint64_t> seeds = {1, 2};
+  const auto estimates = method.EstimateBatch(PointersTo(mixed), seeds);
+  CHECK(estimates[0].status == Status::kTooManyPoints);
+  CHECK(estimates[1].status == method.Estimate(good, 2).status);
+}
+
 }  // namespace diffsac

@@ -119,6 +119,9 @@ class StructuresSearch {
     found_.unique_minimal_sets += result.unique_minimal_sets;
     for (std::vector<int>& set : result.first_sets) {
       if (found_.first_sets.size() == kReportedSets) break;
+      // A source may name points that there are none of.
+      const auto count = static_cast<int>(rows.size());
+      if (!std::all_of(set.begin(), set.end(), [&](int i) { return i >= 0 && i < count; })) continue;
       for (int& i : set) i = rows[i];
       found_.first_sets.push_back(std::move(set));
     }

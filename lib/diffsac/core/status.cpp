@@ -12,8 +12,15 @@ std::string_view ToString(Status status) {
       return "degenerate";
     case Status::kNoModel:
       return "no_model";
+    case Status::kTooManyPoints:
+      return "too_many_points";
   }
   return "unknown";
+}
+
+std::string MessageOf(const std::exception& exception) {
+  const std::string text = exception.what();
+  return dynamic_cast<const Error*>(&exception) != nullptr ? text : text.substr(0, text.find('\n'));
 }
 
 }  // namespace diffsac

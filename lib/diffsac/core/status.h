@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -12,9 +13,10 @@ enum class Status {
   kTooFewPoints,  ///< Fewer points than a minimal set needs.
   kDegenerate,    ///< Non-finite values, or points that determine no model (all equal, all collinear).
   kNoModel,       ///< Hypotheses were solved, but none was supported by the data.
+  kTooManyPoints,  ///< More points than the method can work on: its memory or its indices grow with their square.
 };
 
-/// "ok", "too_few_points", "degenerate" or "no_model".
+/// "ok", "too_few_points", "degenerate", "no_model" or "too_many_points".
 std::string_view ToString(Status status);
 
 /// A mistake of the user's (configuration, file, command line): one clear line for the terminal.
@@ -22,5 +24,9 @@ class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// What to tell the user: the whole of an Error, of another exception the first line, for libraries append where in
+/// their code it was thrown.
+std::string MessageOf(const std::exception& exception);
 
 }  // namespace diffsac

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -26,6 +27,17 @@ constexpr int kMaxValues = 50000;
   if (place.assignment.empty() && !mark.is_null()) place.line = mark.line + 1;
   const std::string start = PlaceText(place);
   throw Error((start.empty() ? "" : start + ": ") + what);
+}
+
+// And without zeros, which yaml-cpp takes for the end of its input in some places.
+bool IsUtf8(const std::string& text) {
+  if (text.find('\0') != std::string::npos) return false;
+  try {
+    static_cast<void>(nlohmann::json(text).dump());
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
 }
 
 /// Copies yaml-cpp's nodes into trees.
@@ -161,6 +173,8 @@ YamlTree* YamlTree::Find(const std::string& key) {
 }
 
 YamlTree ParseYaml(const std::string& text, const YamlPlace& place) {
+  // yaml-cpp takes other bytes as they are, and what is written of them later for another encoding.
+  if (!IsUtf8(text)) Fail(place, YAML::Mark::null_mark(), "expected UTF-8 text");
   try {
     // Not by YAML::LoadAll, which never ends on some broken texts.
     std::istringstream stream(text);

@@ -244,7 +244,8 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
 }  // namespace
 
 Status StatusFromText(const std::string& text) {
-  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel})
+  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel,
+                              Status::kTooManyPoints})
     if (ToString(status) == text) return status;
   throw Error("unknown status '" + text + "'");
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "diffsac/core/status.h"
 
@@ -14,6 +16,22 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "diffsac shard 5";
+
+// The library's own conversion is undefined for numbers that no integer holds.
+template <class Integer>
+Integer Whole(const Json& value) {
+  const bool held = value.is_number_unsigned()
+                        ? std::in_range<Integer>(value.get<std::uint64_t>())
+                        : value.is_number_integer() && std::in_range<Integer>(value.get<std::int64_t>());
+  if (!held) throw Error("expected an integer");
+  return value.get<Integer>();
+}
+
+std::vector<std::size_t> Wholes(const Json& values) {
+  std::vector<std::size_t> read;
+  for (const Json& value : values) read.push_back(Whole<std::size_t>(value));
+  return read;
+}
 
 // The text of a record's numbers, in one place for both directions.
 class Fields {
@@ -70,8 +88,8 @@ class Reader : public Fields {
     const Json& item = line_.at(next_++);
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
-  void Count(int& value) override { value = line_.at(next_++).get<int>(); }
-  void Count(std::int64_t& value) override { value = line_.at(next_++).get<std::int64_t>(); }
+  void Count(int& value) override { value = Whole<int>(line_.at(next_++)); }
+  void Count(std::int64_t& value) override { value = Whole<std::int64_t>(line_.at(next_++)); }
   bool done() const { return next_ == line_.size(); }
 
  private:
@@ -92,11 +110,11 @@ Json RecordLine(const Cell& cell, ProblemRecord record) {
 }
 
 void ReadRecord(const Json& line, ExperimentResults* results) {
-  const auto condition = line.at(0).get<std::size_t>(), method = line.at(1).get<std::size_t>();
+  const auto condition = Whole<std::size_t>(line.at(0)), method = Whole<std::size_t>(line.at(1));
   if (condition >= results->experiment.conditions.size() || method >= results->experiment.methods.size())
     throw Error("no such row");
   ProblemRecord record;
-  record.index = line.at(2).get<std::uint64_t>();
+  record.index = Whole<std::uint64_t>(line.at(2));
   record.id = line.at(3).get<std::string>();
   record.scene = line.at(4).get<std::string>();
   record.status = StatusFromText(line.at(5).get<std::string>());
@@ -127,8 +145,8 @@ Json LearnedJson(const std::vector<LearnedRow>& rows) {
 std::vector<LearnedRow> ReadLearned(const Json& list) {
   std::vector<LearnedRow> rows;
   for (const Json& row : list)
-    rows.push_back({row.at(0).get<std::size_t>(),
-                    {row.at(1).get<std::int64_t>(), row.at(2).get<std::int64_t>(), row.at(3).get<std::int64_t>(),
+    rows.push_back({Whole<std::size_t>(row.at(0)),
+                    {Whole<std::int64_t>(row.at(1)), Whole<std::int64_t>(row.at(2)), Whole<std::int64_t>(row.at(3)),
                      row.at(4).get<std::string>()}});
   return rows;
 }
@@ -150,7 +168,7 @@ Json ReliabilityJson(const std::vector<ReliabilityCurve>& curves) {
 std::vector<ReliabilityCurve> ReadReliability(const Json& list, std::size_t conditions) {
   std::vector<ReliabilityCurve> curves;
   for (const Json& item : list) {
-    ReliabilityCurve curve{item.at(0).get<std::string>(), item.at(1).get<std::size_t>(), {}};
+    ReliabilityCurve curve{item.at(0).get<std::string>(), Whole<std::size_t>(item.at(1)), {}};
     if (curve.condition >= conditions) throw Error("no such condition");
     for (const Json& scene : item.at(2))
       for (int b = 0; b < Reliability::kBins; ++b) {
@@ -192,9 +210,9 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
   ExperimentResults& results = content.results;
   results.experiment = ReadExperiment(Config::FromString(content.experiment, name));
   results.experiment.left_out = header.at("left_out").get<std::vector<std::string>>();
-  results.shard = {header.at("shard").get<int>(), header.at("shards").get<int>()};
+  results.shard = {Whole<int>(header.at("shard")), Whole<int>(header.at("shards"))};
   results.partial = !header.at("complete").get<bool>();
-  results.problems = header.at("problems").get<std::vector<std::size_t>>();
+  results.problems = Wholes(header.at("problems"));
   results.dataset = header.at("dataset").get<std::string>();
   results.fits_label = header.at("fits_label").get<std::string>();
   results.learned = ReadLearned(header.at("learned"));
@@ -227,7 +245,7 @@ ShardContent ReadShardRecords(const std::string& text, const std::string& name) 
     const Json header = Json::parse(line);
     ShardContent content = ReadHeader(header, name);
     for (++number; std::getline(lines, line); ++number) ReadRecord(Json::parse(line), &content.results);
-    if (RecordCount(content.results) != header.at("records").get<std::size_t>()) throw Error("records are missing");
+    if (RecordCount(content.results) != Whole<std::size_t>(header.at("records"))) throw Error("records are missing");
     return content;
   } catch (const Json::exception& error) {
     throw fail("line " + std::to_string(number) + " is not as it was written");

@@ -178,7 +178,12 @@ LearnedMethod::Timed LearnedMethod::PredictTimed(std::span<const SolverSpace> sp
 
   const auto network_start = MethodClock::now();
   for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
-  Infer(spaces, seeds, timed.predictions);
+  const std::size_t part = network_->problems_a_call > 0 ? network_->problems_a_call : spaces.size();
+  const std::span<Prediction> predictions(timed.predictions);
+  ParallelFor(static_cast<std::int64_t>((spaces.size() + part - 1) / part), threads_, [&](std::int64_t p) {
+    const std::size_t begin = part * static_cast<std::size_t>(p), count = std::min(part, spaces.size() - begin);
+    Infer(spaces.subspan(begin, count), seeds.subspan(begin, count), predictions.subspan(begin, count));
+  });
   timed.ms_network = MillisecondsSince(network_start);
   return timed;
 }

@@ -115,7 +115,9 @@ class LearnedMethod : public Method {
   virtual bool NetworkBatches() const { return true; }
 
   /// Whether the row's model can be solved from the points.
-  Status Check(const SolverSpace& space) const { return CheckSpace(space, model_); }
+  Status Check(const SolverSpace& space) const {
+    return space.points().rows() > network_->most_points ? Status::kTooManyPoints : CheckSpace(space, model_);
+  }
   const PointFeatures& features() const { return features_; }
   int threads() const { return threads_; }
   std::vector<FeatureSet> ComputeFeatures(std::span<const SolverSpace> spaces,

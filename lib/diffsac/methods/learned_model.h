@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "diffsac/core/options.h"
@@ -16,6 +17,11 @@ struct LearnedModel {
   PointFeaturesOptions feature_options;
   PointFeatures features;
   TrainingFacts facts;  ///< Of a loaded network.
+  /// Of a problem; the network compares each of them with each.
+  int most_points = std::numeric_limits<int>::max();
+  /// A batch goes through the network in parts of so many problems, each on one thread, so that the number of threads
+  /// changes no bit of what comes out; 0: at once, however many threads the network uses.
+  int problems_a_call = 0;
 
   LearnedModel(Task task_value, const PointFeaturesOptions& options)
       : task(task_value), feature_options(options), features(options, task_value) {}

@@ -12,6 +12,9 @@
 namespace diffsac {
 namespace {
 
+/// OpenCV 4.6 numbers pairs of matches by an int: with more of them its graph cut reads beside its memory.
+constexpr int kMostInGraphCut = 46340;
+
 int FlagOf(OpencvPreset preset) {
   switch (preset) {
     case OpencvPreset::kFast:
@@ -96,6 +99,11 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
 }
 
 Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
+  if (options_.preset == OpencvPreset::kAccurate && problem.points.rows() > kMostInGraphCut) {
+    diffsac::Estimate refused;
+    refused.status = Status::kTooManyPoints;
+    return refused;
+  }
   return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(space, options_);
     return diffsac::Estimate{};

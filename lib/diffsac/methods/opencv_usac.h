@@ -30,7 +30,7 @@ struct OpencvUsacOptions {
 /// cv::findHomography, cv::findFundamentalMat, cv::findEssentialMat. The essential matrix is estimated in normalised
 /// coordinates with the threshold divided by the mean focal length. OpenCV's own seed is fixed, so `seed` changes
 /// nothing; its report gives no number of hypotheses, so the budget stands there. An exception inside OpenCV is
-/// kNoModel.
+/// kNoModel; of more than 46 340 matches `accurate` is kTooManyPoints.
 class OpencvUsacMethod : public Method {
  public:
   explicit OpencvUsacMethod(const OpencvUsacOptions& options) : options_(options) { CheckOptions(options); }

@@ -87,6 +87,8 @@ class ClnetNetwork : public WeightNetwork {
  public:
   using Options = ClnetNetworkOptions;
   static constexpr const char* kMethod = "clnet";
+  /// Each point is compared with each: 1.6 GB for so many.
+  static constexpr int kMostPoints = 20000;
 
   ClnetNetwork(const ClnetNetworkOptions& options, int input_width, Rng rng);
   ClnetOutput Run(const PointBatch& batch);

@@ -130,6 +130,7 @@ TensorInference::TensorInference(const DiffsacNetwork& network, const DenoisingO
 std::vector<Denoised> TensorInference::Run(std::span<const FeatureSet* const> features,
                                            std::span<const std::uint64_t> seeds, int) const {
   const c10::InferenceMode inference;
+  network_.BeginCall();
   const auto batch = MakePointBatch(features).To(network_.device);
   auto context = network_.denoiser->Encode(batch);
   std::vector<Denoised> results(features.size());

@@ -8,9 +8,17 @@
 
 namespace diffsac {
 
+// More would leave threads idle at the end of a batch, fewer would pay for each call more often.
+constexpr int kProblemsOfCall = 4;
+
 void LearnedNetwork::MoveTo(const torch::Device& target) {
   module->to(target);
   device = target;
+  problems_a_call = target.is_cpu() ? kProblemsOfCall : 0;
+}
+
+void LearnedNetwork::BeginCall() const {
+  if (problems_a_call > 0 && at::get_num_threads() != 1) at::set_num_threads(1);
 }
 
 void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network) {

@@ -16,6 +16,9 @@ struct LearnedNetwork : LearnedModel {
   torch::Device device = torch::kCPU;
 
   void MoveTo(const torch::Device& target);
+  /// Before each call for inference: on a CPU this thread's operations of LibTorch keep to it from here on
+  /// (problems_a_call). What else the thread does then sets its number of threads again.
+  void BeginCall() const;
 
  protected:
   using LearnedModel::LearnedModel;

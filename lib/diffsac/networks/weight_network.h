@@ -36,8 +36,10 @@ struct LearnedWeights : LearnedNetwork {
 /// those and a generator; `kMethod` names the method that it is of.
 template <class Network>
 std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Network::Options& options, Rng rng) {
-  return std::make_shared<LearnedWeights>(task, options.features,
-                                          [&](int width) { return std::make_shared<Network>(options, width, rng); });
+  auto weights = std::make_shared<LearnedWeights>(
+      task, options.features, [&](int width) { return std::make_shared<Network>(options, width, rng); });
+  if constexpr (requires { Network::kMostPoints; }) weights->most_points = Network::kMostPoints;
+  return weights;
 }
 
 /// Those of a checkpoint that Network's method trained. Throws Error naming the file.

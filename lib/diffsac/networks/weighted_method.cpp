@@ -56,6 +56,7 @@ WeightedMethod::WeightedMethod(std::shared_ptr<const LearnedWeights> weights, co
 void WeightedMethod::Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>,
                            std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
+  weights_->BeginCall();
   const auto batch = BatchOf(predictions, weights_->device);
   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
 }
