@@ -1,10 +1,13 @@
 #include "diffsac/eval/runner.h"
 
+#include <atomic>
 #include <catch2/catch.hpp>
-
+#include <memory>
 #include <sstream>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/dataset_factory.h"
+#include "diffsac/data/dataset_registry.h"
 #include "diffsac/eval/outputs.h"
 #include "diffsac/eval/selection.h"
 #include "eval/eval_fixtures.h"
@@ -43,6 +46,72 @@ TEST_CASE("a row's results don't depend on the other rows") {
   std::string line;
   while (std::getline(lines, line)) CHECK(all.find(line) != std::string::npos);
   CHECK(alone.find(",second,") == std::string::npos);
+}
+
+/// Thousands of problems; how many of them were loaded and not estimated yet, at most.
+std::atomic<int> g_waiting{0}, g_most_waiting{0};
+
+class ManyLines : public Dataset {
+ public:
+  ManyLines() : lines_(MakeDataset(Config::FromString("{type: synthetic_line, num_points: 30, split: test}"), 1)) {}
+  Task task() const override { return Task::kLine; }
+  std::int64_t size() const override { return 3000; }
+  Example Get(std::uint64_t index) const override {
+    const int waiting = ++g_waiting;
+    for (int most = g_most_waiting; waiting > most && !g_most_waiting.compare_exchange_weak(most, waiting);) {
+    }
+    return lines_->Get(index);
+  }
+
+ private:
+  std::unique_ptr<Dataset> lines_;
+};
+
+struct ManyLinesOptions {
+  void Bind(OptionsBinder&) {}
+};
+
+const RegisteredDataset<ManyLinesOptions> kManyLines("many_lines", DataSource::kFiles, "Lines that are counted.",
+                                                     [](const ManyLinesOptions&, std::uint64_t) {
+                                                       return std::make_unique<ManyLines>();
+                                                     });
+
+class WaitedFor : public TwoPointMethod {
+ public:
+  using TwoPointMethod::TwoPointMethod;
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
+    --g_waiting;
+    return TwoPointMethod::Estimate(problem, seed);
+  }
+};
+
+TEST_CASE("problems are loaded as they are needed (all of a condition were in memory at once)") {
+  ExperimentOptions experiment = SmallExperiment();
+  experiment.problems = 3000;
+  experiment.conditions.resize(1);
+  experiment.conditions[0].data = Config::FromString("{type: many_lines}");
+  SelectMethods({"first"}, &experiment);
+  const auto run = [&](int batch, int problems) {
+    g_waiting = g_most_waiting = 0;
+    experiment.problems = problems;
+    RunInputs inputs = TwoPointInputs();
+    inputs.make_method = [batch](const Config&, Task) { return std::make_unique<WaitedFor>(batch); };
+    return RunExperiment(experiment, inputs);
+  };
+  const ExperimentResults all = run(1, 3000);
+  CHECK(g_most_waiting <= 300);
+  const Cell& cell = *all.Find(0, 0);
+  REQUIRE(cell.records.size() == 3000);
+  // Which problems come together changes nothing: not with batches that no power of two holds, nor in one piece.
+  const ExperimentResults in_batches = run(7, 3000), first = run(1, 200);
+  CHECK(g_most_waiting <= 300);
+  REQUIRE(in_batches.Find(0, 0)->records.size() == 3000);
+  for (std::size_t i = 0; i < 3000; ++i) {
+    REQUIRE(cell.records[i].index == i);
+    REQUIRE(in_batches.Find(0, 0)->records[i].error.angle_deg == cell.records[i].error.angle_deg);
+    if (i < 200) REQUIRE(first.Find(0, 0)->records[i].error.angle_deg == cell.records[i].error.angle_deg);
+  }
+  CHECK(all.fits.size() == static_cast<std::size_t>(experiment.figures.qualitative));
 }
 
 TEST_CASE("rows with fewer problems get the same first ones") {

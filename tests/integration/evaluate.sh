@@ -67,4 +67,18 @@ printf '%s\n' 'name: lines' 'problems: 3' 'missing: leave_out' 'data: {type: syn
   expect_file runs/tiny/checkpoints/best.safetensors runs/tiny.log
   grep -q '| Tiny ' "$own/out" || { cat "$own/err"; fail "a row whose network was trained is left out"; }
   grep -q "no training configuration is named 'nobody'" "$own/err" || fail "a network without a training is not named"
+
+  # Killed, it takes its training with it.
+  sed 's/^name: .*/name: long/; s/iterations: .*/iterations: 1000000/; s/validate_every: .*/validate_every: 1000000/' \
+    configs/tiny.yaml >configs/long.yaml
+  sed 's/tiny/long/g' lines.yaml >long_lines.yaml
+  "$build/bin/diffsac_eval" --config long_lines.yaml --device cpu --threads 1 --train-missing >"$own/out" 2>"$own/err" &
+  evaluation=$!
+  for ((i = 0; i < 600; ++i)); do [[ -e runs/long/checkpoints/last.safetensors ]] && break; sleep 0.1; done
+  training=$(pgrep -P "$evaluation" || true)
+  [[ -n "$training" ]] || { cat "$own/err"; fail "no training started"; }
+  expect_error 'runs/long: another process is writing there' train --config configs/long.yaml --output runs/long --resume
+  kill -9 "$evaluation"
+  for ((i = 0; i < 300; ++i)); do kill -0 "$training" 2>/dev/null || break; sleep 0.1; done
+  ! kill -0 "$training" 2>/dev/null || fail "a training goes on without the evaluation that started it"
 )

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <set>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -9,6 +12,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/data/dataset_factory.h"
+#include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"
 #include "diffsac/methods/known_of_problem.h"
 #include "diffsac/methods/oracle.h"
@@ -103,12 +107,22 @@ Outcome OutcomeOf(const ExperimentOptions& experiment, const Method* method, con
   return outcome;
 }
 
-/// Everything that one cell's loop needs.
+/// Following problems of a condition: loaded together, estimated by every row, and let go before the next ones, so that
+/// data does not grow with the number of problems.
+struct Block {
+  std::size_t first = 0;
+  std::vector<Example> examples;  ///< Those that no row needs are empty.
+
+  std::size_t end() const { return first + examples.size(); }
+  const Example& operator[](std::size_t position) const { return examples[position - first]; }
+};
+
+/// Everything that the loop over a block's problems needs.
 struct CellRun {
   const ExperimentOptions& experiment;
   const RunInputs& inputs;
-  const std::vector<Example>& examples;  // Of all problems; those that are not needed are empty.
-  const Method* method;                  // null: the oracle
+  const Block& examples;
+  const Method* method;  // null: the oracle
   Progress& progress;
 
   Estimate EstimateOne(const Example& example) const {
@@ -144,11 +158,25 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
   }
 }
 
-void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell* cell, ReliabilityCurve* of_network,
-             ReliabilityCurve* of_ratio) {
-  std::vector<Outcome> outcomes(positions.size());
+/// What is kept of one row on one condition.
+struct CellResults {
+  std::vector<std::size_t> positions;  ///< All that are run, ascending.
+  Cell cell;
+  ReliabilityCurve of_network, of_ratio;
+};
+
+// The part of ascending positions that lies in the block.
+std::vector<std::size_t> PositionsIn(const Block& block, const std::vector<std::size_t>& positions) {
+  return {std::lower_bound(positions.begin(), positions.end(), block.first),
+          std::lower_bound(positions.begin(), positions.end(), block.end())};
+}
+
+void RunBlock(const CellRun& run, CellResults* results) {
+  const std::vector<std::size_t> positions = PositionsIn(run.examples, results->positions);
+  if (positions.empty() || Stopped(run.inputs)) return;
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
-  if (!positions.empty() && !Stopped(run.inputs)) run.EstimateOne(run.examples[positions.front()]);
+  if (positions.front() == results->positions.front()) run.EstimateOne(run.examples[positions.front()]);
+  std::vector<Outcome> outcomes(positions.size());
   if (run.method != nullptr && run.method->PreferredBatch() > 1) {
     RunInBatches(run, positions, &outcomes);
   } else {
@@ -157,77 +185,27 @@ void RunCell(const CellRun& run, const std::vector<std::size_t>& positions, Cell
   for (Outcome& outcome : outcomes) {
     if (!outcome.record.done) continue;
     const std::string& scene = outcome.record.scene;
-    if (!outcome.of_network.empty()) of_network->scenes[scene].Add(outcome.of_network);
-    if (!outcome.of_ratio.empty()) of_ratio->scenes[scene].Add(outcome.of_ratio);
-    cell->records.push_back(std::move(outcome.record));
-    if (run.experiment.estimates) cell->estimates.push_back(std::move(outcome.estimate));
+    if (!outcome.of_network.empty()) results->of_network.scenes[scene].Add(outcome.of_network);
+    if (!outcome.of_ratio.empty()) results->of_ratio.scenes[scene].Add(outcome.of_ratio);
+    results->cell.records.push_back(std::move(outcome.record));
+    if (run.experiment.estimates) results->cell.estimates.push_back(std::move(outcome.estimate));
   }
 }
 
-// The row whose fits are shown: the named one, or the first that is not the oracle; -1 for none.
-int FitsRow(const ExperimentOptions& experiment) {
-  for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
-    const std::string& asked = experiment.figures.qualitative_method;
-    const bool fits = asked.empty() ? experiment.methods[i].type != "oracle" : experiment.methods[i].name == asked;
-    if (fits) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-// The rows whose fits are shown: one for lines and planes, several for two views.
-std::vector<std::size_t> FitsRows(const ExperimentOptions& experiment) {
-  constexpr std::size_t kRows = 3;
-  const FigureOptions& figures = experiment.figures;
-  const bool one = !IsTwoView(experiment.task) || !figures.qualitative_method.empty();
-  std::vector<std::size_t> rows;
-  if (one && figures.qualitative_methods.empty()) {
-    const int row = FitsRow(experiment);
-    if (row >= 0) rows.push_back(row);
-    return rows;
-  }
-  for (const std::string& name : figures.qualitative_methods) rows.push_back(experiment.RowOf(name));
-  for (std::size_t m = 0; figures.qualitative_methods.empty() && m < experiment.methods.size(); ++m)
-    if (experiment.methods[m].type != "oracle" && rows.size() < kRows) rows.push_back(m);
-  return rows;
-}
-
-// Up to four conditions, evenly spread, or the named ones.
-bool ShowsFits(const ExperimentOptions& experiment, std::size_t condition) {
-  const auto& named = experiment.figures.qualitative_conditions;
-  const auto& all = experiment.conditions;
-  if (!named.empty()) return std::find(named.begin(), named.end(), all[condition].name) != named.end();
-  const std::size_t shown = std::min<std::size_t>(4, all.size());
-  for (std::size_t i = 0; i < shown; ++i) {
-    const std::size_t at = shown == 1 ? 0 : i * (all.size() - 1) / (shown - 1);
-    if (at == condition) return true;
-  }
-  return false;
-}
-
-bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
-  const std::string& named = experiment.figures.confidence_condition;
-  return named.empty() ? condition == experiment.conditions.size() / 2 : experiment.conditions[condition].name == named;
-}
-
-// The first problems; of two views, whose data comes scene by scene, evenly spread ones.
-std::vector<std::size_t> FitPositions(const ExperimentOptions& experiment, std::size_t problems) {
-  const std::size_t count = std::min<std::size_t>(experiment.figures.qualitative, problems);
-  const bool spread = IsTwoView(experiment.task);
-  std::vector<std::size_t> positions;
-  for (std::size_t i = 0; i < count; ++i) positions.push_back(spread ? i * problems / count : i);
-  return positions;
-}
-
-void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, ExperimentResults* results) {
-  for (const std::size_t i : FitPositions(run.experiment, run.examples.size())) {
+// Those of the block.
+void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, std::size_t problems,
+              std::vector<KeptFit>* fits) {
+  for (const std::size_t i : PositionsIn(run.examples, FitPositions(run.experiment, problems))) {
     if (Stopped(run.inputs)) return;
-    results->fits.push_back({condition, run.examples[i], run.EstimateOne(run.examples[i]), method});
+    fits->push_back({condition, run.examples[i], run.EstimateOne(run.examples[i]), method});
   }
 }
 
+// Of the condition's first problem.
 void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* results) {
-  if (!run.inputs.trace || !results->traces.empty() || run.examples.empty() || Stopped(run.inputs)) return;
-  const Example& example = run.examples.front();
+  if (run.examples.first != 0 || run.examples.examples.empty()) return;
+  if (!run.inputs.trace || !results->traces.empty() || Stopped(run.inputs)) return;
+  const Example& example = run.examples[0];
   auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example.index));
   if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
 }
@@ -244,56 +222,108 @@ std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<st
   return static_cast<std::int64_t>(total);
 }
 
-// The examples that any row of the condition takes, and those of pictures; the others stay empty.
-std::vector<Example> LoadExamples(const ExperimentOptions& experiment, std::size_t condition, const Dataset& dataset,
-                                  const Methods& methods, const Shard& shard) {
-  std::vector<Example> examples(ProblemCount(dataset, experiment));
-  std::vector<char> needed(examples.size(), 0);
-  const auto need = [&](const std::vector<std::size_t>& positions) {
-    for (const std::size_t i : positions) needed[i] = 1;
-  };
-  for (std::size_t m = 0; m < methods.size(); ++m)
-    if (experiment.methods[m].RunsOn(experiment.conditions[condition].name))
-      need(RowPositions(experiment.methods[m], methods[m].get(), examples.size(), shard));
-  if (shard.index == 1) need(FitPositions(experiment, examples.size()));
-  ParallelFor(static_cast<std::int64_t>(examples.size()), experiment.threads, [&](std::int64_t i) {
-    if (needed[i] != 0) examples[i] = dataset.Get(i);
-  });
-  return examples;
+// Small, as a problem may have very many points. A whole number of every row's batches, which see the same problems
+// together whatever the block.
+std::size_t BlockSize(const Methods& methods, std::size_t problems) {
+  constexpr std::size_t kProblems = 256;
+  std::size_t size = 1;
+  for (const auto& method : methods) {
+    size = std::lcm(size, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()));
+    if (size >= problems) return problems;
+  }
+  return size * ((kProblems + size - 1) / size);
 }
 
 // A group without a scene is most likely a misspelt name, but data that is not here may have it.
-void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::vector<Example>& examples) {
-  for (const auto& entry : experiment.scene_groups) {
-    const std::string& group = entry.first;
-    const bool used = std::any_of(examples.begin(), examples.end(),
-                                  [&](const Example& example) { return experiment.GroupOf(example.scene) == group; });
-    if (!used && !examples.empty()) LogWarning("scene_groups: no scene of the data is in '" + group + "'");
-  }
+void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::string>& groups) {
+  if (groups.empty()) return;
+  for (const auto& entry : experiment.scene_groups)
+    if (groups.count(entry.first) == 0) LogWarning("scene_groups: no scene of the data is in '" + entry.first + "'");
 }
 
-void RunCondition(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
-                  const Dataset& dataset, const Methods& methods, Progress& progress, ExperimentResults* results) {
-  const std::vector<Example> examples = LoadExamples(experiment, condition, dataset, methods, inputs.shard);
-  results->problems.push_back(examples.size());
-  if (condition == 0 && inputs.shard.whole()) WarnOfEmptyGroups(experiment, examples);
-  const std::vector<std::size_t> fits_rows = FitsRows(experiment);
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    const MethodRow& row = experiment.methods[m];
-    if (!row.RunsOn(experiment.conditions[condition].name) || Stopped(inputs)) continue;
-    const CellRun run{experiment, inputs, examples, methods[m].get(), progress};
-    Cell cell{condition, m, {}, {}};
-    ReliabilityCurve of_network{row.label, condition, {}}, of_ratio{kRatioLabel, condition, {}};
-    RunCell(run, RowPositions(row, run.method, examples.size(), inputs.shard), &cell, &of_network, &of_ratio);
-    for (ReliabilityCurve* curve : {&of_network, &of_ratio})
-      if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
-    if (!cell.records.empty()) results->cells.push_back(std::move(cell));
-    if (inputs.shard.index != 1) continue;  // Pictures of examples are the first shard's.
-    if (std::find(fits_rows.begin(), fits_rows.end(), m) != fits_rows.end() && ShowsFits(experiment, condition))
-      KeepFits(run, condition, m, results);
-    if (run.method != nullptr && ShowsTrace(experiment, condition)) KeepTrace(run, row.label, results);
+/// All rows on one condition.
+class ConditionRun {
+ public:
+  ConditionRun(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
+               const Dataset& dataset, const Methods& methods)
+      : experiment_(experiment),
+        inputs_(inputs),
+        condition_(condition),
+        dataset_(dataset),
+        methods_(methods),
+        problems_(ProblemCount(dataset, experiment)),
+        needed_(problems_, 0),
+        rows_(methods.size()),
+        fits_(methods.size()) {
+    const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      const MethodRow& row = experiment.methods[m];
+      rows_[m] = {{}, {condition, m, {}, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
+      if (row.RunsOn(experiment.conditions[condition].name))
+        rows_[m].positions = RowPositions(row, methods[m].get(), problems_, inputs.shard);
+      Need(rows_[m].positions);
+    }
+    if (pictures) Need(FitPositions(experiment, problems_));
+    shows_trace_ = pictures && ShowsTrace(experiment, condition);
+    if (pictures && ShowsFits(experiment, condition)) fits_rows_ = FitsRows(experiment);
   }
-}
+
+  void Run(Progress& progress, ExperimentResults* results) {
+    const std::size_t size = BlockSize(methods_, problems_);
+    std::set<std::string> groups;
+    for (std::size_t first = 0; first < problems_ && !Stopped(inputs_); first += size) {
+      const Block block = Load(first, std::min(first + size, problems_));
+      for (const Example& example : block.examples) groups.insert(experiment_.GroupOf(example.scene));
+      for (std::size_t m = 0; m < methods_.size(); ++m) RunRow(block, m, progress, results);
+    }
+    results->problems.push_back(problems_);
+    if (condition_ == 0 && inputs_.shard.whole() && !Stopped(inputs_)) WarnOfEmptyGroups(experiment_, groups);
+    for (std::size_t m = 0; m < methods_.size(); ++m) Keep(m, results);
+  }
+
+ private:
+  void Need(const std::vector<std::size_t>& positions) {
+    for (const std::size_t i : positions) needed_[i] = 1;
+  }
+
+  Block Load(std::size_t first, std::size_t end) const {
+    Block block{first, std::vector<Example>(end - first)};
+    ParallelFor(static_cast<std::int64_t>(end - first), experiment_.threads, [&](std::int64_t i) {
+      if (needed_[first + i] != 0) block.examples[i] = dataset_.Get(static_cast<std::int64_t>(first) + i);
+    });
+    return block;
+  }
+
+  void RunRow(const Block& block, std::size_t m, Progress& progress, ExperimentResults* results) {
+    const MethodRow& row = experiment_.methods[m];
+    if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
+    const CellRun run{experiment_, inputs_, block, methods_[m].get(), progress};
+    RunBlock(run, &rows_[m]);
+    if (std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end())
+      KeepFits(run, condition_, m, problems_, &fits_[m]);
+    if (run.method != nullptr && shows_trace_) KeepTrace(run, row.label, results);
+  }
+
+  void Keep(std::size_t m, ExperimentResults* results) {
+    CellResults& row = rows_[m];
+    for (ReliabilityCurve* curve : {&row.of_network, &row.of_ratio})
+      if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
+    if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
+    std::move(fits_[m].begin(), fits_[m].end(), std::back_inserter(results->fits));
+  }
+
+  const ExperimentOptions& experiment_;
+  const RunInputs& inputs_;
+  const std::size_t condition_;
+  const Dataset& dataset_;
+  const Methods& methods_;
+  const std::size_t problems_;
+  std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
+  std::vector<CellResults> rows_;
+  std::vector<std::vector<KeptFit>> fits_;
+  std::vector<std::size_t> fits_rows_;
+  bool shows_trace_ = false;
+};
 
 }  // namespace
 
@@ -317,7 +347,7 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));
   for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
-    RunCondition(experiment, inputs, c, *datasets[c], methods, progress, &results);
+    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &results);
   progress.Finish();
   results.partial = Stopped(inputs);
   return results;
