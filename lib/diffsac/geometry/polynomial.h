@@ -8,7 +8,8 @@ int SolveCubic(const double c[4], double roots[3]);
 
 /// Real roots of Σ c[i] zⁱ, i = 0..10, in no particular order: isolated by a Sturm chain (Hook and McAree, "Using Sturm
 /// sequences to bracket real roots of polynomial equations", Graphics Gems 1990), then Newton's method inside the
-/// bracket. A root of even multiplicity is returned once or, by rounding, not at all. Returns how many, at most 10.
+/// bracket. A root of even multiplicity is returned once or, by rounding, not at all; beside a cluster that rounding
+/// cannot separate, rarely (2 of 300), a value that is no root. Returns how many, at most 10.
 int RealRoots10(const double c[11], double roots[10]);
 
 }  // namespace diffsac

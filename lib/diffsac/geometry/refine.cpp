@@ -240,13 +240,13 @@ Eigen::Matrix<double, 9, 9> AdjugateDerivative(const Matrix3Parameters& h) {
 }
 
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
-                              HomographyError error, Matrix3Parameters* model) {
+                              HomographyResidual error, Matrix3Parameters* model) {
   RefineReport report;
   PairNormalization normalization;
   Observations observations;
   report.status = Prepare(points, weights, 4, true, *model, &normalization, &observations);
   if (report.status != Status::kOk) return report;
-  if (error == HomographyError::kTransfer) {
+  if (error == HomographyResidual::kTransfer) {
     RefineNormalizedHomography<TransferResiduals>(observations, options, normalization, &report, model);
   } else {
     RefineNormalizedHomography<SymmetricResiduals>(observations, options, normalization, &report, model);

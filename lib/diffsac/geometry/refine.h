@@ -26,14 +26,14 @@ struct RefineReport {
 };
 
 /// What a homography's refinement minimises: TransferError (second image) or SymmetricTransferError.
-enum class HomographyError { kTransfer, kSymmetricTransfer };
+enum class HomographyResidual { kTransfer, kSymmetricTransfer };
 
 /// Levenberg-Marquardt on the model's own manifold (manifolds.h), starting from *model: minimises the weighted, robust
 /// sum of squared Sampson distances (F, E) or transfer distances (H), with exact derivatives and iteratively reweighted
 /// losses (Triggs et al., "Bundle adjustment: a modern synthesis", 2000). Coordinates are normalised inside (not for E,
 /// whose points already are); a model off the manifold is first projected. Memory is allocated once, not by iteration.
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
-                              HomographyError error, Matrix3Parameters* model);
+                              HomographyResidual error, Matrix3Parameters* model);
 RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                                Matrix3Parameters* model);
 RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
