@@ -53,6 +53,24 @@ TEST_CASE("two structures give two hypotheses, however many stand for each") {
   CHECK(right >= 27);
 }
 
+TEST_CASE("a hypothesis has its inliers' part of the area under its density") {
+  const TwoLines lines(3);
+  Eigen::VectorXd residuals(lines.points.rows());
+  for (Eigen::Index i = 0; i < residuals.size(); ++i)
+    residuals[i] = Line::Residual(lines.first, lines.points.data() + 2 * i);
+  const ResidualDensity density = ComputeResidualDensity(residuals, 2);
+  const DensityHypothesis hypothesis = DescribeHypothesis(density, 2);
+  const auto area = [&](Eigen::Index count) {
+    const auto heights = density.density.head(count - 1) + density.density.segment(1, count - 1);
+    const auto widths = density.residuals.segment(1, count - 1) - density.residuals.head(count - 1);
+    return 0.5 * heights.dot(widths);
+  };
+  REQUIRE(hypothesis.inliers.count > 20);
+  CHECK(hypothesis.area_share == Approx(area(hypothesis.inliers.count) / area(residuals.size())));
+  CHECK((hypothesis.share * area(residuals.size())).isApprox(density.AtPoints(), 1e-12));
+  CHECK(hypothesis.mean_residual == Approx(density.residuals.head(hypothesis.inliers.count).mean()));
+}
+
 TEST_CASE("points go to the structure they lie on") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     const TwoLines lines(seed);

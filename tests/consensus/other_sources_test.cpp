@@ -197,6 +197,24 @@ TEST_CASE("Sources by name: missing or wrong numbers and unknown names are refus
     CHECK_THROWS_AS(ReadOptions<SourceOptions>(Config::FromString(bad)), Error);
 }
 
+TEST_CASE("Sources by name are the sources of that name") {
+  const PointMatrix points = RandomPoints(200, 2, 3);
+  const std::vector<double> quality = RandomValues(200, 4);
+  const auto named = [&](SourceKind kind) {
+    SourceOptions options;
+    options.source = kind;
+    options.napsac_neighbors = 6;
+    return DrawAll(std::move(*MakeHypothesisSource(options, points, 2, Rng(1), quality)), 2, 50);
+  };
+  const SourceOptions defaults;
+  CHECK(named(SourceKind::kNapsac) == DrawAll(NapsacSource(points, 2, 6, Rng(1)), 2, 50));
+  CHECK(named(SourceKind::kProgressiveNapsac) ==
+        DrawAll(ProgressiveNapsacSource(points, quality, 2, Rng(1), defaults.local_draws), 2, 50));
+  CHECK(named(SourceKind::kProsac) == DrawAll(ProsacSource(quality, 2, Rng(1), defaults.prosac_samples), 2, 50));
+  CHECK(named(SourceKind::kUniform) == DrawAll(UniformSource(200, 2, Rng(1)), 2, 50));
+  CHECK(named(SourceKind::kExhaustive) == DrawAll(ExhaustiveSource(200, 2), 2, 50));
+}
+
 TEST_CASE("Non-finite or no points make harmless sources") {
   PointMatrix points = RandomPoints(10, 2, 1);
   points(3, 1) = std::numeric_limits<double>::quiet_NaN();

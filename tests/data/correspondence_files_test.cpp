@@ -12,6 +12,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/data/pair_truth.h"
+#include "diffsac/data/tasks.h"
 #include "two_view_test_util.h"
 
 namespace diffsac {
@@ -58,6 +59,7 @@ TEST_CASE("correspondences survive the way through the files without loss") {
     const Example& written = set.pairs[i];
     CAPTURE(written.id);
     CHECK(read.id == written.id);
+    CHECK(read.problem.task == Task::kFundamental);  // What all two-view data is until a task is chosen.
     CHECK(read.scene == "scene");
     CHECK(read.image1 == written.image1);
     CHECK(read.image2 == written.image2);

@@ -205,6 +205,22 @@ TEST_CASE("two views without enough usable inliers have no label") {
   CHECK(OptimalMinimalSets(uncalibrated, {}, 1).empty());
 }
 
+TEST_CASE("two views with one set of usable inliers have it for a label, where it has a model") {
+  for (const Setting& setting : kSettings) {
+    int labelled = 0;
+    for (int index = 0; index < 8; ++index) {
+      Example example = MakeExample(setting.task, 60, 0.5, index);
+      int left = setting.set_size;
+      for (auto& mark : example.truth.inliers) mark = mark && left-- > 0;
+      const auto sets = OptimalMinimalSets(example, OptionsOf(setting), 3);
+      REQUIRE(sets.size() <= 1);
+      labelled += static_cast<int>(sets.size());
+    }
+    CAPTURE(setting.set_size);
+    CHECK(labelled >= 4);
+  }
+}
+
 // Hidden: prints the table of docs/generators.md.
 TEST_CASE("cost of two-view labels", "[.][cost]") {
   constexpr int kProblems = 200;
@@ -228,8 +244,8 @@ TEST_CASE("cost of two-view labels", "[.][cost]") {
         last += sets.back().distance / kProblems;
       }
       const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-      std::printf("%s, %d points, %d draws: %.2f ms a problem, %.3f/%.3f px\n", ToString(data.task).c_str(), setting.set_size,
-                  draws, elapsed.count() / kProblems, best, last);
+      std::printf("%s, %d points, %d draws: %.2f ms a problem, %.3f/%.3f px\n", ToString(data.task).c_str(),
+                  setting.set_size, draws, elapsed.count() / kProblems, best, last);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "data/same_points.h"
 #include "data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/data/dataset_factory.h"
@@ -133,6 +134,45 @@ TEST_CASE("the depth buffer holds depths and nothing where nothing is") {
   CHECK(!buffer.Sees({9.0, 0.0, 5.0}, 0, 1.0));
 }
 
+TEST_CASE("the depth buffer draws a triangle that holds the centre of one pixel alone") {
+  // Pixel (400, 100), whose centre is at (400.5, 100.5), at depth 2.
+  const auto at = [](double x, double y) { return Eigen::Vector3d((x - 320.0) / 300.0, (y - 240.0) / 300.0, 2.0); };
+  for (const double size : {0.3, 0.7}) {
+    TriangleMesh speck;
+    speck.vertices = {at(400.5 - size, 100.5 - size), at(400.5 + size, 100.5 - size), at(400.5, 100.5 + size)};
+    speck.triangles = {{0, 1, 2}};
+    const DepthBuffer buffer(speck, Camera(), {});
+    int drawn = 0;
+    for (int y = 98; y < 103; ++y)
+      for (int x = 398; x < 403; ++x) drawn += std::isfinite(buffer.DepthAt(x, y));
+    CHECK(drawn == 1);
+    CHECK(buffer.DepthAt(400, 100) == Approx(2.0));
+  }
+}
+
+TEST_CASE("the depth buffer draws nothing beyond the image's borders, nor on the other side") {
+  // Rectangles at depth 2 that reach over one border each.
+  const auto drawn = [](double left, double top, double right, double bottom) {
+    const auto at = [](double x, double y) { return Eigen::Vector3d((x - 320.0) / 300.0, (y - 240.0) / 300.0, 2.0); };
+    TriangleMesh sheet;
+    sheet.vertices = {at(left, top), at(right, top), at(right, bottom), at(left, bottom)};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const DepthBuffer buffer(sheet, Camera(), {});
+    int wrong = 0;
+    for (int y = 0; y < 480; ++y)
+      for (int x = 0; x < 640; ++x) {
+        const bool inside = x + 0.5 > left && x + 0.5 < right && y + 0.5 > top && y + 0.5 < bottom;
+        wrong += std::isfinite(buffer.DepthAt(x, y)) != inside;
+      }
+    return wrong;
+  };
+  CHECK(drawn(600.2, 100.2, 700.2, 200.3) == 0);
+  CHECK(drawn(-50.2, 100.2, 20.7, 200.3) == 0);
+  CHECK(drawn(100.2, -50.2, 200.3, 10.6) == 0);
+  CHECK(drawn(100.2, 400.4, 200.3, 600.2) == 0);
+  CHECK(drawn(100.2, 100.8, 200.7, 200.2) == 0);
+}
+
 TEST_CASE("modelnet views: exact points fit the truth, are seen by both, and come in the asked numbers") {
   const TemporaryFolder folder;
   const TriangleMesh mesh = Boxes();
@@ -198,9 +238,9 @@ TEST_CASE("modelnet views depend on seed, split and index alone, not on scale") 
   }
   CHECK(ids.size() == 12);
   CHECK_THROWS_AS(dataset->Get(12), std::out_of_range);
-  CHECK(MakeModelnet(options, 6)->Get(0).problem.points != examples[0].problem.points);
+  CHECK_FALSE(testing::SamePoints(MakeModelnet(options, 6)->Get(0).problem.points, examples[0].problem.points));
   options.split = "validation";
-  CHECK(MakeModelnet(options, 5)->Get(0).problem.points != examples[0].problem.points);
+  CHECK_FALSE(testing::SamePoints(MakeModelnet(options, 5)->Get(0).problem.points, examples[0].problem.points));
   options.split = "train";
   // The same index with the mesh of another scale: a power of two, so nothing is rounded.
   options.subset = "train";

@@ -9,9 +9,11 @@
 #include <filesystem>
 #include <set>
 
+#include "data/same_points.h"
 #include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
+#include "diffsac/data/correspondences_dataset.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/synthetic_two_view.h"
@@ -199,7 +201,7 @@ TEST_CASE("matches are filtered, capped and shuffled, the same way each time") {
   CHECK(random.problem.quality.maxCoeff() > sorted[14]);
   CHECK(get("max_points: 15\ncap: random\n").problem.points == random.problem.points);
   const Example plain = get(""), shuffled = get("shuffle_points: true\n");
-  CHECK(shuffled.problem.points != plain.problem.points);
+  CHECK_FALSE(testing::SamePoints(shuffled.problem.points, plain.problem.points));
   CHECK(get("shuffle_points: true\n").problem.points == shuffled.problem.points);
   // Each row took its ratio and mark along.
   for (Eigen::Index i = 0; i < plain.problem.points.rows(); ++i) {
@@ -307,6 +309,11 @@ TEST_CASE("scenes of a folder are read through the factory; what is missing is n
     return MakeDataset(
         Config::FromString("type: correspondences\npaths: [\"" + folder.path() + "\"]\n" + more, "test.yaml"), 1);
   };
+  // Options that no configuration was read into are checked as well.
+  CorrespondencesOptions wrong;
+  wrong.paths = {folder.path()};
+  wrong.pairs.filter.max_points = -5;
+  CHECK_THROWS_AS(MakeCorrespondences(wrong, 1), Error);
   const auto dataset = make("task: essential\n");
   CHECK(dataset->task() == Task::kEssential);
   REQUIRE(dataset->size() == 7);

@@ -9,6 +9,7 @@
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_truth.h"
 #include "diffsac/data/tasks.h"
+#include "diffsac/geometry/refine.h"
 
 namespace diffsac {
 namespace {
@@ -43,6 +44,22 @@ TEST_CASE("a rough truth is refined on the matches near it, with and without cal
     CHECK(Near(pair.problem, refined) >= 165);
     CHECK(refined.motion == pair.truth.motion);
     CHECK((refined.essential == pair.truth.essential) == !calibrated);
+  }
+}
+
+TEST_CASE("a truth is refined with the loss that was asked for, in pixels") {
+  for (const double loss_px : {1.0, 2.5, 6.0}) {
+    Example pair = RoughPair();
+    pair.problem.cameras.reset();
+    GroundTruth refined = pair.truth;
+    RefineEpipolarTruth(pair.problem, loss_px, &refined);
+    const Eigen::VectorXd near = (TruthDistances(pair.problem, pair.truth).array() <= 2.0 * loss_px).cast<double>();
+    RefineOptions options;
+    options.loss.scale = loss_px;
+    Matrix3Parameters expected = AsParameters(*pair.truth.fundamental);
+    REQUIRE(RefineFundamental(pair.problem.points, near, options, &expected).status == Status::kOk);
+    CAPTURE(loss_px);
+    CHECK(AsParameters(*refined.fundamental).isApprox(expected, 1e-9));
   }
 }
 

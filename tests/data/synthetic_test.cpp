@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "data/same_points.h"
 #include "data_test_util.h"
 #include "diffsac/core/random.h"
 #include "diffsac/data/box_section.h"
@@ -57,6 +58,19 @@ double MeanExtent(Section (*random)(double, Rng&, ModelSampling), int count, dou
 
 }  // namespace
 
+TEST_CASE("normals of random planes are unit vectors, uniform on the sphere") {
+  Rng rng(21);
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  constexpr int kTimes = 4000;
+  for (int k = 0; k < kTimes; ++k) {
+    const auto normal = PlaneSection::Random(10.0, rng).normal();
+    const Eigen::Vector3d n(normal[0], normal[1], normal[2]);
+    CHECK(n.norm() == Approx(1.0));
+    squares += n * n.transpose();
+  }
+  CHECK((squares / kTimes - Eigen::Matrix3d::Identity() / 3.0).cwiseAbs().maxCoeff() < 0.03);
+}
+
 TEST_CASE("a section's points lie on it, inside the box, and spread uniformly") {
   Rng rng(1);
   for (int trial = 0; trial < 200; ++trial) {
@@ -72,6 +86,25 @@ TEST_CASE("a section's points lie on it, inside the box, and spread uniformly") 
       CHECK(std::abs(q[0] * n[0] + q[1] * n[1] + q[2] * n[2] + plane.offset()) < 1e-9);
       for (double v : q) CHECK((v > -1e-9 && v < 10.0 + 1e-9));
     }
+  }
+}
+
+TEST_CASE("a plane section's extent is the root of its area") {
+  Rng rng(22);
+  for (int trial = 0; trial < 6; ++trial) {
+    PlaneSection plane = PlaneSection::Random(10.0, rng);
+    while (plane.extent() < 6.0) plane = PlaneSection::Random(10.0, rng);
+    // The share of a square of the plane that is inside the cube; it holds all of the section.
+    const Eigen::Vector3d n(plane.normal()[0], plane.normal()[1], plane.normal()[2]), centre(5.0, 5.0, 5.0);
+    const Eigen::Vector3d u = n.unitOrthogonal(), v = n.cross(u), foot = centre - (n.dot(centre) + plane.offset()) * n;
+    constexpr int kTimes = 40000;
+    constexpr double kSide = 18.0;
+    int inside = 0;
+    for (int k = 0; k < kTimes; ++k) {
+      const Eigen::Vector3d p = foot + kSide * ((rng.Uniform() - 0.5) * u + (rng.Uniform() - 0.5) * v);
+      inside += p.minCoeff() >= 0.0 && p.maxCoeff() <= 10.0;
+    }
+    CHECK(plane.extent() * plane.extent() == Approx(kSide * kSide * inside / kTimes).epsilon(0.05));
   }
 }
 
@@ -275,8 +308,8 @@ TEST_CASE("structured outliers put a weaker second model beside the true one") {
         for (int c : outliers) support += std::abs((p.row(c) - p.row(a)).dot(n)) < 0.1;
         most = std::max(most, support);
       }
-    CHECK(most >= 54);   // 60 of the 100 outliers were put there
-    CHECK(most < 100);   // fewer than the true model's inliers
+    CHECK(most >= 54);  // 60 of the 100 outliers were put there
+    CHECK(most < 100);  // fewer than the true model's inliers
   }
   // At 80 % outliers, 60 % of them would outvote the truth: the second model is held to 3/4 of the inliers.
   options.outlier_ratio = 0.8;
@@ -292,9 +325,10 @@ TEST_CASE("examples depend on seed, split and index alone") {
   CHECK(dataset->Get(9).problem.points == late.problem.points);
   CHECK(dataset->Get(9).truth.inliers == late.truth.inliers);
   CHECK(dataset->Get(9).id == late.id);
-  CHECK(dataset->Get(3).problem.points != dataset->Get(4).problem.points);
+  CHECK_FALSE(testing::SamePoints(dataset->Get(3).problem.points, dataset->Get(4).problem.points));
   CHECK(dataset->Get(3).id != dataset->Get(4).id);
-  CHECK(MakeSynthetic(Task::kPlane, Fixed(60, 0.3), 6)->Get(3).problem.points != dataset->Get(3).problem.points);
+  CHECK_FALSE(testing::SamePoints(MakeSynthetic(Task::kPlane, Fixed(60, 0.3), 6)->Get(3).problem.points,
+                                  dataset->Get(3).problem.points));
 
   SyntheticOptions test = Fixed(60, 0.3);
   test.split = "test";
@@ -340,8 +374,8 @@ TEST_CASE("synthetic data says what is wrong with its options") {
   CHECK(dataset->size() == 2);
   CHECK_NOTHROW(dataset->Get(1));
   CHECK_THROWS(dataset->Get(2));
-  for (const char* bad : {"num_points: 2.5", "num_points: 50.5", "outlier_ratio: 1.2", "min_extent: 12", "noise: cauchy",
-                          "cluster_sigma: 0", "inlier_threshold: 0", "noise_scal: 1"})
+  for (const char* bad : {"num_points: 2.5", "num_points: 50.5", "outlier_ratio: 1.2", "min_extent: 12",
+                          "noise: cauchy", "cluster_sigma: 0", "inlier_threshold: 0", "noise_scal: 1"})
     CHECK(ErrorOf([&] { ReadOptions<SyntheticOptions>(Config::FromString(bad)); }) != "");
 }
 

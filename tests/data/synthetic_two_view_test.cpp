@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "data/same_points.h"
 #include "data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/data/dataset_factory.h"
@@ -193,6 +194,18 @@ TEST_CASE("synthetic two views: weights decide how often a kind is drawn") {
   CHECK(planar == Approx(150).margin(25));
 }
 
+TEST_CASE("synthetic two views: both images are of one camera as often as asked") {
+  SyntheticTwoViewOptions options = Exact(Task::kEssential, "general");
+  options.matches.num_points = 20;
+  const auto dataset = MakeSyntheticTwoView(options, 12);
+  int same = 0;
+  for (int index = 0; index < 200; ++index) {
+    const Problem problem = dataset->Get(index).problem;
+    same += problem.cameras->K1 == problem.cameras->K2;
+  }
+  CHECK(same == Approx(200.0 * options.cameras.same_camera).margin(25));
+}
+
 TEST_CASE("synthetic two views: noise has the asked size") {
   for (const Task task : {Task::kFundamental, Task::kEssential}) {
     SyntheticTwoViewOptions options = Only(task, "general");
@@ -287,10 +300,12 @@ TEST_CASE("synthetic two views depend on seed, split and index alone") {
       ids.insert(again.id);
     }
     CHECK(ids.size() == 20);
-    CHECK(MakeSyntheticTwoView(options, 12)->Get(0).problem.points != examples[0].problem.points);
+    CHECK_FALSE(
+        testing::SamePoints(MakeSyntheticTwoView(options, 12)->Get(0).problem.points, examples[0].problem.points));
     SyntheticTwoViewOptions other = options;
     other.split = "validation";
-    CHECK(MakeSyntheticTwoView(other, 11)->Get(0).problem.points != examples[0].problem.points);
+    CHECK_FALSE(
+        testing::SamePoints(MakeSyntheticTwoView(other, 11)->Get(0).problem.points, examples[0].problem.points));
     CHECK_THROWS_AS(dataset->Get(20), std::out_of_range);
   }
 }

@@ -240,6 +240,15 @@ TEST_CASE("only samplers that draw noise ask for it") {
     }
   }
   CHECK_FALSE(MakeReverseSampler(Kind("renoise", 1), MakeSchedule("cosine"))->IsStochastic());
+  // Of the stochastic DPM-Solver++ onto clean data only the last step draws none.
+  for (const int steps : {1, 3}) {
+    auto options = Kind("dpm_solver_pp", steps);
+    options.sde = true;
+    options.final_sigma = FinalSigma::kZero;
+    CHECK(MakeReverseSampler(options, MakeSchedule("cosine"))->IsStochastic() == (steps > 1));
+    options.final_sigma = FinalSigma::kSigmaMin;
+    CHECK(MakeReverseSampler(options, MakeSchedule("cosine"))->IsStochastic());
+  }
 }
 
 TEST_CASE("bad sampler options are errors") {

@@ -103,6 +103,10 @@ TEST_CASE("Ten real roots, vanishing leading coefficients and bad coefficients")
   double roots[10];
   const double cubic[11] = {-6.0, 11.0, -6.0, 1.0};
   REQUIRE(RealRoots10(cubic, roots) == 3);
+  const double quadratic[11] = {-2.0, -1.0, 1.0};
+  REQUIRE(RealRoots10(quadratic, roots) == 2);
+  CHECK(std::min(roots[0], roots[1]) == Approx(-1.0));
+  CHECK(std::max(roots[0], roots[1]) == Approx(2.0));
   const double linear[11] = {3.0, -1.0};
   REQUIRE(RealRoots10(linear, roots) == 1);
   CHECK(roots[0] == 3.0);
@@ -115,6 +119,24 @@ TEST_CASE("Ten real roots, vanishing leading coefficients and bad coefficients")
   const double even[11] = {-1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0};  // z¹⁰ = 1
   REQUIRE(RealRoots10(even, roots) == 2);
   CHECK(std::abs(roots[0]) == Approx(1.0));
+}
+
+TEST_CASE("Roots that rounding cannot separate end the search, wherever they are") {
+  Rng rng(8);
+  int near = 0, far = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const double root = rng.Uniform(-4.0, 4.0), next = root * (1.0 + 1e-15 * rng.Uniform(-1.0, 1.0));
+    std::vector<double> c = FromRoots({root, next, root});
+    if (trial % 2 == 0) c = Multiply(c, {1.0 + rng.Uniform(), 0.1, 1.0});
+    c.resize(11);
+    double roots[10];
+    const int count = RealRoots10(c.data(), roots);
+    CHECK(count <= 3);
+    // A triple root is known to the cubic root of the rounding.
+    for (int i = 0; i < count; ++i) ++(std::abs(roots[i] - root) < 2e-4 * (1.0 + std::abs(root)) ? near : far);
+  }
+  CHECK(near > 150);
+  CHECK(far <= 5);
 }
 
 TEST_CASE("The orthogonal complement is orthonormal and orthogonal to the rows; dependent rows are refused") {

@@ -186,11 +186,11 @@ std::vector<Task> Tasks() {
   };
   return {
       {"transfer", 1.0,
-       [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyError::kTransfer, m); },
+       [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyResidual::kTransfer, m); },
        TransferError, homography, Homography::Fit, testing::HomographyDistance},
       {"symmetric transfer", 1.0,
        [](auto& p, auto& w, auto& o, auto* m) {
-         return RefineHomography(p, w, o, HomographyError::kSymmetricTransfer, m);
+         return RefineHomography(p, w, o, HomographyResidual::kSymmetricTransfer, m);
        },
        SymmetricTransferError, homography, Homography::Fit, testing::HomographyDistance},
       {"fundamental", 1.0, RefineFundamental, SampsonError,
