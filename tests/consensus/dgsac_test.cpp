@@ -185,6 +185,11 @@ TEMPLATE_TEST_CASE("hostile points get a status", "", Line, Plane, Homography, F
   }
 }
 
+TEST_CASE("more points than orders can be kept of are refused") {
+  const auto problem = MakeRandomProblem<2>(kMostDgsacPoints + 1, 0.3, 0.03, Rng(3));
+  CHECK(EstimateDgsac<Line>(problem.points, {}, Rng(1)).status == Status::kTooManyPoints);
+}
+
 TEST_CASE("points exactly on a line are found, with a scale of rounding's size") {
   auto problem = MakeRandomProblem<2>(60, 0.5, 0.0, Rng(2));
   const DgsacResult result = EstimateDgsac<Line>(problem.points, {}, Rng(1));

@@ -1,5 +1,6 @@
 #include "diffsac/consensus/residual_density.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -29,6 +30,22 @@ TEST_CASE("the density at a rank is the share of points that are closer, over th
   CHECK(density.order[39] == 0);
   for (int k = 0; k < 40; ++k) CHECK(density.density[k] == Approx(1.0 / 40.0));
   CHECK(density.AtPoints()[0] == density.density[39]);
+}
+
+TEST_CASE("the density of many points is smoothed over their fortieth part, however large they are") {
+  constexpr int kPoints = 4000, kHalf = 50;  // 50 ranks to either side, fewer at the ends.
+  for (const double scale : {1.0, 1e-200, 1e300}) {
+    Eigen::VectorXd residuals(kPoints);
+    for (int k = 0; k < kPoints; ++k) residuals[k] = scale * std::pow((k + 1.0) / kPoints, 3);
+    const ResidualDensity density = ComputeResidualDensity(residuals, kLineSize);
+    for (const int k : {FirstDensityRank(kPoints, kLineSize) + 5, 1000, 2500, kPoints - 20, kPoints - 1}) {
+      const int reach = std::min({kHalf, k, kPoints - 1 - k});
+      double mean = 0.0;
+      for (int j = k - reach; j <= k + reach; ++j) mean += residuals[j] / (2 * reach + 1);
+      CAPTURE(scale, k);
+      CHECK(density.density[k] * scale == Approx((k + 1 - kLineSize) / (kPoints * (mean / scale))).epsilon(1e-10));
+    }
+  }
 }
 
 TEST_CASE("inliers are denser than outliers, without any threshold") {

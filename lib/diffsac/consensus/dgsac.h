@@ -51,6 +51,9 @@ struct DgsacOptions {
   void Bind(OptionsBinder& b);
 };
 
+/// Most points. Their order by each hypothesis is kept, 12 bytes a point: 4 GB for so many and 1000 hypotheses.
+inline constexpr int kMostDgsacPoints = 300000;
+
 struct DgsacResult {
   Status status = Status::kNoModel;
   ModelParameters model;
@@ -68,7 +71,7 @@ struct DgsacResult {
 };
 
 /// Never throws for bad data: a status says what was wrong; kNoModel when every set was degenerate or no hypothesis is
-/// denser at 0 than elsewhere. Depends on points, options and rng alone.
+/// denser at 0 than elsewhere, kTooManyPoints beyond kMostDgsacPoints. Depends on points, options and rng alone.
 template <MinimalModel Model>
 DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng);
 

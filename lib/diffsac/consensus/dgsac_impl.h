@@ -244,6 +244,7 @@ template <MinimalModel Model>
 DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng) {
   DgsacResult result;
   result.status = CheckPoints<Model>(points);
+  if (result.status == Status::kOk && points.rows() > kMostDgsacPoints) result.status = Status::kTooManyPoints;
   if (result.status != Status::kOk) return result;
   result.status = Status::kNoModel;
   // Every hypothesis goes through all γ points: their residuals say nothing.

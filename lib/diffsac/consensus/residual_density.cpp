@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace diffsac {
 namespace {
@@ -26,10 +28,15 @@ bool ReplaceNonFinite(Eigen::VectorXd* residuals) {
 /// The mean over `half` ranks to either side, of those there are. Of ascending values it is ascending.
 Eigen::VectorXd Smoothed(const Eigen::VectorXd& ascending, int half) {
   const int size = static_cast<int>(ascending.size());
+  // Sums of the first k values: a window costs the same whatever its width, which grows with the number of points. They
+  // hold the sum of any doubles.
+  std::vector<long double> sums(size + 1, 0.0L);
+  for (int k = 0; k < size; ++k) sums[k + 1] = sums[k] + ascending[k];
   Eigen::VectorXd smooth(size);
   for (int k = 0; k < size; ++k) {
     const int reach = std::min({half, k, size - 1 - k});
-    smooth[k] = ascending.segment(k - reach, 2 * reach + 1).mean();
+    smooth[k] = static_cast<double>((sums[k + reach + 1] - sums[k - reach]) / (2 * reach + 1));
+    if (k > 0) smooth[k] = std::max(smooth[k], smooth[k - 1]);  // Rounding alone could make it less.
   }
   return smooth;
 }
@@ -57,12 +64,13 @@ ResidualDensity ComputeResidualDensity(const Eigen::VectorXd& residuals, int min
   Eigen::VectorXd values = residuals;
   const int size = static_cast<int>(values.size());
   if (size <= minimal_size || !ReplaceNonFinite(&values)) return result;
+  // Values and points side by side: sorting points by values elsewhere waits for memory.
+  std::vector<std::pair<double, int>> ascending(size);
+  for (int i = 0; i < size; ++i) ascending[i] = {values[i], i};
+  std::sort(ascending.begin(), ascending.end());
   result.order.resize(size);
-  std::iota(result.order.begin(), result.order.end(), 0);
-  std::sort(result.order.begin(), result.order.end(),
-            [&](int a, int b) { return values[a] != values[b] ? values[a] < values[b] : a < b; });
   result.residuals.resize(size);
-  for (int k = 0; k < size; ++k) result.residuals[k] = values[result.order[k]];
+  for (int k = 0; k < size; ++k) std::tie(result.residuals[k], result.order[k]) = ascending[k];
 
   const int window = static_cast<int>(std::ceil(kSmoothingShare * size));
   const Eigen::VectorXd smooth = Smoothed(result.residuals, window / 2);

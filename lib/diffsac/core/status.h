@@ -13,7 +13,7 @@ enum class Status {
   kTooFewPoints,  ///< Fewer points than a minimal set needs.
   kDegenerate,    ///< Non-finite values, or points that determine no model (all equal, all collinear).
   kNoModel,       ///< Hypotheses were solved, but none was supported by the data.
-  kTooManyPoints,  ///< More points than the method can work on: its memory or its indices grow with their square.
+  kTooManyPoints,  ///< More points than the method can work on: its memory or its indices grow out of proportion.
 };
 
 /// "ok", "too_few_points", "degenerate", "no_model" or "too_many_points".
