@@ -86,6 +86,9 @@ TEST_CASE("generated scenes: the inliers are those of the truth, in number and p
   for (int index = 0; index < 20; ++index) {
     const Example example = dataset->Get(index);
     REQUIRE(example.problem.points.rows() == 150);
+    const Eigen::Matrix3d& calibration = example.problem.cameras->K1;
+    CHECK(2.0 * calibration(0, 2) == example.problem.size1.width);
+    CHECK(2.0 * calibration(1, 2) == example.problem.size1.height);
     const auto within = AbsolutePoseTask::InliersOf(example.problem, example.truth.model);
     int all = 0, both = 0;
     for (int i = 0; i < 150; ++i) {

@@ -214,6 +214,38 @@ TEST_CASE("modelnet views: exact points fit the truth, are seen by both, and com
   }
 }
 
+// The image of a plane keeps its orientation where both cameras are on the same side of it: on a box, where both see
+// it.
+TEST_CASE("modelnet views: the first camera sees each match as well as the second") {
+  const TemporaryFolder folder;
+  TriangleMesh box;
+  AppendBox({-1, -1, -1}, {1, 1, 1}, &box);
+  WriteRaw(folder / "box.off", OffText(box));
+  ModelnetOptions options;
+  options.paths = {folder.path()};
+  options.matches.noise_px = 0.0;
+  options.matches.num_points = 400;
+  const auto dataset = MakeModelnet(options, 3);
+  int kept = 0, all = 0;
+  for (int index = 0; index < 5; ++index) {
+    const Example example = dataset->Get(index);
+    std::vector<Eigen::RowVector4d> seen;
+    for (Eigen::Index i = 0; i < 400; ++i)
+      if (example.truth.inliers[i]) seen.push_back(example.problem.points.row(i));
+    for (const Eigen::RowVector4d& match : seen) {
+      const auto nearer = [&](const auto& a, const auto& b) {
+        return (a - match).template head<2>().squaredNorm() < (b - match).template head<2>().squaredNorm();
+      };
+      std::vector<Eigen::RowVector4d> nearest = seen;
+      std::partial_sort(nearest.begin(), nearest.begin() + 3, nearest.end(), nearer);
+      const Eigen::RowVector4d u = nearest[1] - match, v = nearest[2] - match;
+      kept += (u[0] * v[1] - u[1] * v[0] > 0.0) == (u[2] * v[3] - u[3] * v[2] > 0.0);
+      ++all;
+    }
+  }
+  CHECK(kept > 0.9 * all);
+}
+
 TEST_CASE("modelnet views depend on seed, split and index alone, not on scale") {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "box/train");

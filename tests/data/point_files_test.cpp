@@ -191,6 +191,7 @@ TEST_CASE("HDF5 values that a file of its size cannot hold, or that lie in other
   CHECK(Has(error(hsize_t{1} << 60, 64, ""), "claims.h5: set: damaged, or too large"));
   CHECK(Has(error(hsize_t{1} << 27, 64, ""), "claims more values than its file can hold"));
   CHECK(Has(error(4, hsize_t{1} << 26, ""), "claims chunks larger than its file can hold"));
+  CHECK(Has(error(4, hsize_t{1} << 23, ""), "claims chunks larger than its file can hold"));
   CHECK(Has(error(4, 64, "/dev/zero"), "its values lie in other files"));
   // Values that were never written are zeros, as many as a real file may hold.
   CHECK(error(1000, 64, "").empty());

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "diffsac/data/virtual_planes.h"
+
 namespace diffsac {
 
 TEST_CASE("random cameras keep to their ranges, and use them") {
@@ -53,6 +55,19 @@ TEST_CASE("tilted directions lie at the angle, all around the axis; directions a
   const Eigen::Matrix3d turn = RandomRotation(40.0, rng);
   CHECK((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-12);
   CHECK(turn.trace() == Approx(1.0 + 2.0 * std::cos(40.0 * std::acos(-1.0) / 180.0)));
+}
+
+TEST_CASE("a plane faces both cameras where the second one is on the side of the first, and not too near") {
+  const VirtualPlane plane{Eigen::Vector3d::UnitZ(), 5.0};
+  Rng rng(1);
+  const auto faces = [&](double x, double z) {
+    return plane.FacesBoth(MotionTo({x, 0.0, z}, RandomRotation(30.0, rng), {}));
+  };
+  CHECK(faces(0.0, 0.0));
+  CHECK(faces(3.0, -20.0));
+  CHECK(faces(3.0, 4.7));
+  CHECK_FALSE(faces(3.0, 4.8));
+  CHECK_FALSE(faces(0.0, 6.0));
 }
 
 }  // namespace diffsac

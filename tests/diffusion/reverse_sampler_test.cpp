@@ -241,7 +241,7 @@ TEST_CASE("only samplers that draw noise ask for it") {
   }
   CHECK_FALSE(MakeReverseSampler(Kind("renoise", 1), MakeSchedule("cosine"))->IsStochastic());
   // Of the stochastic DPM-Solver++ onto clean data only the last step draws none.
-  for (const int steps : {1, 3}) {
+  for (const int steps : {1, 2, 3}) {
     auto options = Kind("dpm_solver_pp", steps);
     options.sde = true;
     options.final_sigma = FinalSigma::kZero;

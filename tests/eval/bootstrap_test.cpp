@@ -32,6 +32,15 @@ TEST_CASE("the interval has the width that theory says") {
   CHECK(interval.high - interval.low == Approx(2 * 1.96 / 20.0).epsilon(0.15));
 }
 
+TEST_CASE("of one round there is one value, of two the interval lies between them") {
+  const SceneValues values = NormalValues(0.0, 50, 2);
+  const auto one = BootstrapMean(values, Rng(1), 1), two = BootstrapMean(values, Rng(1), 2, 0.5);
+  CHECK(one.low == one.high);
+  // The same first round; quarters of the way from one value to the other.
+  const double other = two.low + two.high - one.low;
+  CHECK(two.high - two.low == Approx(0.5 * std::abs(other - one.low)));
+}
+
 TEST_CASE("scenes weigh the same, whatever their size") {
   const SceneValues values = {{1.0, 1.0, 1.0, 1.0}, {0.0}};
   const auto interval = BootstrapMean(values, Rng(1));

@@ -102,6 +102,7 @@ TEST_CASE("a record has the pose of its model where there is one") {
   estimate.model = views.essential;
   estimate.inliers.assign(40, 1);
   estimate.inliers[3] = 0;
+  estimate.report.draws = 77;
   const auto check_pose = [&](const EstimateRecord& record) {
     REQUIRE(record.pose);
     CHECK(RotationAngleDegrees(record.pose->rotation, views.pose.rotation) < 1e-6);
@@ -120,6 +121,7 @@ TEST_CASE("a record has the pose of its model where there is one") {
   record = RecordOf(example, estimate);
   CHECK(record.model.size() == 0);
   CHECK(record.points == 40);
+  CHECK(record.draws == 77);
 
   example.problem.task = Task::kAbsolutePose;
   estimate.status = Status::kOk;

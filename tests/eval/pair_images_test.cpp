@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 #include <limits>
+#include <string>
+#include <utility>
 
 namespace diffsac {
 
@@ -18,6 +20,18 @@ TEST_CASE("a canvas is the image's, or the box of its points") {
   // A point that is far out asks for no gigabytes.
   points(0, 0) = 1e12;
   CHECK(CanvasSize({}, points, 0).width == 100001);
+}
+
+TEST_CASE("the names of a pair's images are the example's, or stand in its id") {
+  using Names = std::pair<std::string, std::string>;
+  Example example;
+  example.id = "castle/0001-0023";
+  CHECK(ImageNames(example) == Names("0001", "0023"));
+  example.id = "castle";
+  CHECK(ImageNames(example) == Names());
+  example.image1 = "a.png";
+  example.image2 = "b.png";
+  CHECK(ImageNames(example) == Names("a.png", "b.png"));
 }
 
 }  // namespace diffsac

@@ -163,6 +163,21 @@ TEST_CASE("weights that are no probabilities have no reliability curve (ng_ransa
   for (const ReliabilityCurve& curve : results.reliability) CHECK(curve.label == "First");
 }
 
+TEST_CASE("what a row's network was trained on stands beside the row") {
+  struct Trained : TwoPointMethod {
+    std::optional<TrainingFacts> Training() const override { return TrainingFacts{100, 2000, 3000, "line"}; }
+  };
+  int made = 0;
+  const auto make = [&made](const Config&, Task) -> std::unique_ptr<Method> {
+    if (made++ == 1) return std::make_unique<Trained>();
+    return std::make_unique<TwoPointMethod>();
+  };
+  const ExperimentResults results = RunExperiment(SmallExperiment(), {make, {}, nullptr});
+  REQUIRE(results.learned.size() == 1);
+  CHECK(results.learned[0].method == 1);
+  CHECK(results.learned[0].facts.samples == 2000);
+}
+
 TEST_CASE("another seed gives other results") {
   ExperimentOptions experiment = SmallExperiment();
   experiment.seed = 4;

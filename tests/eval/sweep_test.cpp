@@ -59,6 +59,15 @@ TEST_CASE("keys with a dot, seed and problems are axes of whole runs, in every c
   CHECK(alike[2].shown == "c");
 }
 
+TEST_CASE("the conditions of a sweep stay when its axes go") {
+  const ExperimentOptions rest = ReadExperiment(WithoutSweepAxes(Config::FromString(kSwept, "x.yaml")));
+  REQUIRE(rest.conditions.size() == 2);
+  CHECK(rest.conditions[1].name == "0.5");
+  const ExperimentOptions none = ReadExperiment(WithoutSweepAxes(
+      Config::FromString(std::string(kSwept).replace(std::string(kSwept).find("  outlier_ratio"), 28, ""), "x.yaml")));
+  CHECK(none.conditions.size() == 1);
+}
+
 TEST_CASE("a sweep that says nothing sensible is an error with its line") {
   CHECK_THROWS_WITH(AxesOf("\nsweep: {data.a: 3}"), Contains("x.yaml:2: sweep: data.a: expected a list"));
   CHECK_THROWS_WITH(AxesOf("sweep: {data.a: []}"), Contains("expected a list of values"));
@@ -79,6 +88,7 @@ TEST_CASE("a sweep ends in one table, with a row for each value that makes a dif
        {",ransac hypotheses=5,", ",ransac hypotheses=50,", ",lo score=msac,", ",lo score=inlier_count,", ",oracle,"})
     CHECK_THAT(csv, Contains(row));
   CHECK_THAT(csv, !Contains("oracle score"));
+  CHECK(csv.rfind(",all,0.2,") < csv.find(",all,0.5,"));
   CHECK(std::filesystem::exists(folder.File("out/points/hypotheses=5,score=msac/estimates.h5")));
   // The point alone says the same.
   EvalRequest alone = Request(folder);
