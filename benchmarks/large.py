@@ -58,10 +58,10 @@ def measure(program, config, row, points, limit_s):
 
 
 def line_of(program, config, row, points, limit_s):
-    _, of_tenth, _ = measure(program, config, row, points // 10, limit_s)
+    tenth_status, of_tenth, _ = measure(program, config, row, points // 10, limit_s)
     status, of_all, memory = measure(program, config, row, points, limit_s)
-    shown = [f"{ms:.4g}" if ms is not None else "" for ms in (of_tenth, of_all)]
-    growth = f"{of_all / of_tenth:.1f}" if of_all and of_tenth else ""
+    shown = [f"{ms:.4g}" if was == "ok" else "" for was, ms in ((tenth_status, of_tenth), (status, of_all))]
+    growth = f"{of_all / of_tenth:.1f}" if all(shown) else ""
     return f"| {row} | {status} | {shown[1]} | {shown[0]} | {growth} | {memory} |"
 
 
