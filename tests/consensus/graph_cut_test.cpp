@@ -50,6 +50,17 @@ TEST_CASE("Without spatial weight a label is a threshold; with it, neighbours de
   CHECK(GraphCut(points, 5, 0.3).Label(island, 1.0)[7] == 1);
 }
 
+TEST_CASE("The energy is the sum over points and pairs of neighbours") {
+  PointMatrix points(2, 2);
+  points << 0.0, 0.0, 1.0, 0.0;
+  Eigen::VectorXd residuals(2);
+  residuals << 0.0, std::sqrt(2.0 * std::log(4.0));  // K = 1 and 1/4
+  const GraphCut cut(points, 1, 0.5);
+  CHECK(cut.Energy(residuals, 1.0, {1, 1}) == Approx(0.0 + 0.75 + 0.5 * (1.0 - 0.625)));
+  CHECK(cut.Energy(residuals, 1.0, {0, 0}) == Approx(1.0 + 0.25 + 0.5 * 0.625));
+  CHECK(cut.Energy(residuals, 1.0, {1, 0}) == Approx(0.0 + 0.25 + 0.5));
+}
+
 TEST_CASE("Hostile input for the cut: coinciding points, NaN and infinite residuals, one point") {
   const PointMatrix same = PointMatrix::Ones(40, 2);
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(40, 5.0);

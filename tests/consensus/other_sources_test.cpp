@@ -107,7 +107,18 @@ TEST_CASE("NAPSAC draws sets of neighbours, each point equally often first") {
   CHECK(mixed == 0);
   for (int count : clusters) CHECK(count == Approx(400).margin(80));
   // More points than neighbours: the neighbourhood is as large as it must be.
-  CHECK(DrawAll(NapsacSource(points, 5, 1, Rng(1)), 5, 10).size() == 50);
+  const std::vector<int> fives = DrawAll(NapsacSource(points, 5, 1, Rng(1)), 5, 10);
+  REQUIRE(fives.size() == 50);
+  const NeighborIndex index(points);
+  for (auto set = fives.begin(); set != fives.end(); set += 5) {
+    const bool nearest = std::any_of(set, set + 5, [&](int first) {
+      std::vector<int> own = index.Nearest(first, 4);
+      own.push_back(first);
+      std::sort(own.begin(), own.end());
+      return std::equal(own.begin(), own.end(), set);
+    });
+    CHECK(nearest);
+  }
 }
 
 TEST_CASE("Progressive NAPSAC starts with the nearest points and ends with all") {

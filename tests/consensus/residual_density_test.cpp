@@ -83,6 +83,14 @@ TEST_CASE("a wrong model's density is lower at the inliers than the right one's"
   }
 }
 
+TEST_CASE("evenly spread residuals have no inliers, whatever their unit") {
+  for (const double unit : {1e-3, 1.0, 1e3}) {
+    Eigen::VectorXd residuals(200);
+    for (int i = 0; i < 200; ++i) residuals[i] = unit * (i + 1);
+    CHECK(EstimateInlierExtent(ComputeResidualDensity(residuals, kLineSize), kLineSize).count == 0);
+  }
+}
+
 TEST_CASE("the density is even up to its peak and knows no unit") {
   const auto problem = testing::MakeRandomProblem<2>(100, 0.5, 0.03, Rng(4));
   const Eigen::VectorXd residuals = TrueResiduals(problem);

@@ -176,9 +176,22 @@ TEST_CASE(
   const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
   const StructuresResult found =
       FindStructures<Line>(scene.points, kThreshold, given, Options(4), structures, Rng(1), {});
-  CHECK(found.first_sets.size() >= 2);
+  REQUIRE(found.first_sets.size() >= 2);
+  CHECK(found.first_sets[0] == std::vector<int>{0, 1});
   for (const std::vector<int>& set : found.first_sets)
     for (const int i : set) CHECK((i >= 0 && i < scene.points.rows()));
+}
+
+TEST_CASE("The search at once takes the sets as they are drawn, the first one too") {
+  const Scene scene = Star({40}, 0, 2);
+  const std::vector<int> sets = {0, 39};
+  StructureSearchOptions structures;
+  structures.search = StructureSearch::kAtOnce;
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  const StructuresResult found =
+      FindStructures<Line>(scene.points, kThreshold, given, Options(1), structures, Rng(1), {});
+  CHECK(found.models.size() == 1);
+  CHECK(found.hypotheses >= 1);
 }
 
 TEST_CASE("The same seed gives the same structures, and draws are counted for each search") {
