@@ -112,21 +112,6 @@ TEST_CASE("the bounded plane search finds the exhaustive optimum in 95 % of prob
   CHECK(near >= 0.99 * problems);
 }
 
-TEST_CASE("exchanging the members of sets one by one finds better ones") {
-  int better = 0;
-  for (int i = 0; i < 20; ++i) {
-    const Example example = MakeExample(Task::kPlane, 60, 0.3, i);
-    const int inliers = static_cast<int>(std::count(example.truth.inliers.begin(), example.truth.inliers.end(), 1));
-    LabelOptions one_set, exchanges;
-    one_set.search_budget = 2;
-    exchanges.search_budget = 2 + 12 * inliers;
-    const auto first = OptimalMinimalSets(example, one_set, 1), found = OptimalMinimalSets(example, exchanges, 1);
-    REQUIRE((first.size() == 1 && found.size() == 1));
-    better += found[0].distance < 0.5 * first[0].distance;
-  }
-  CHECK(better >= 10);
-}
-
 TEST_CASE("the bounded search stays ranked and distinct") {
   const Example example = MakeExample(Task::kPlane, 200, 0.2, 1);
   const auto found = OptimalMinimalSets(example, {}, 32);
