@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "diffsac/core/files.h"
 #include "diffsac/data/tasks.h"
@@ -20,6 +21,23 @@ using namespace testing;
 
 bool IsPng(const std::string& path) {
   return std::filesystem::exists(path) && ReadFile(path).substr(0, 4) == "\x89PNG";
+}
+
+/// The numbers of a block of data in gnuplot's script, a row a point.
+std::vector<std::vector<double>> BlockOf(const std::string& script, const std::string& name) {
+  std::vector<std::vector<double>> rows;
+  const std::size_t at = script.find("$" + name + " << EOD\n");
+  if (at == std::string::npos) return rows;
+  std::istringstream lines(script.substr(at));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line) && line != "EOD") {
+    std::istringstream numbers(line);
+    std::vector<double> row;
+    for (double value = 0.0; numbers >> value;) row.push_back(value);
+    if (!row.empty()) rows.push_back(row);
+  }
+  return rows;
 }
 
 TEST_CASE("pictures are drawn where gnuplot is") {
@@ -159,10 +177,48 @@ TEST_CASE("several structures have a colour each, in the fits") {
   results.fits = {{0, example, LinesFound(example), 0}, {1, example, Estimate(), 0}};
   REQUIRE(PlotFits(results, folder.path()) == HasGnuplot());
   const std::string script = ReadFile(folder.File("fits.gp"));
-  for (int k = 0; k < 3; ++k) CHECK(script.find("$fit0_s" + std::to_string(k) + "_est with lines") != std::string::npos);
+  for (int k = 0; k < 3; ++k)
+    CHECK(script.find("$fit0_s" + std::to_string(k) + "_est with lines") != std::string::npos);
   CHECK(script.find("recall 1.00, error 0.0 %") != std::string::npos);
+  // Each has its own points, and its line goes through them.
+  for (int k = 0; k < 3; ++k) {
+    const auto points = BlockOf(script, "fit0_s" + std::to_string(k));
+    REQUIRE(points.size() == 10);
+    CHECK(points[9][0] == Approx(example.problem.points(10 * k + 9, 0)));
+    CHECK(points[9][1] == Approx(example.problem.points(10 * k + 9, 1)));
+    const auto line = BlockOf(script, "fit0_s" + std::to_string(k) + "_est");
+    REQUIRE(line.size() == 2);
+    for (const auto& end : line)
+      CHECK(std::abs(example.truth.structures[k].dot(Eigen::Vector3d(end[0], end[1], 1.0))) < 1e-3);
+  }
+  CHECK(BlockOf(script, "fit0_out").size() == 6);
   CHECK(script.find("true lines") != std::string::npos);
   CHECK(script.find("$fit1_s0") == std::string::npos);
+}
+
+TEST_CASE("an estimated plane is drawn as a mesh where its inliers are") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpResults();
+  results.experiment.task = Task::kPlane;
+  KeptFit fit{};
+  fit.example.problem.task = Task::kPlane;
+  fit.example.problem.points.resize(6, 3);
+  fit.example.problem.points << 0, 0, 1, 4, 0, 1, 4, 2, 1, 0, 2, 1, 9, 9, 9, -5, 0, 3;
+  fit.estimate.status = Status::kOk;
+  fit.estimate.model = Eigen::Vector4d(0, 0, 1, -1);
+  fit.estimate.inliers = {1, 1, 1, 1, 0, 0};
+  results.fits = {fit};
+  REQUIRE(PlotFits(results, folder.path()) == HasGnuplot());
+  const auto mesh = BlockOf(ReadFile(folder.File("fits.gp")), "fit0_est");
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(mesh.size())));
+  REQUIRE((side > 1 && side * side == mesh.size()));
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
+  for (const auto& row : mesh) {
+    low = low.cwiseMin(Eigen::Vector3d(row[0], row[1], row[2]));
+    high = high.cwiseMax(Eigen::Vector3d(row[0], row[1], row[2]));
+  }
+  CHECK((low - Eigen::Vector3d(0, 0, 1)).norm() < 1e-3);
+  CHECK((high - Eigen::Vector3d(4, 2, 1)).norm() < 1e-3);
 }
 
 TEST_CASE("several structures have a colour each, found beside true") {
@@ -225,8 +281,8 @@ TEST_CASE("bars are the table's means with their intervals; poses have rotation 
   REQUIRE(PlotBars(MakeReport(results), folder.path()) == HasGnuplot());
   const auto data = [&] {
     const std::string script = ReadFile(folder.File("bars.gp"));
-    return script.substr(script.find("$bars << EOD\n") + 13, script.find("EOD\n", script.find("$bars << EOD\n") + 13) -
-                                                               script.find("$bars << EOD\n") - 13);
+    return script.substr(script.find("$bars << EOD\n") + 13,
+                         script.find("EOD\n", script.find("$bars << EOD\n") + 13) - script.find("$bars << EOD\n") - 13);
   };
   const auto lines = data();
   CHECK(std::count(lines.begin(), lines.end(), '\n') == static_cast<int>(experiment.conditions.size()));

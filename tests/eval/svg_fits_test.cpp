@@ -32,4 +32,21 @@ TEST_CASE("all points of a fit are within its picture, which they fill") {
   }
 }
 
+TEST_CASE("y is upwards, but for points of an image") {
+  KeptFit fit{};
+  fit.example.problem.points.resize(2, 2);
+  fit.example.problem.points << 0, 0, 0, 1;
+  const auto first_below = [](const std::string& svg) {
+    const std::regex dots("M([-0-9.]+) ([-0-9.]+)h0M([-0-9.]+) ([-0-9.]+)h0");
+    std::smatch match;
+    REQUIRE(std::regex_search(svg, match, dots));
+    return std::stod(match[2]) > std::stod(match[4]);
+  };
+  CHECK(first_below(SvgOfFit(fit)));
+  fit.example.problem.task = Task::kAbsolutePose;
+  fit.example.problem.points.resize(2, 5);
+  fit.example.problem.points << 0, 0, 0, 10, 10, 0, 0, 0, 10, 20;
+  CHECK_FALSE(first_below(SvgOfFit(fit)));
+}
+
 }  // namespace diffsac
