@@ -42,6 +42,18 @@ TEST_CASE("The noise is found again, whatever it is and whatever outliers there 
       }
 }
 
+TEST_CASE("The noise of many points is found between the steps of thresholds, from one end of the range to the other") {
+  const ThresholdRange range{0.25, 4.0, 500.0};
+  Rng rng(2);
+  for (double threshold = 0.3; threshold < 3.2; threshold *= 1.05) {
+    const auto residuals = MakeResiduals(20000, 5000, threshold / kSigmasOfInlier, 500.0, rng);
+    CAPTURE(threshold);
+    // Bins of a quarter of an octave make it a little large.
+    const double ratio = Estimated(residuals, range) / threshold;
+    CHECK((ratio > 0.99 && ratio < 1.07));
+  }
+}
+
 TEST_CASE("Noise beyond the range gives its end") {
   Rng rng(1);
   CHECK(Estimated(MakeResiduals(200, 200, 0.01, 500.0, rng), {0.5, 4.0, 500.0}) == Approx(0.5));
