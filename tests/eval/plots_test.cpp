@@ -196,6 +196,25 @@ TEST_CASE("several structures have a colour each, in the fits") {
   CHECK(script.find("$fit1_s0") == std::string::npos);
 }
 
+TEST_CASE("of many conditions the reliability of four is drawn, from the first to the last") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpResults();
+  const Condition first = results.experiment.conditions[0];
+  results.experiment.conditions.clear();
+  for (int c = 0; c < 7; ++c) {
+    Condition condition = first;
+    condition.name = condition.label = "condition" + std::to_string(c);
+    results.experiment.conditions.push_back(condition);
+    ReliabilityCurve curve{"row", static_cast<std::size_t>(c), {}};
+    curve.scenes["s"].Add(std::vector<float>{0.5f}, std::vector<std::uint8_t>{1});
+    results.reliability.push_back(curve);
+  }
+  CHECK(PlotReliability(results, folder.path()) == HasGnuplot());
+  const std::string script = ReadFile(folder.File("reliability.gp"));
+  for (int c = 0; c < 7; ++c)
+    CHECK((script.find("condition" + std::to_string(c)) != std::string::npos) == (c % 2 == 0));
+}
+
 TEST_CASE("an estimated plane is drawn as a mesh where its inliers are") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();

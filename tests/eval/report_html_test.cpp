@@ -78,8 +78,8 @@ TEST_CASE("a report has the tables with intervals, the pictures and every proble
   const Report report = MakeReport(results);
   const std::string html = ReportHtml(report);
   for (const Table& table : report.tables) CHECK_THAT(html, Contains("<caption>" + table.heading));
-  CHECK_THAT(html, Contains("data-value=\"0.85\">0.850 <small>[0.750, 0.950]") && Contains("Accuracy by outlier ratio") &&
-                       Contains("Accuracy of chosen rows"));
+  CHECK_THAT(html, Contains("data-value=\"0.85\">0.850 <small>[0.750, 0.950]") &&
+                       Contains("Accuracy by outlier ratio") && Contains("Accuracy of chosen rows"));
   CHECK_THAT(html, !Contains("http:") && !Contains("https:") && !Contains("src=") && !Contains("url("));
   const Json list = Json::parse(DataOf(html, "problems"));
   CHECK(list["problems"].size() == 8);
@@ -145,7 +145,7 @@ TEST_CASE("matches of two views are there to a quarter pixel, with the inliers o
     std::memcpy(&value, bytes.data() + 4 + 2 * i, 2);
     CHECK(step * value == Approx(example.problem.points(i / 4, i % 4)).margin(0.126));
   }
-  CHECK(pictures[4][7] == 1);  // The truth is known,
+  CHECK(pictures[4][7] == 1);             // The truth is known,
   CHECK(pictures[4][8] == Json({0, 1}));  // and both methods' inliers.
   const std::string masks = FromBase64(DataOf(html, "masks-4"));
   REQUIRE(masks.size() == 3 * 4);
@@ -191,9 +191,18 @@ TEST_CASE("of too many problems the worst, the best and some between are shown, 
   const ProblemList list = ListProblems(MadeUpResults());
   CHECK(Json::parse(ProblemListJson(MadeUpResults(), list, {}, 1, &left_out))["lines"].size() == 24);
   CHECK(left_out == 0);  // Never fewer than a few of each method.
+  ExperimentResults one = MadeUpResults();
+  one.cells.resize(1);
+  for (int i = 4; i < 40; ++i) {
+    one.cells[0].records.push_back(one.cells[0].records[0]);
+    one.cells[0].records.back().index = i;
+  }
+  CHECK(Json::parse(ProblemListJson(one, ListProblems(one), {}, 20, &left_out))["lines"].size() == 20);
+  CHECK(left_out == 20);
 }
 
-TEST_CASE("photographs stand below the matches, from files or from the scene's small copies, as small as they must be") {
+TEST_CASE(
+    "photographs stand below the matches, from files or from the scene's small copies, as small as they must be") {
   const TemporaryFolder folder;
   WriteThumbnails(folder.path(), {"left"}, [](std::size_t) {
     std::vector<unsigned char> bytes;
@@ -209,17 +218,17 @@ TEST_CASE("photographs stand below the matches, from files or from the scene's s
 TEST_CASE("lines and planes have their fits") {
   for (const char* type : {"synthetic_line", "synthetic_plane"}) {
     const bool line = std::string(type) == "synthetic_line";
-    const ExperimentOptions experiment =
-        ReadExperiment(Config::FromString(std::string("name: x\ntask: ") + (line ? "line" : "plane") + "\nproblems: 3\ndata: {type: " +
-                                          type + "}\nmethods: {oracle: {type: oracle}, a: {type: none}}\n"));
+    const ExperimentOptions experiment = ReadExperiment(Config::FromString(
+        std::string("name: x\ntask: ") + (line ? "line" : "plane") + "\nproblems: 3\ndata: {type: " + type +
+        "}\nmethods: {oracle: {type: oracle}, a: {type: none}}\n"));
     struct Failing : Method {
       diffsac::Estimate Estimate(const Problem&, std::uint64_t) const override { return {}; }
     };
     const ExperimentResults results =
         RunExperiment(experiment, {[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr});
-    CHECK_THAT(ReportHtml(MakeReport(results)),
-               Contains("Fits</h2>") && Contains("missed inlier") && Contains("no model (no_model)") &&
-                   Contains("stroke-dasharray:6 4"));
+    CHECK_THAT(ReportHtml(MakeReport(results)), Contains("Fits</h2>") && Contains("missed inlier") &&
+                                                    Contains("no model (no_model)") &&
+                                                    Contains("stroke-dasharray:6 4"));
   }
 }
 
