@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,8 @@ class GraphCut {
  public:
   /// Neighbours: each point and its `neighbors` nearest in all coordinates. spatial_weight: λ ≥ 0.
   GraphCut(const PointMatrix& points, int neighbors, double spatial_weight);
+  ~GraphCut();
+  GraphCut(GraphCut&&) noexcept;
   /// Labels of least energy; threshold: ε. Energies are compared to within 1e-6 of a point's.
   std::vector<std::uint8_t> Label(const Eigen::VectorXd& residuals, double threshold) const;
   /// The energy of any labels.
@@ -28,6 +31,8 @@ class GraphCut {
   int size_;
   double spatial_weight_;
   std::vector<std::pair<int, int>> edges_;
+  struct Arcs;
+  std::unique_ptr<const Arcs> arcs_;
 };
 
 }  // namespace diffsac
