@@ -194,6 +194,40 @@ TEST_CASE("The search at once takes the sets as they are drawn, the first one to
   CHECK(found.hypotheses >= 1);
 }
 
+TEST_CASE("A model whose points turn out to be nearer to later ones is left out") {
+  // Two lines that cross at a narrow angle. The first search finds the line between them, which holds the middle of
+  // both; the next two find the lines themselves, by their ends.
+  constexpr int kOfEach = 40;
+  PointMatrix points(2 * kOfEach + 2 + 30, 2);
+  Rng rng(4);
+  for (int i = 0; i < kOfEach; ++i) {
+    const double x = -5.0 + 10.0 * (i + 0.5) / kOfEach;
+    points.row(i) << x, 0.05 * x;
+    points.row(kOfEach + i) << x, -0.05 * x;
+  }
+  points.row(2 * kOfEach) << -1.5, 0.0;
+  points.row(2 * kOfEach + 1) << 1.5, 0.0;
+  for (int i = 2 * kOfEach + 2; i < points.rows(); ++i) points.row(i) << rng.Uniform(-5.0, 5.0), rng.Uniform(1.0, 9.0);
+  const std::vector<std::vector<int>> sets = {
+      {2 * kOfEach, 2 * kOfEach + 1}, {0, kOfEach - 1}, {kOfEach, 2 * kOfEach - 1}};
+  std::vector<int> set;
+  const auto given = [&](const std::vector<int>& rows, int number) {
+    set.clear();
+    if (number < 3)
+      for (const int i : sets[number])
+        set.push_back(static_cast<int>(std::find(rows.begin(), rows.end(), i) - rows.begin()));
+    return std::make_unique<GivenSource>(set);
+  };
+  StructureSearchOptions structures;
+  structures.search = StructureSearch::kSequential;
+  structures.rounds = 0;
+  ConsensusOptions options = Options(1);
+  options.refit = Refit::kNone;
+  const StructuresResult found = FindStructures<Line>(points, kThreshold, given, options, structures, Rng(1), {});
+  REQUIRE(found.models.size() == 2);
+  for (int i = 0; i < 2 * kOfEach; ++i) CHECK(found.labels[i] == found.labels[i < kOfEach ? 0 : kOfEach]);
+}
+
 TEST_CASE("The same seed gives the same structures, and draws are counted for each search") {
   for (const StructureSearch search : kSearches) {
     const Scene scene = Star({30, 30, 30}, 30, 4);
