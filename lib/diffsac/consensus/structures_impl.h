@@ -91,12 +91,10 @@ class StructuresSearch {
   void Solve() {
     const auto source = source_of_(AllRows(points_.rows()), 0);
     const std::vector<int> sets = DrawSets(*source, Model::kMinimalSize, options_.max_iterations);
+    const MinimalSolver<Model> solve(points_);
     Parameters models[Model::kMaxSolutions];
     for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
-      const int* set = sets.data() + first;
-      const bool usable =
-          std::all_of(set, set + Model::kMinimalSize, [&](int i) { return i >= 0 && i < points_.rows(); });
-      const int solutions = usable ? Model::SolveMinimal(points_, set, models) : 0;
+      const int solutions = solve(sets.data() + first, models);
       found_.hypotheses += std::max(1, solutions);
       for (int i = 0; i < solutions; ++i)
         if (models[i].allFinite()) hints_.models.emplace_back(models[i]);
@@ -119,9 +117,7 @@ class StructuresSearch {
     found_.unique_minimal_sets += result.unique_minimal_sets;
     for (std::vector<int>& set : result.first_sets) {
       if (found_.first_sets.size() == kReportedSets) break;
-      // A source may name points that there are none of.
-      const auto count = static_cast<int>(rows.size());
-      if (!std::all_of(set.begin(), set.end(), [&](int i) { return i >= 0 && i < count; })) continue;
+      if (!AreRows(set, some.rows())) continue;  // A source may name points that there are none of.
       for (int& i : set) i = rows[i];
       found_.first_sets.push_back(std::move(set));
     }
