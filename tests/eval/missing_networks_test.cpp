@@ -37,9 +37,9 @@ methods:
 }
 
 /// A checkpoint of a training of ten steps.
-void WriteCheckpointAt(std::int64_t iteration, const std::string& path) {
+void WriteCheckpointAt(std::int64_t iteration, const std::string& path, const std::string& iterations = "10") {
   SafetensorsWriter writer;
-  WriteInfo({"diffsac", "line", "train: {iterations: 10}\n", "none", iteration, 1, -1.0}, &writer);
+  WriteInfo({"diffsac", "line", "train: {iterations: " + iterations + "}\n", "none", iteration, 1, -1.0}, &writer);
   writer.Write(path);
 }
 
@@ -50,9 +50,9 @@ TEST_CASE("regression: the best network so far of a training that was killed pas
   std::filesystem::create_directories("runs/net/checkpoints");
   std::filesystem::create_directories("configs");
   WriteFileAtomically("configs/net.yaml", "name: net\ntrain: {iterations: 10}\n");
-  const ExperimentOptions experiment = ReadExperiment(Config::FromString(
-      "data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
-      "runs/net/checkpoints/best.safetensors}}\n"));
+  const ExperimentOptions experiment =
+      ReadExperiment(Config::FromString("data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
+                                        "runs/net/checkpoints/best.safetensors}}\n"));
   const std::string best = "runs/net/checkpoints/best.safetensors", last = "runs/net/checkpoints/last.safetensors";
   const auto missing = [&] { return MissingNetworks(experiment, "configs").size(); };
   CHECK(missing() == 1);
@@ -62,6 +62,8 @@ TEST_CASE("regression: the best network so far of a training that was killed pas
   CHECK(missing() == 1);
   WriteCheckpointAt(10, last);
   CHECK(missing() == 0);
+  WriteCheckpointAt(5, last, "many");
+  CHECK_THROWS_WITH(missing(), Catch::Contains("last.safetensors") && Catch::Contains("expected a number"));
   std::filesystem::current_path(before);
 }
 

@@ -16,6 +16,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
+#include "diffsac/data/text_scan.h"
 #include "diffsac/eval/selection.h"
 #include "diffsac/inference/checkpoint_info.h"
 
@@ -73,7 +74,11 @@ bool IsUnfinished(const std::string& checkpoint) {
   if (!fs::exists(last)) return false;
   const CheckpointInfo info = ReadCheckpointInfo(last.string());
   const Config config = Config::FromString(info.config, last.string());
-  return config.Has("train.iterations") && info.iteration < std::stoll(config.Text("train.iterations"));
+  if (!config.Has("train.iterations")) return false;
+  double iterations = 0.0;
+  if (!ParseNumber(config.Text("train.iterations"), &iterations))
+    throw Error(config.Where("train.iterations") + ": expected a number");
+  return static_cast<double>(info.iteration) < iterations;
 }
 
 /// The exit code of a program that runs in its own process, its output in a file; -1 when it did not start or end well.
