@@ -42,31 +42,31 @@ function(diffsac_library name)
   endif()
 endfunction()
 
+# diffsac_use_pch(TARGET NAME LINKS ... HEADERS ...): the target shares the precompiled headers NAME, which are made once.
+function(diffsac_use_pch target name)
+  cmake_parse_arguments(ARG "" "" "LINKS;HEADERS" ${ARGN})
+  if(NOT TARGET diffsac_${name}_pch)
+    file(WRITE ${CMAKE_BINARY_DIR}/${name}_pch.cpp "// Holds the precompiled headers.\n")
+    add_library(diffsac_${name}_pch OBJECT ${CMAKE_BINARY_DIR}/${name}_pch.cpp)
+    target_link_libraries(diffsac_${name}_pch PRIVATE diffsac_compiler ${ARG_LINKS})
+    target_compile_options(diffsac_${name}_pch PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_precompile_headers(diffsac_${name}_pch PRIVATE ${ARG_HEADERS})
+  endif()
+  target_precompile_headers(${target} REUSE_FROM diffsac_${name}_pch)
+endfunction()
+
 # Links LibTorch and reuses one precompiled torch/torch.h: parsing it costs about 40 s a file.
 function(diffsac_use_torch target)
   target_link_libraries(${target} PUBLIC diffsac_torch)
-  if(NOT TARGET diffsac_torch_pch)
-    file(WRITE ${CMAKE_BINARY_DIR}/torch_pch.cpp "// Holds the precompiled header.\n")
-    add_library(diffsac_torch_pch OBJECT ${CMAKE_BINARY_DIR}/torch_pch.cpp)
-    target_link_libraries(diffsac_torch_pch PRIVATE diffsac_compiler diffsac_torch)
-    target_compile_options(diffsac_torch_pch PRIVATE $<$<CONFIG:Release>:-O1>)
-    target_precompile_headers(diffsac_torch_pch PRIVATE <torch/torch.h>)
-  endif()
   # These files hand their work to LibTorch or to libraries compiled at -O3: -O1 builds them a quarter faster.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  target_precompile_headers(${target} REUSE_FROM diffsac_torch_pch)
+  diffsac_use_pch(${target} torch LINKS diffsac_torch HEADERS <torch/torch.h>)
 endfunction()
 
-# Parsing Catch2 and Eigen costs a file of tests some seconds: it is done once. Those with LibTorch have its precompiled header instead.
-function(diffsac_use_catch_pch target)
-  if(NOT TARGET diffsac_catch_pch)
-    file(WRITE ${CMAKE_BINARY_DIR}/catch_pch.cpp "// Holds the precompiled headers.\n")
-    add_library(diffsac_catch_pch OBJECT ${CMAKE_BINARY_DIR}/catch_pch.cpp)
-    target_link_libraries(diffsac_catch_pch PRIVATE diffsac_compiler Catch2::Catch2 Eigen3::Eigen)
-    target_compile_options(diffsac_catch_pch PRIVATE $<$<CONFIG:Release>:-O1>)
-    target_precompile_headers(diffsac_catch_pch PRIVATE <catch2/catch.hpp> <Eigen/Dense> <string> <vector> <map> <functional>)
-  endif()
-  target_precompile_headers(${target} REUSE_FROM diffsac_catch_pch)
+# Parsing Catch2 and Eigen costs a file of tests some seconds. Those with LibTorch have its precompiled header instead.
+function(diffsac_use_catch target)
+  diffsac_use_pch(${target} catch LINKS Catch2::Catch2 Eigen3::Eigen
+    HEADERS <catch2/catch.hpp> <Eigen/Dense> <string> <vector> <map> <functional>)
 endfunction()
 
 # diffsac_test(NAME [EXCEPT ...] [SOURCES ...] DEPENDS ... [TORCH]): one Catch2 program a folder of tests.
@@ -81,7 +81,7 @@ function(diffsac_test name)
   if(ARG_TORCH)
     diffsac_use_torch(${name}_test)
   else()
-    diffsac_use_catch_pch(${name}_test)
+    diffsac_use_catch(${name}_test)
   endif()
   catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
