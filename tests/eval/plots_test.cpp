@@ -23,15 +23,20 @@ bool IsPng(const std::string& path) {
   return std::filesystem::exists(path) && ReadFile(path).substr(0, 4) == "\x89PNG";
 }
 
-/// The numbers of a block of data in gnuplot's script, a row a point.
+/// A block of data in gnuplot's script; empty where there is none.
+std::string BlockText(const std::string& script, const std::string& name) {
+  const std::string start = "$" + name + " << EOD\n";
+  const std::size_t at = script.find(start);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + start.size();
+  return script.substr(begin, script.find("EOD\n", begin) - begin);
+}
+
+/// Its numbers, a row a point.
 std::vector<std::vector<double>> BlockOf(const std::string& script, const std::string& name) {
   std::vector<std::vector<double>> rows;
-  const std::size_t at = script.find("$" + name + " << EOD\n");
-  if (at == std::string::npos) return rows;
-  std::istringstream lines(script.substr(at));
-  std::string line;
-  std::getline(lines, line);
-  while (std::getline(lines, line) && line != "EOD") {
+  std::istringstream lines(BlockText(script, name));
+  for (std::string line; std::getline(lines, line);) {
     std::istringstream numbers(line);
     std::vector<double> row;
     for (double value = 0.0; numbers >> value;) row.push_back(value);
@@ -298,11 +303,7 @@ TEST_CASE("bars are the table's means with their intervals; poses have rotation 
   experiment.figures.bars = {"second"};
   ExperimentResults results = RunExperiment(experiment, TwoPointInputs());
   REQUIRE(PlotBars(MakeReport(results), folder.path()) == HasGnuplot());
-  const auto data = [&] {
-    const std::string script = ReadFile(folder.File("bars.gp"));
-    return script.substr(script.find("$bars << EOD\n") + 13,
-                         script.find("EOD\n", script.find("$bars << EOD\n") + 13) - script.find("$bars << EOD\n") - 13);
-  };
+  const auto data = [&] { return BlockText(ReadFile(folder.File("bars.gp")), "bars"); };
   const auto lines = data();
   CHECK(std::count(lines.begin(), lines.end(), '\n') == static_cast<int>(experiment.conditions.size()));
   const Cell* cell = results.Find(0, experiment.RowOf("second"));
