@@ -33,7 +33,7 @@ def run(command, seconds):
 
 
 def rows_of(program, config):
-    """All rows, from what the program says to a name that is none."""
+    """All rows, from a run of each on ten points."""
     with tempfile.TemporaryDirectory() as folder:
         code, output, _ = run([program, "--config", config, "--limit", "1", "--output", folder, "--set", "data.num_points=10"], 120)
         if code != 0:
