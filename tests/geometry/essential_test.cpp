@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "diffsac/geometry/svd3.h"
+#include "geometry/planar_scene.h"
 #include "geometry/two_view_problems.h"
 #include "geometry/two_view_properties.h"
 
@@ -172,6 +173,43 @@ TEST_CASE("Weighted fits recover exact E and give essential matrices from noise"
   REQUIRE(Essential::Fit(noisy.normalized, Eigen::VectorXd::Ones(100), &model));
   CHECK(EssentialDefect(model) < 1e-14);
   CHECK(ModelDistance(model, noisy.essential) < 0.2);
+}
+
+TEST_CASE(
+    "Least squares from a start are essential, lower the squares, and are right on a plane, unlike eight equations") {
+  int better = 0;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    Rng rng(seed);
+    const auto scene = testing::MakePlanarScene(200, 1.0, 0.0, 0.5, rng);
+    const PointMatrix& points = scene.views.normalized;
+    const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
+    const auto squares = [&](const Matrix3Parameters& model) {
+      double sum = 0.0;
+      for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const double r = Essential::Residual(model, points.data() + 4 * i);
+        sum += r * r;
+      }
+      return sum;
+    };
+    Matrix3Parameters fitted = scene.views.essential, linear;
+    REQUIRE(Essential::FitFrom(points, weights, &fitted));
+    CHECK(EssentialDefect(fitted) < 1e-14);
+    CHECK(squares(fitted) <= squares(scene.views.essential));
+    if (!Essential::Fit(points, weights, &linear) || squares(fitted) < 0.5 * squares(linear)) ++better;
+  }
+  CHECK(better >= 25);
+}
+
+TEST_CASE("Least squares from a start leave the model where there are too few points") {
+  Rng rng(4);
+  const auto problem = RandomProblem(10, rng);
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(10);
+  weights.head<4>().setOnes();
+  Matrix3Parameters model = problem.essential;
+  CHECK_FALSE(Essential::FitFrom(problem.normalized, weights, &model));
+  CHECK(model == problem.essential);
+  weights[4] = std::nan("");
+  CHECK_FALSE(Essential::FitFrom(problem.normalized, weights, &model));
 }
 
 TEST_CASE("The closest essential matrix has singular values (s, s, 0) and leaves essential matrices as they are") {

@@ -23,13 +23,16 @@ inline constexpr auto kEnumNames<LocalOptimization> =
                                 {LocalOptimization::kGraphCut, "gc_ransac"},
                                 {LocalOptimization::kRefinement, "lm"}});
 
-/// After the loop. A refit that fails, or that keeps fewer than γ inliers, leaves the hypothesis as it was.
+/// After the loop. A refit that fails, that keeps fewer than γ inliers or that makes worse what it should make better
+/// leaves the hypothesis as it was. Least squares of an essential matrix is nonlinear, from the hypothesis (FitAgain in
+/// model_hooks.h).
 ///   kNone        "none"
-///   kInliers     "inliers": least squares on the inliers, the paper's
-///   kIterated    "iterated": that, refit_rounds times, kept while the score does not fall. Take it with a smooth
+///   kInliers     "inliers": least squares on the inliers, the paper's; kept while MSAC at the refit's own threshold,
+///                the squares that it lowers, does not fall
+///   kIterated    "iterated": that, refit_rounds times, kept while the final score does not fall. Take it with a smooth
 ///                final_score: by inlier count the raw hypothesis, chosen for its count, mostly stays.
 ///   kMixture     "em": Gaussian-uniform expectation maximisation with σ fixed and the outlier ratio estimated; each
-///                iteration is a soft-weighted least squares (mixture.h)
+///                iteration is a soft-weighted least squares (mixture.h); kept while the likelihood does not fall
 ///   kReweighted  "irls": reweighted by MAGSAC++, threshold refit_threshold_factor times the score's, kept while the
 ///                final score does not fall
 enum class Refit { kNone, kInliers, kIterated, kMixture, kReweighted };

@@ -198,9 +198,9 @@ class DgsacRun {
       const DensityHypothesis& now = best->density;
       Eigen::VectorXd weights = Eigen::VectorXd::Zero(scorer_.size());
       for (int k = 0; k < now.inliers.count; ++k) weights[now.order[k]] = 1.0;
-      Parameters model;
+      Parameters model = best->model;
       ++hypotheses_;
-      if (!Model::Fit(scorer_.points(), weights, &model) || model == best->model) return;
+      if (!FitAgain<Model>(scorer_.points(), weights, &model) || model == best->model) return;
       Candidate next = Describe(model);
       // Noise moves the evidence of models that are as good; a clear fall means that the inliers were lost.
       if (next.density.inliers.evidence < now.inliers.evidence - std::log(scorer_.size())) return;

@@ -75,8 +75,16 @@ class FinalRefiner {
 
  private:
   double ScoreOf(const Parameters& model) const {
-    if (score_.kind() == ScoreKind::kGaussianUniform) return MixtureScore(scales_.mixture, scorer_.Residuals(model));
+    if (score_.kind() == ScoreKind::kGaussianUniform) return Likelihood(model);
     return scorer_(model, score_);
+  }
+
+  double Likelihood(const Parameters& model) const { return MixtureScore(scales_.mixture, scorer_.Residuals(model)); }
+
+  /// `fitted`, or `start` where fewer than γ points support it or `score`, a function of a model, is lower.
+  template <class ScoreFunction>
+  Parameters Better(const Parameters& start, const Parameters& fitted, const ScoreFunction& score) const {
+    return CountInliers(fitted) >= Model::kMinimalSize && score(fitted) >= score(start) ? fitted : start;
   }
 
   double RefitThreshold(const Parameters& model) const {
@@ -89,25 +97,37 @@ class FinalRefiner {
   }
 
   Parameters Refitted(const Parameters& start, int* fits) const {
-    Parameters model = start;
     switch (options_.refit) {
+      case Refit::kInliers:
+        return FittedToInliers(start, fits);
+      case Refit::kIterated:
+        return Iterated(start, fits);
+      case Refit::kMixture:
+        return FittedToMixture(start, fits);
+      case Refit::kReweighted:
+        return Reweighted(start, fits);
       case Refit::kNone:
         break;
-      case Refit::kInliers:
-        ++*fits;
-        FitInliers(scorer_, RefitThreshold(start), &model);
-        break;
-      case Refit::kIterated:
-        model = Iterated(start, fits);
-        break;
-      case Refit::kMixture:
-        *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(start), &model);
-        break;
-      case Refit::kReweighted:
-        model = Reweighted(start, fits);
-        break;
     }
-    return CountInliers(model) < Model::kMinimalSize ? start : model;
+    return start;
+  }
+
+  /// Kept by what least squares lowers, the squares truncated at its own threshold. A hypothesis that was chosen for
+  /// its inlier count, or for a wider score, is the luckiest of many by that one: by it the more accurate model would
+  /// lose.
+  Parameters FittedToInliers(const Parameters& start, int* fits) const {
+    const double threshold = RefitThreshold(start);
+    const Score squares(ScoreKind::kMsac, threshold, 0.0, 0.0);
+    Parameters model = start;
+    ++*fits;
+    FitInliers(scorer_, threshold, &model);
+    return Better(start, model, [&](const Parameters& m) { return scorer_(m, squares); });
+  }
+
+  Parameters FittedToMixture(const Parameters& start, int* fits) const {
+    Parameters model = start;
+    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(start), &model);
+    return Better(start, model, [&](const Parameters& m) { return Likelihood(m); });
   }
 
   Parameters Iterated(const Parameters& start, int* fits) const {
@@ -122,7 +142,7 @@ class FinalRefiner {
       best = {next, score};
       if (settled) break;
     }
-    return best.model;
+    return CountInliers(best.model) < Model::kMinimalSize ? start : best.model;
   }
 
   /// By the final score where that is a sum over points; the mixture's own is compared once, at the end.
@@ -130,14 +150,13 @@ class FinalRefiner {
     const MagsacLoss loss(scales_.reweight_threshold, scales_.residual_dof);
     const ScoredModel<Model> found{start, scorer_(start, score_)};
     const Parameters model = OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
-    return ScoreOf(model) >= ScoreOf(start) ? model : start;
+    return Better(start, model, [&](const Parameters& m) { return ScoreOf(m); });
   }
 
   Parameters Refined(const Parameters& start, int* fits) const {
     if (options_.final_refinement == FinalRefinement::kNone) return start;
     const Parameters model = RefinedNonlinearly<Model>(scorer_, LossAt(start), start, fits);
-    const bool keep = CountInliers(model) >= Model::kMinimalSize && ScoreOf(model) >= ScoreOf(start);
-    return keep ? model : start;
+    return Better(start, model, [&](const Parameters& m) { return ScoreOf(m); });
   }
 
   RobustLoss LossAt(const Parameters& start) const {
@@ -150,9 +169,13 @@ class FinalRefiner {
   /// (docs/experiments.md).
   ScoredModel<Model> WithSigmaEstimated(const ScoredModel<Model>& chosen, int* fits) const {
     Parameters model = chosen.model;
-    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(model), &model, options_.sigma_prior);
-    if (CountInliers(model) < Model::kMinimalSize) return chosen;
-    return {model, ScoreOf(model)};
+    double sigma = 0.0;
+    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(model), &model, options_.sigma_prior,
+                                 &sigma);
+    const Mixture estimated = scales_.mixture.WithSigma(sigma);
+    const auto likelihood = [&](const Parameters& m) { return MixtureScore(estimated, scorer_.Residuals(m)); };
+    const bool keep = CountInliers(model) >= Model::kMinimalSize && likelihood(model) >= likelihood(chosen.model);
+    return keep ? ScoredModel<Model>{model, ScoreOf(model)} : chosen;
   }
 
   const Scorer<Model>& scorer_;

@@ -20,9 +20,9 @@ ScoredModel<Model> OptimizeByGraphCut(const Scorer<Model>& scorer, const Score& 
   ScoredModel<Model> best = start;
   std::vector<int> inliers, chosen;
   const auto fit = [&](const Eigen::VectorXd& weights) {
-    typename Model::Parameters model;
+    typename Model::Parameters model = best.model;
     ++*fits;
-    if (!Model::Fit(scorer.points(), weights, &model)) return;
+    if (!FitAgain<Model>(scorer.points(), weights, &model)) return;
     const double value = scorer(model, score, best.score);
     if (value > best.score) best = {model, value};
   };

@@ -8,7 +8,7 @@
 /// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
 /// MODEL_consensus.cpp.
 #define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                           \
-  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double);            \
+  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double, double*);   \
   template ConsensusResult SearchCheckedPoints<Model>(                                                                 \
       const PointMatrix&, double, HypothesisSource&, const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
   template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SourceOfRows&,                     \

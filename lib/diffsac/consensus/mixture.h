@@ -49,9 +49,9 @@ inline constexpr double kSigmaKnown = std::numeric_limits<double>::infinity();
 /// (the last model stays). sigma_prior: how many inliers' worth of evidence mixture.sigma (σ₀) counts as; the estimate
 /// is σ² = (Σ q r² + sigma_prior·σ₀²) / (max(0, Σ q − γ) + sigma_prior), the γ observations that the model itself takes
 /// being left out. Must be positive.
-/// Returns the number of fits; *model is the result.
+/// Returns the number of fits; *model is the result, *sigma (unless null) the σ that goes with it.
 template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
-                 double sigma_prior = kSigmaKnown);
+                 double sigma_prior = kSigmaKnown, double* sigma = nullptr);
 
 }  // namespace diffsac

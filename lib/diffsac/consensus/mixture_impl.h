@@ -26,7 +26,7 @@ double EstimateSigma(const Eigen::VectorXd& residuals, const Eigen::VectorXd& we
 
 template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
-                 double sigma_prior) {
+                 double sigma_prior, double* sigma) {
   using namespace mixture_internal;
   const Scorer<Model> scorer(points);
   const bool sigma_known = std::isinf(sigma_prior);
@@ -41,13 +41,12 @@ int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start
     if (fits > 0 && (next - weights).cwiseAbs().maxCoeff() <= kWeightTolerance) break;
     weights = next;
     share = ClampShare(weights.mean());
-    typename Model::Parameters fitted;
     ++fits;
-    if (!Model::Fit(points, weights, &fitted)) break;
-    *model = fitted;
+    if (!FitAgain<Model>(points, weights, model)) break;
     if (!sigma_known)
-      current = mixture.WithSigma(EstimateSigma<Model>(scorer.Residuals(fitted), weights, mixture.sigma, sigma_prior));
+      current = mixture.WithSigma(EstimateSigma<Model>(scorer.Residuals(*model), weights, mixture.sigma, sigma_prior));
   }
+  if (sigma != nullptr) *sigma = current.sigma;
   return fits;
 }
 

@@ -19,11 +19,14 @@ namespace diffsac {
 ///                                    for lines and planes as well. The weights of n = 1 rise without bound towards 0
 ///                                    and waste inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean
 ///                                    error of 300 lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119°
-///                                    and .115°). Sampson distances have 1 (docs/experiments.md): F .441/.561, .425/.543
-///                                    and .417/.511 for 1, 2 and 4, E no difference
+///                                    and .115°). Sampson distances have 1 (docs/experiments.md): F .441/.561,
+///                                    .425/.543 and .417/.511 for 1, 2 and 4, E no difference
 ///   Refine(points, threshold, model) nonlinear refinement (Levenberg–Marquardt on the model's own manifold, a loss
 ///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
 ///                                    false when *model stays as it was
+///   FitFrom(points, weights, model)  the non-minimal fit of a model whose `Fit` is a poor one without a start (for an
+///                                    essential matrix, which eight linear equations fit badly): from *model; false
+///                                    when it stays as it was
 ///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
 ///                                    called for each new best model with the minimal set it was solved from, and with
 ///                                    a null set for what local optimisation made of it: where that is degenerate (for
@@ -56,6 +59,26 @@ concept HasRobustRefine = requires(const PointMatrix& points, const Eigen::Vecto
                                    typename M::Parameters* model) {
   { ModelHooks<M>::Refine(points, weights, loss, model) } -> std::same_as<bool>;
 };
+
+template <class M>
+concept HasFitFrom = requires(const PointMatrix& points, const Eigen::VectorXd& weights,
+                              typename M::Parameters* model) {
+  { ModelHooks<M>::FitFrom(points, weights, model) } -> std::same_as<bool>;
+};
+
+/// Weighted least squares by points that a model, *model, has found: its `FitFrom`, or its `Fit`. False, leaving
+/// *model, when they determine none.
+template <MinimalModel Model>
+bool FitAgain(const PointMatrix& points, const Eigen::VectorXd& weights, typename Model::Parameters* model) {
+  if constexpr (HasFitFrom<Model>) {
+    return ModelHooks<Model>::FitFrom(points, weights, model);
+  } else {
+    typename Model::Parameters fitted;
+    if (!Model::Fit(points, weights, &fitted)) return false;
+    *model = fitted;
+    return true;
+  }
+}
 
 /// Calibrations that the two images may have, and how much a score says of them.
 struct CameraPrior {

@@ -31,6 +31,11 @@ struct Essential {
   /// Weighted normalised 8-point algorithm, then the closest essential matrix; needs 8 points of positive weight.
   static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out);
 
+  /// Weighted least squares of Sampson distances among essential matrices, from *model, by Levenberg-Marquardt: what
+  /// eight linear equations lose on planes, on few points and where the camera goes forward stays. False, leaving
+  /// *model, with fewer than 5 points of positive weight or unfit ones.
+  static bool FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model);
+
   /// Finite, 5 distinct correspondences, in neither image all on one line.
   static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
 

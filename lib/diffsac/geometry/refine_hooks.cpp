@@ -74,6 +74,13 @@ bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights
   return RefineRobustly<Essential>(points, weights, loss, RefineEssential, model);
 }
 
+bool Essential::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
+  RefineOptions options;
+  options.loss = {LossKind::kTrivial};
+  options.relative_tolerance = 1e-6;
+  return RefineEssential(points, weights, options, model).status == Status::kOk;
+}
+
 bool Homography::Refine(const PointMatrix& points, double threshold, Parameters* model) {
   return RefineTruncated<Homography>(points, threshold, model);
 }

@@ -6,6 +6,15 @@
 namespace diffsac {
 namespace {
 
+/// Least squares on the true inliers, from the true model where a fit needs a start (essential matrices).
+template <MinimalModel Model>
+bool FitFromTruth(const PointMatrix& points, const Eigen::VectorXd& weights, const ModelParameters& truth,
+                  typename Model::Parameters* model) {
+  if (truth.size() != Model::Parameters::SizeAtCompileTime) return Model::Fit(points, weights, model);
+  *model = truth;
+  return FitAgain<Model>(points, weights, model);
+}
+
 template <MinimalModel Model>
 Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
   Estimate estimate;
@@ -15,7 +24,7 @@ Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
   for (Eigen::Index i = 0; i < size; ++i) weights[i] = truth.inliers[i] != 0 ? 1.0 : 0.0;
   typename Model::Parameters model;
   estimate.report.hypotheses = 1;
-  if (!Model::Fit(space.points(), weights, &model)) return estimate;
+  if (!FitFromTruth<Model>(space.points(), weights, truth.model, &model)) return estimate;
   AcceptModel<Model>(space, model, &estimate);
   return estimate;
 }
@@ -32,7 +41,7 @@ Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
     for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = truth.labels[i] == label ? 1.0 : 0.0;
     typename Model::Parameters model;
     ++found.hypotheses;
-    if (!Model::Fit(space.points(), weights, &model)) continue;
+    if (!FitFromTruth<Model>(space.points(), weights, truth.structures[label - 1], &model)) continue;
     found.models.emplace_back(model);
     place[label] = static_cast<std::int32_t>(found.models.size());
   }
