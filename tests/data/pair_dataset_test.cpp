@@ -281,6 +281,29 @@ TEST_CASE("a pair without matches may be kept") {
   CHECK(CheckProblem(empty.problem) == Status::kTooFewPoints);
 }
 
+TEST_CASE("matches that are not finite are left out, or refused") {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "val/s";
+  std::vector<Example> written = WriteScene(scene, 7);
+  PointMatrix& points = written[0].problem.points;
+  points(3, 2) = std::nan("");
+  Unlink(scene + "/matches.h5", "im_0-im_1");
+  {
+    const std::lock_guard lock(Hdf5Mutex());
+    H5::H5File file(scene + "/matches.h5", H5F_ACC_RDWR);
+    const hsize_t shape[2] = {static_cast<hsize_t>(points.rows()), 4};
+    file.createDataSet("im_0-im_1", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape))
+        .write(points.data(), H5::PredType::NATIVE_DOUBLE);
+  }
+  const Example read = Make("ransac_tutorial", folder.path())->Get(0);
+  CHECK(CheckProblem(read.problem) == Status::kOk);
+  REQUIRE(read.problem.points.rows() == points.rows() - 1);
+  CHECK(read.problem.points.row(3) == points.row(4));
+  CHECK(read.problem.quality.size() == points.rows() - 1);
+  const auto refused = [&] { Make("ransac_tutorial", folder.path(), "non_finite: error\n")->Get(0); };
+  CHECK_THAT(ErrorOf(refused), Catch::Contains("matches.h5: im_0-im_1: 1 of 40 points are not finite"));
+}
+
 TEST_CASE("KITTI scenes are chosen by sequence and step") {
   const TemporaryFolder folder;
   for (const char* name : {"kitti_00_step_01", "kitti_00_step_10", "kitti_08_step_01", "kitti_x", "castle"})

@@ -11,10 +11,12 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/finite_points.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_scenes.h"
@@ -27,11 +29,14 @@ struct AbsolutePosesOptions {
   std::vector<std::string> paths;
   double inlier_threshold_px = 4.0;
   PairFilter filter;
+  NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
     b.Field("paths", paths).Help("scenes of `diffsac_prepare pairs --format colmap_points`, or folders of them");
     b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, of the reprojection error, pixels");
     b.Field("max_ratio", filter.max_ratio, Limits{0.0, 1.0, true}).Help("only matches of at most this ratio");
+    b.Field("non_finite", non_finite)
+        .Help("points with a value that is no finite number: left out, with one warning an image, or an error");
     b.Require(!paths.empty(), "paths", "a list of folders");
   }
 };
@@ -93,8 +98,9 @@ class AbsolutePoses : public Dataset {
       const H5::H5File file(path, H5F_ACC_RDONLY);
       for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
         const std::string name = file.getObjnameByIdx(i);
-        Example example =
-            Filtered(ReadImage(file.openGroup(name), options.inlier_threshold_px, path + ":/" + name), options.filter);
+        const std::string place = path + ":/" + name;
+        Example example = ReadImage(file.openGroup(name), options.inlier_threshold_px, place);
+        example = Filtered(WithFinitePoints(std::move(example), options.non_finite, place), options.filter);
         example.index = examples_.size();
         example.scene = scene.name;
         example.id = scene.name + "/" + name;

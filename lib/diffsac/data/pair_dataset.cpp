@@ -17,7 +17,8 @@ namespace {
 PairReadingOptions ReadingOf(const PairsOptions& options) {
   const bool plane = options.dominant_plane && options.task == Task::kHomography;
   const double threshold = options.inlier_threshold_px;
-  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0};
+  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0,
+          options.non_finite};
 }
 
 // The part of a scene's pairs that is asked for, thinned to `max_pairs`.
@@ -139,6 +140,8 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)
       .Help("a pair without matches: an error that names file and key, or a problem without points");
+  b.Field("non_finite", non_finite)
+      .Help("matches with a coordinate that is no finite number: left out, with one warning a pair, or an error");
   b.Field("descriptors", descriptors).Help("whether descriptors.h5 is read where it is there");
   b.Field("descriptor_noise", filter.descriptor_noise, AtLeast(0.0))
       .OnlyIf(descriptors, "descriptors: true")

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/data/finite_points.h"
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_scenes.h"
 #include "diffsac/data/tasks.h"
@@ -48,6 +49,7 @@ struct PairsOptions {
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
   bool shuffle = false;
   EmptyPairs empty_pairs = EmptyPairs::kError;
+  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   bool descriptors = false;  ///< Whether descriptors.h5 is read where it is there.
 
   /// `ratio_key`: the name of filter.max_ratio.

@@ -127,7 +127,7 @@ std::shared_ptr<const Example> PairReading::Pair(std::int64_t position) const {
 }
 
 std::shared_ptr<const Example> PairReading::Read(std::int64_t position) const {
-  auto pair = std::make_shared<Example>(files_.Read(position));
+  auto pair = std::make_shared<Example>(WithFinitePoints(files_.Read(position), options_.non_finite, Where(position)));
   pair->scene = name_;
   pair->id = name_ + "/" + pair->id;
   GroundTruth& truth = pair->truth;

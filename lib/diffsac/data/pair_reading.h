@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "diffsac/data/correspondence_files.h"
+#include "diffsac/data/finite_points.h"
 #include "diffsac/data/pair_scenes.h"
 #include "diffsac/data/problem.h"
 
@@ -19,6 +20,7 @@ struct PairReadingOptions {
   double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (data/refined_truth.h) with this loss; 0: not.
   double dominant_plane_px = 0.0;  ///< DominantHomography (data/dominant_plane.h) with this threshold; 0: not.
   double structures_px = 0.0;      ///< FitStructures (data/structure_truth.h) of the labels with this loss; 0: not.
+  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   auto operator<=>(const PairReadingOptions&) const = default;
 };
 

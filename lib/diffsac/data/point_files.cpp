@@ -11,6 +11,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
+#include "diffsac/data/pair_filter.h"
 
 namespace diffsac {
 namespace {
@@ -73,20 +74,16 @@ double ThresholdFor(const PointSetsOptions& options, const PointSet& set) {
   throw Error(set.name + ": no inlier threshold: set inlier_threshold (data units) or inlier_threshold_relative");
 }
 
-void KeepRandomSubset(int count, Rng rng, PointSet* set) {
-  const auto total = static_cast<int>(set->points.rows());
-  if (count <= 0 || total <= count) return;
+/// A random subset of at most `count` points, in their order.
+Example RandomSubset(Example example, int count, std::uint64_t seed) {
+  const auto total = static_cast<int>(example.problem.points.rows());
+  if (count <= 0 || total <= count) return example;
   std::vector<int> kept(count);
-  rng.Distinct(total, count, kept.data());
+  Rng(seed).Fork("max_points/" + example.scene + "/" + example.id).Distinct(total, count, kept.data());
   std::sort(kept.begin(), kept.end());
-  PointMatrix points(count, set->points.cols());
-  std::vector<std::uint8_t> inliers(set->truth.inliers.empty() ? 0 : count);
-  for (int i = 0; i < count; ++i) {
-    points.row(i) = set->points.row(kept[i]);
-    if (!inliers.empty()) inliers[i] = set->truth.inliers[kept[i]];
-  }
-  set->points = std::move(points);
-  set->truth.inliers = std::move(inliers);
+  example = WithRows(example, kept);
+  example.digest = PointDigest(example.problem.points);
+  return example;
 }
 
 class PointSetsDataset : public Dataset {
@@ -107,14 +104,18 @@ class PointSetsDataset : public Dataset {
       throw Error(file + ": " + set.name + " has " + std::to_string(set.points.cols()) + " columns, but the task " +
                   ToString(task_) + " needs " + std::to_string(PointDimension(task_)));
     Example example;
-    example.index = examples_.size();
-    example.problem.inlier_threshold = ThresholdFor(options, set);
-    KeepRandomSubset(options.max_points, Rng(options.seed).Fork("max_points", example.index), &set);
     example.id = UniqueId(set.name);
     example.scene = std::move(set.scene);
     example.problem.task = task_;
+    example.problem.inlier_threshold = ThresholdFor(options, set);
     example.problem.points = std::move(set.points);
     example.truth = std::move(set.truth);
+    const std::string where = set.name == fs::path(file).filename() ? file : file + ": " + set.name;
+    if (example.problem.points.rows() == 0) throw Error(where + ": no points");
+    example = WithFinitePoints(std::move(example), options.non_finite, where);
+    if (example.problem.points.rows() == 0) throw Error(where + ": no finite points");
+    example = RandomSubset(std::move(example), options.max_points, options.seed);
+    example.index = examples_.size();
     examples_.push_back(std::move(example));
   }
 
@@ -156,6 +157,9 @@ void PointSetsOptions::Bind(OptionsBinder& b) {
       .Help("ε in the data's unit; 0: as the next option or the file says");
   b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0))
       .Help("ε as a share of the diagonal of the set's bounding box (finite points); 0: not used");
+  b.Field("non_finite", non_finite)
+      .Help(
+          "points with a value that is no finite number: left out, with one warning, or an error that names the file");
   b.Field("max_points", max_points, AtLeast(0))
       .Help("larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points");
   b.Field("seed", seed)

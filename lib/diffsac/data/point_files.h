@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/data/finite_points.h"
 #include "diffsac/data/tasks.h"
 
 namespace diffsac {
@@ -14,7 +15,7 @@ namespace diffsac {
 struct PointSet {
   std::string name;               ///< The file's name, or "file:key" for a set inside an HDF5 file.
   std::string scene;              ///< The HDF5 file's stem, or the name of the folder that holds a text or PLY file.
-  PointMatrix points;             ///< N × 2 or N × 3; NaN and infinities are kept, so that estimators report them.
+  PointMatrix points;             ///< N × 2 or N × 3; NaN and infinities are kept.
   GroundTruth truth;              ///< What the file gives; text and PLY files give none.
   double inlier_threshold = 0.0;  ///< ε, 0 when the file gives none.
 };
@@ -52,6 +53,7 @@ struct PointSetsOptions {
   double inlier_threshold = 0.0;
   /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.
   double inlier_threshold_relative = 0.0;
+  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   /// Larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points.
   int max_points = 0;
   /// Of the random subsets. The seed of a run leaves them alone, so that all runs see the same points.
