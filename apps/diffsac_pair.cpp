@@ -95,7 +95,7 @@ int Run(const Request& request) {
                 matched.pair.id + ", " + task, request.picture);
     std::cout << "picture: " << request.picture << std::endl;
   }
-  if (MayBeChance(matched.pair.problem, estimate))
+  if (estimate.MayBeChance())
     LogWarning("no more inliers than matches of unlike images would give: the images may share nothing");
   return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
 }

@@ -51,6 +51,28 @@ std::unique_ptr<Method> Make(const std::string& type, Task task, const std::stri
   return MakeRow(type, task, yaml);
 }
 
+TEST_CASE("Every row says how many models chance would give: few for a pair, many for images that share nothing") {
+  for (const Task task : kTasks)
+    for (const char* type : kTypes) {
+      const auto method = Make(type, task);
+      Example pair = MakePair(task, 300, 1);
+      const Estimate real = method->Estimate(pair.problem, 1);
+      REQUIRE(real.status == Status::kOk);
+      CHECK(real.log_false_alarms < -10.0);
+      CHECK_FALSE(real.MayBeChance());
+      Rng rng(2);
+      for (int i = 0; i < 300; ++i)
+        pair.problem.points.row(i) << rng.Uniform(0, 1000), rng.Uniform(0, 800), rng.Uniform(0, 1000),
+            rng.Uniform(0, 800);
+      for (const Estimate& chance :
+           {method->Estimate(pair.problem, 1),
+            method->EstimateBatch(std::vector<const Problem*>{&pair.problem}, std::vector<std::uint64_t>{1})[0]}) {
+        CAPTURE(ToString(task), type, chance.inliers.size());
+        if (chance.status == Status::kOk) CHECK(chance.MayBeChance());
+      }
+    }
+}
+
 TEST_CASE("The noise of the inliers is told in pixels, whichever space was searched and however it is estimated") {
   for (const Task task : kTasks)
     for (const char* consensus : {"{}", "{noise: estimated, least_scale: .25, greatest_scale: 4}"}) {

@@ -21,7 +21,8 @@ constexpr int kReportedSets = 20;
 struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
-  std::vector<std::uint8_t> inliers;  ///< residual ≤ threshold under the returned model, exactly
+  std::vector<std::uint8_t> inliers;  ///< residual ≤ inlier_threshold under the returned model, exactly
+  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.noise is estimated
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
   double score = 0.0;  ///< of the returned model, by the score that chose it last

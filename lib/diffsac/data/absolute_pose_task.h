@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/data/chance_share.h"
 #include "diffsac/data/task_description.h"
 #include "diffsac/geometry/absolute_pose.h"
 
@@ -21,6 +22,9 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
     return RigidMotion{RotationOf(model), TranslationOf(model)};
   }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return DiscShare(ImageExtent(problem.size1, ImagePoints(problem)), threshold);
+  }
   /// rotation_deg; offset, the distance of the camera's centre from the true one, in the scene's unit; translation_deg,
   /// the angle under which the middle of the scene's points sees that distance; angle_deg, the larger of the two
   /// angles. A failure is 180°, 90° and infinite.

@@ -1,5 +1,7 @@
 #include "diffsac/data/dataset_factory.h"
 
+#include <utility>
+
 #include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
@@ -13,10 +15,30 @@ const DatasetEntry& EntryOf(const Config& config) {
   return registry.Find(config.Text(kTypeKey), config.Where(kTypeKey));
 }
 
+/// Generated problems with their digests.
+class DrawnDataset : public Dataset {
+ public:
+  explicit DrawnDataset(std::unique_ptr<Dataset> drawn) : drawn_(std::move(drawn)) {}
+  Task task() const override { return drawn_->task(); }
+  std::int64_t size() const override { return drawn_->size(); }
+  std::string FolderOf(const std::string& scene) const override { return drawn_->FolderOf(scene); }
+  Example Get(std::uint64_t index) const override {
+    Example example = drawn_->Get(index);
+    example.digest = PointDigest(example.problem.points);
+    return example;
+  }
+
+ private:
+  std::unique_ptr<Dataset> drawn_;
+};
+
 }  // namespace
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
-  return EntryOf(config).make(config, seed);
+  const DatasetEntry& entry = EntryOf(config);
+  std::unique_ptr<Dataset> dataset = entry.make(config, seed);
+  if (entry.generated) return std::make_unique<DrawnDataset>(std::move(dataset));
+  return dataset;
 }
 
 std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(config); }

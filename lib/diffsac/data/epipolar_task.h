@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/data/chance_share.h"
 #include "diffsac/data/two_view_task.h"
 
 namespace diffsac {
@@ -39,6 +40,9 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
                                          const Problem& problem) {
     if (!problem.cameras) return std::nullopt;
     return EpipolarPose(Description::EssentialOf(ModelMatrix(model), *problem.cameras), inliers, problem);
+  }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return EpipolarBandShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
   }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return EpipolarEquations(space.points(), truth);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/data/chance_share.h"
 #include "diffsac/data/two_view_task.h"
 #include "diffsac/geometry/homography.h"
 
@@ -29,6 +30,9 @@ struct HomographyTask : TwoViewTask<Homography> {
   static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                              const Example& example) {
     return HomographyError(model, inliers, example);
+  }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return DiscShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
   }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return HomographyEquations(space.points(), truth);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/data/chance_share.h"
 #include "diffsac/data/coordinates.h"
 #include "diffsac/data/hyperplane_labels.h"
 #include "diffsac/data/task_description.h"
@@ -32,6 +33,7 @@ struct HyperplaneTask : TaskDescriptionOf<M> {
   static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>&, const Example& example) {
     return HyperplaneError(model, example);
   }
+  static double ChanceShare(const Problem& problem, double threshold) { return SlabShare(problem.points, threshold); }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return HyperplaneEquations(space.points(), truth);
   }

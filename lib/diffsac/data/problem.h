@@ -70,6 +70,11 @@ PointMatrix ImagePoints(const Problem& problem);
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);
 
+/// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
+/// (LogFalseAlarms of consensus/false_alarms.h); above 0 the problem may have no model at all. threshold: what an
+/// inlier is, in the data's unit.
+double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold);
+
 /// What only labels, metrics and the oracle may see; each part is empty where it is unknown.
 struct GroundTruth {
   // What estimates of the problem's task are measured against.
@@ -92,13 +97,23 @@ struct GroundTruth {
 
 /// One item of a dataset, or one pair of images of a scene.
 struct Example {
-  std::uint64_t index = 0;     ///< Position in the dataset; seeds everything drawn for this problem.
-  std::string id;              ///< Unique in the dataset (or the scene that is read), stable.
+  std::uint64_t index = 0;  ///< Position in the dataset.
+  /// Unique in the dataset (or the scene that is read), stable. With the scene it decides what estimators draw.
+  std::string id;
+  /// PointDigest of points that were drawn, not read: by another seed or other options the same id is another problem.
+  std::string digest;
   std::string scene;           ///< Group for per-scene means ("all" for synthetic data).
   std::string image1, image2;  ///< Two views: the names of the images; empty where there are none.
   Problem problem;
   GroundTruth truth;
 };
+
+/// Eight hexadecimal digits that differ where points do.
+std::string PointDigest(const PointMatrix& points);
+
+/// What a problem is called in results: its id, with its digest where it has one. Results of problems of the same scene
+/// and name can be compared.
+std::string ProblemName(const Example& example);
 
 /// A finite or endless (size() < 0) random-access source of examples. `Get` is thread-safe and depends on index alone.
 class Dataset {

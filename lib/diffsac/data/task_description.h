@@ -28,6 +28,9 @@ inline constexpr const char* kModelName = nullptr;
 ///                         data's unit
 ///   Error(model, inliers, example)
 ///                         how wrong an estimate is; model is null for a failure, else finite
+///   ChanceShare(problem, threshold)
+///                         how likely a point anywhere is within the threshold, in the data's unit, of a model
+///                         (data/chance_share.h)
 ///
 /// Where it has them:
 ///   Pose(model, inliers, problem)
@@ -52,6 +55,7 @@ concept TaskDescription = requires(const Problem& problem, const SolverSpace& sp
   { T::Accepts(problem) } -> std::same_as<bool>;
   { T::FeatureCoordinates(space) } -> std::same_as<PointMatrix>;
   { T::Error(model, inliers, example) } -> std::same_as<EstimateError>;
+  { T::ChanceShare(problem, 1.0) } -> std::same_as<double>;
 };
 
 /// The members that are alike for most tasks.

@@ -78,7 +78,7 @@ ClassicalOptions LoRansacOptions(Task task) {
   return options;
 }
 
-Estimate ClassicalMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+Estimate ClassicalMethod::DoEstimate(const Problem& problem, std::uint64_t seed) const {
   return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     return EstimateModel<Model>(space, options_, Rng(seed));
   });

@@ -33,7 +33,7 @@ ClassicalOptions LoRansacOptions(Task task);
 class ClassicalMethod : public Method {
  public:
   explicit ClassicalMethod(const ClassicalOptions& options) : options_(options) { CheckOptions(options); }
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:
   ClassicalOptions options_;

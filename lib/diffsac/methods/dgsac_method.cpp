@@ -59,7 +59,7 @@ DgsacMethodOptions DefaultDgsacOptions(Task task) {
   return options;
 }
 
-Estimate DgsacMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+Estimate DgsacMethod::DoEstimate(const Problem& problem, std::uint64_t seed) const {
   return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     return EstimateModel<Model>(space, options_, seed);
   });

@@ -30,7 +30,7 @@ DgsacMethodOptions DefaultDgsacOptions(Task task);
 class DgsacMethod : public Method {
  public:
   explicit DgsacMethod(const DgsacMethodOptions& options) : options_(options) { CheckOptions(options); }
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:
   DgsacMethodOptions options_;

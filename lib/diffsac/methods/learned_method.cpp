@@ -103,7 +103,7 @@ LearnedMethod::LearnedMethod(std::shared_ptr<const LearnedModel> network, const 
       model_(ModelFromString(network_->task, options_.model)),
       features_(FeaturesOf(*network_, options_.preference_draws)) {}
 
-diffsac::Estimate LearnedMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+diffsac::Estimate LearnedMethod::DoEstimate(const Problem& problem, std::uint64_t seed) const {
   return EstimateOne(problem, seed);
 }
 
@@ -125,8 +125,8 @@ diffsac::Estimate LearnedMethod::EstimateOne(const Problem& problem, std::uint64
   return estimate;
 }
 
-std::vector<diffsac::Estimate> LearnedMethod::EstimateBatch(std::span<const Problem* const> problems,
-                                                            std::span<const std::uint64_t> seeds) const {
+std::vector<diffsac::Estimate> LearnedMethod::DoEstimateBatch(std::span<const Problem* const> problems,
+                                                              std::span<const std::uint64_t> seeds) const {
   const auto start = MethodClock::now();
   std::vector<diffsac::Estimate> estimates(problems.size());
   if (!Batches()) {

@@ -82,9 +82,9 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 /// ```
 class LearnedMethod : public Method {
  public:
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const final;
-  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
-                                               std::span<const std::uint64_t> seeds) const final;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const final;
+  std::vector<diffsac::Estimate> DoEstimateBatch(std::span<const Problem* const> problems,
+                                                 std::span<const std::uint64_t> seeds) const final;
   int PreferredBatch() const final { return Batches() ? options_.batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 

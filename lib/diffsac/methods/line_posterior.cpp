@@ -196,7 +196,7 @@ void LinePosteriorOptions::Bind(OptionsBinder& b) {
   b.Field("candidates", candidates, Within(2, 1e5)).Help("hypotheses, best first by MSAC, that are refined to modes");
 }
 
-Estimate LinePosteriorMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+Estimate LinePosteriorMethod::DoEstimate(const Problem& problem, std::uint64_t seed) const {
   return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (std::is_same_v<Model, Line>) return EstimatePosterior(space, options_, seed);
     return diffsac::Estimate{};

@@ -28,7 +28,7 @@ struct LinePosteriorOptions {
 class LinePosteriorMethod : public Method {
  public:
   explicit LinePosteriorMethod(const LinePosteriorOptions& options) : options_(options) { CheckOptions(options); }
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:
   LinePosteriorOptions options_;

@@ -27,16 +27,21 @@ struct EstimateReport {
 /// The result of one method on one problem.
 struct Estimate {
   Status status = Status::kNoModel;
-  ModelParameters model;               ///< Empty unless status is ok.
-  std::vector<std::uint8_t> inliers;   ///< N values: residual <= inlier_threshold under `model`.
-  double score = 0.0;                  ///< Of the score that chose the model.
+  ModelParameters model;              ///< Empty unless status is ok.
+  std::vector<std::uint8_t> inliers;  ///< N values: residual <= inlier_threshold under `model`.
+  /// Of these, in the data's unit: the problem's, or less where a method finds the noise itself.
+  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();
+  /// log10 of the number of models that chance would give with as many inliers (LogFalseAlarmsOf; of several
+  /// structures: as those of the first); NaN without a model.
+  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();
+  double score = 0.0;  ///< Of the score that chose the model.
   /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
   std::vector<float> inlier_probabilities;
-  /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none or
-  /// do not tell.
+  /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none
+  /// or do not tell.
   std::vector<std::vector<int>> minimal_sets;
   /// Of rows that look for several structures, the models that were found, that of most points first, which is `model`
   /// too; `inliers` are those of any of them. Empty for other rows, and where nothing was found.
@@ -44,6 +49,8 @@ struct Estimate {
   /// N values with `structures`: 0 for a point of none of them, k ≥ 1 for one of structures[k − 1].
   std::vector<std::int32_t> labels;
   EstimateReport report;
+  /// Whether points without any structure would give a model like this: it is better not relied upon.
+  bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
 
 /// What a learned row's network was made by.
@@ -59,16 +66,22 @@ class Method {
  public:
   virtual ~Method() = default;
   /// Never throws for bad data; the status says what was wrong.
-  virtual diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const = 0;
+  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const;
   /// Same results as one by one (bit for bit, or within the stated tolerance for a network's outputs).
-  virtual std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
-                                                       std::span<const std::uint64_t> seeds) const;
+  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
+                                               std::span<const std::uint64_t> seeds) const;
   /// Problems that a batch should hold; 1 when batching brings nothing.
   virtual int PreferredBatch() const { return 1; }
   /// Whether `inlier_probabilities` mean what they say, rather than be only in proportion to it.
   virtual bool GivesProbabilities() const { return false; }
   /// Nothing for rows that don't learn.
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
+
+ private:
+  virtual diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const = 0;
+  /// By default one by one.
+  virtual std::vector<diffsac::Estimate> DoEstimateBatch(std::span<const Problem* const> problems,
+                                                         std::span<const std::uint64_t> seeds) const;
 };
 
 }  // namespace diffsac

@@ -71,7 +71,7 @@ bool SolveWithOpencv(const Problem& problem, const OpencvPnpOptions& options, Ab
 class OpencvPnp : public Method {
  public:
   explicit OpencvPnp(const OpencvPnpOptions& options) : options_(options) {}
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t /*seed*/) const override {
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t /*seed*/) const override {
     return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
       diffsac::Estimate estimate;
       if constexpr (std::same_as<Model, AbsolutePose>) {

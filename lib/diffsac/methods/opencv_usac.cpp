@@ -98,7 +98,7 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 
-Estimate OpencvUsacMethod::Estimate(const Problem& problem, std::uint64_t /*seed*/) const {
+Estimate OpencvUsacMethod::DoEstimate(const Problem& problem, std::uint64_t /*seed*/) const {
   if (options_.preset == OpencvPreset::kAccurate && problem.points.rows() > kMostInGraphCut) {
     diffsac::Estimate refused;
     refused.status = Status::kTooManyPoints;

@@ -34,7 +34,7 @@ struct OpencvUsacOptions {
 class OpencvUsacMethod : public Method {
  public:
   explicit OpencvUsacMethod(const OpencvUsacOptions& options) : options_(options) { CheckOptions(options); }
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:
   OpencvUsacOptions options_;

@@ -38,6 +38,7 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.model = std::move(result.model);
   estimate.inliers = std::move(result.inliers);
   estimate.score = result.score;
+  estimate.inlier_threshold = space.unit() * result.inlier_threshold;
   estimate.noise_scale = space.unit() * result.noise_scale;
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;

@@ -76,7 +76,7 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
       .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
 }
 
-Estimate TheilSenMethod::Estimate(const Problem& problem, std::uint64_t seed) const {
+Estimate TheilSenMethod::DoEstimate(const Problem& problem, std::uint64_t seed) const {
   return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (HyperplaneModel<Model>)
       return EstimateHyperplane<Model::kDimension>(space, options_.hypotheses, seed);

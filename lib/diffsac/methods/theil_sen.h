@@ -22,7 +22,7 @@ struct TheilSenOptions {
 class TheilSenMethod : public Method {
  public:
   explicit TheilSenMethod(const TheilSenOptions& options) : options_(options) { CheckOptions(options); }
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override;
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override;
 
  private:
   TheilSenOptions options_;
