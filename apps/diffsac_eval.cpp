@@ -63,6 +63,9 @@ int main(int argc, char** argv) {
       app.add_option("--export-colmap", request.colmap.database, "COLMAP database that gets the verified matches");
   app.add_flag("--export-overwrite", request.colmap.overwrite, "Replaces two-view geometries that it has")
       ->needs(database);
+  app.add_flag("--export-chance", request.colmap.chance,
+               "Also pairs with no more inliers than unlike images would give")
+      ->needs(database);
   update->excludes(database);
   app.add_option("--device", request.context.device, "auto, cpu, cuda or cuda:INDEX");
   app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));

@@ -50,6 +50,31 @@ TEST_CASE("problems are paired by scene and id, whatever their order, and the la
   CHECK(comparison.changed[1].id == "p3");
 }
 
+TEST_CASE("generated problems of another seed are not compared with each other (the oracle changed from .02 to .33)") {
+  const auto run = [](std::uint64_t seed) {
+    ExperimentOptions experiment = SmallExperiment();
+    experiment.seed = seed;
+    return RunExperiment(experiment, TwoPointInputs());
+  };
+  CHECK(CompareRuns(run(1), run(1), "a", "b").changed.empty());
+  CHECK_THROWS_WITH(CompareRuns(run(1), run(2), "a", "b"), Contains("no row on the same problems") &&
+                                                               Contains("drawn with another seed") &&
+                                                               Contains("line/test/0@"));
+}
+
+TEST_CASE("the estimates of several seeds of one problem are compared each with its own") {
+  ExperimentResults a = MadeUpResults(), b = MadeUpResults();
+  for (ExperimentResults* results : {&a, &b})
+    for (Cell& cell : results->cells) {
+      const auto again = cell.records;
+      cell.records.insert(cell.records.end(), again.begin(), again.end());
+    }
+  a.cells[0].records[4].error.angle_deg = b.cells[0].records[4].error.angle_deg = 0.4;
+  const RunComparison comparison = CompareRuns(a, b, "a", "b");
+  CHECK(comparison.changed.empty());
+  CHECK(comparison.rows.front().problems == 8);
+}
+
 TEST_CASE("runs over several structures are compared by recall") {
   const ExperimentResults a = MadeUpStructures();
   ExperimentResults b = MadeUpStructures();

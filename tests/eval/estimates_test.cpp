@@ -28,6 +28,7 @@ EstimateRecord Record(int index) {
   record.points = 100 + index;
   record.score = 0.5 * index;
   record.noise_scale = 0.25;
+  record.log_false_alarms = 2.5 - index;
   record.draws = 1000;
   record.inlier_probabilities.assign(100 + index, 0.5f);
   return record;
@@ -81,6 +82,9 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.points == b.points);
       CHECK(a.score == b.score);
       CHECK((a.noise_scale == b.noise_scale || (std::isnan(a.noise_scale) && std::isnan(b.noise_scale))));
+      CHECK((a.log_false_alarms == b.log_false_alarms ||
+             (std::isnan(a.log_false_alarms) && std::isnan(b.log_false_alarms))));
+      CHECK(a.MayBeChance() == b.MayBeChance());
       CHECK(a.draws == b.draws);
       CHECK(a.structures == b.structures);
       CHECK(a.labels == b.labels);

@@ -17,7 +17,7 @@ class TwoPointMethod : public Method {
  public:
   explicit TwoPointMethod(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
       : batch_(batch), stop_(stop), stop_after_(stop_after) {}
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
     if (stop_ != nullptr && ++calls_ > stop_after_) *stop_ = true;
     int set[2];
     Rng(seed).Distinct(static_cast<int>(problem.points.rows()), 2, set);

@@ -147,6 +147,26 @@ TEST_CASE("export to COLMAP: images the other way round, a pair without matches"
   CHECK(project.Row({1, 2}).first.rows() == 0);
 }
 
+TEST_CASE("export to COLMAP: a pair that shares nothing was verified with status ok") {
+  ColmapProject project;
+  Rng rng(11);
+  PointMatrix& points = project.set.pairs[1].problem.points;
+  for (int i = 0; i < kPoints; ++i)
+    points.row(i) << rng.Uniform(0, 640), rng.Uniform(0, 480), rng.Uniform(0, 640), rng.Uniform(0, 480);
+  project.Prepare();
+  // Wide enough that COLMAP's 15 inliers are found in matches that are all wrong.
+  EvalRequest request = project.Request({"data.inlier_threshold_px=20"});
+  REQUIRE(project.Run(request) == "");
+  CHECK(project.Row({1, 2}).second == 3);
+  CHECK(project.Row({2, 3}).second == 1);
+  CHECK(project.Row({2, 3}).first.rows() == 0);
+  request.colmap.chance = true;
+  request.colmap.overwrite = true;
+  REQUIRE(project.Run(request) == "");
+  CHECK(project.Row({2, 3}).second == 3);
+  CHECK(project.Row({2, 3}).first.rows() >= kColmapMinInliers);
+}
+
 TEST_CASE("export to COLMAP: what cannot be exported is said before the work") {
   const ColmapProject project;
   const auto error = [&](EvalRequest request) {

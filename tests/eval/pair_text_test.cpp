@@ -69,14 +69,5 @@ TEST_CASE("the JSON says the same") {
   CHECK(none.at("status") == "no_model");
 }
 
-TEST_CASE("few inliers among many matches may be chance") {
-  Answered answered = AnsweredPair(TaskFromString("fundamental"), 800);
-  CHECK_FALSE(MayBeChance(answered.pair.problem, answered.estimate));
-  std::fill(answered.estimate.inliers.begin() + 20, answered.estimate.inliers.end(), 0);
-  CHECK(MayBeChance(answered.pair.problem, answered.estimate));
-  answered.pair.problem.size2 = {};
-  CHECK_FALSE(MayBeChance(answered.pair.problem, answered.estimate));  // Nothing can be said.
-}
-
 }  // namespace
 }  // namespace diffsac

@@ -281,7 +281,7 @@ methods:
 figures: {qualitative: 3, images: [{scenes: "x*", folder: images}]}
 )"));
   struct Failing : Method {
-    diffsac::Estimate Estimate(const Problem&, std::uint64_t) const override { return {}; }
+    diffsac::Estimate DoEstimate(const Problem&, std::uint64_t) const override { return {}; }
   };
   const RunInputs inputs{[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr};
   const ExperimentResults results = RunExperiment(experiment, inputs);

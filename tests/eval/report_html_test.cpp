@@ -50,7 +50,7 @@ bool HasBit(const std::string& mask, std::size_t i) { return (static_cast<unsign
 
 /// Calls every third match of two views an inlier, with a matrix that is no good.
 struct EveryThird : Method {
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t) const override {
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t) const override {
     diffsac::Estimate estimate;
     estimate.status = Status::kOk;
     estimate.model = Eigen::VectorXd::LinSpaced(9, 1.0, 2.0);
@@ -222,7 +222,7 @@ TEST_CASE("lines and planes have their fits") {
         std::string("name: x\ntask: ") + (line ? "line" : "plane") + "\nproblems: 3\ndata: {type: " + type +
         "}\nmethods: {oracle: {type: oracle}, a: {type: none}}\n"));
     struct Failing : Method {
-      diffsac::Estimate Estimate(const Problem&, std::uint64_t) const override { return {}; }
+      diffsac::Estimate DoEstimate(const Problem&, std::uint64_t) const override { return {}; }
     };
     const ExperimentResults results =
         RunExperiment(experiment, {[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr});

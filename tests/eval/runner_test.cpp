@@ -2,9 +2,11 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 
+#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_factory.h"
 #include "diffsac/data/dataset_registry.h"
@@ -79,9 +81,9 @@ const RegisteredDataset<ManyLinesOptions> kManyLines("many_lines", DataSource::k
 class WaitedFor : public TwoPointMethod {
  public:
   using TwoPointMethod::TwoPointMethod;
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
     --g_waiting;
-    return TwoPointMethod::Estimate(problem, seed);
+    return TwoPointMethod::DoEstimate(problem, seed);
   }
 };
 
@@ -143,8 +145,8 @@ TEST_CASE("grouped scenes are one scene") {
 class SayingMethod : public TwoPointMethod {
  public:
   explicit SayingMethod(bool probabilities) : probabilities_(probabilities) {}
-  diffsac::Estimate Estimate(const Problem& problem, std::uint64_t seed) const override {
-    diffsac::Estimate estimate = TwoPointMethod::Estimate(problem, seed);
+  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
+    diffsac::Estimate estimate = TwoPointMethod::DoEstimate(problem, seed);
     estimate.inlier_probabilities.assign(static_cast<std::size_t>(problem.points.rows()), 0.9f);
     return estimate;
   }
@@ -182,8 +184,39 @@ TEST_CASE("another seed gives other results") {
   ExperimentOptions experiment = SmallExperiment();
   experiment.seed = 4;
   CHECK(WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs()))) != Csv(1, 1));
-  CHECK(ProblemSeed(3, 1) != ProblemSeed(3, 2));
-  CHECK(ProblemSeed(3, 1) != ProblemSeed(4, 1));
+  Example one, other;
+  one.id = "1";
+  other.id = "2";
+  CHECK(ProblemSeed(3, one) != ProblemSeed(3, other));
+  CHECK(ProblemSeed(3, one) != ProblemSeed(4, one));
+}
+
+TEST_CASE("a problem gets the same draws whatever stands in the list before it") {
+  const TemporaryFolder folder;
+  for (const char* scene : {"a", "b"}) {
+    std::filesystem::create_directory(folder / scene);
+    for (int file = 0; file < 3; ++file) {
+      Rng rng = Rng(scene[0]).Fork("points", file);
+      std::string text;
+      for (int i = 0; i < 60; ++i)
+        text += std::to_string(i) + " " + std::to_string(i < 20 ? 0.5 * i : 60.0 * rng.Uniform()) + "\n";
+      WriteFileAtomically(folder / scene + "/" + std::to_string(file) + ".csv", text);
+    }
+  }
+  const auto lines_of_b = [&](const std::string& paths) {
+    const ExperimentOptions experiment = ReadExperiment(
+        Config::FromString("{name: own, data: {type: point_sets, task: line, inlier_threshold: 0.1, paths: [" + paths +
+                           "]}, methods: [{name: first, type: two_point}]}"));
+    std::istringstream csv(WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs()))));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(csv, line);)
+      if (line.find(",b,") != std::string::npos) lines.push_back(line);
+    return lines;
+  };
+  const std::string a = folder / "a", b = folder / "b";
+  const auto alone = lines_of_b(b);
+  CHECK(alone.size() > 5);
+  CHECK(lines_of_b(a + ", " + b) == alone);
 }
 
 TEST_CASE("a stop leaves what was done, marked partial") {

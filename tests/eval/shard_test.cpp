@@ -47,10 +47,13 @@ std::vector<ShardContent> RunShards(const ExperimentOptions& experiment, int cou
 class BatchSensitive : public TwoPointMethod {
  public:
   using TwoPointMethod::TwoPointMethod;
-  std::vector<diffsac::Estimate> EstimateBatch(std::span<const Problem* const> problems,
-                                               std::span<const std::uint64_t> seeds) const override {
-    auto estimates = Method::EstimateBatch(problems, seeds);
-    for (auto& estimate : estimates) estimate.report.hypotheses = static_cast<int>(problems.size());
+  std::vector<diffsac::Estimate> DoEstimateBatch(std::span<const Problem* const> problems,
+                                                 std::span<const std::uint64_t> seeds) const override {
+    std::vector<diffsac::Estimate> estimates;
+    for (std::size_t i = 0; i < problems.size(); ++i) {
+      estimates.push_back(DoEstimate(*problems[i], seeds[i]));
+      estimates.back().report.hypotheses = static_cast<int>(problems.size());
+    }
     return estimates;
   }
 };

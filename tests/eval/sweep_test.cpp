@@ -104,6 +104,54 @@ TEST_CASE("a sweep ends in one table, with a row for each value that makes a dif
   CHECK(value(of_alone, line) == value(csv, ",ransac hypotheses=50,mAA@0.5deg,"));
 }
 
+std::string ValueAfter(const std::string& text, const std::string& key) {
+  const std::size_t at = text.find(key);
+  REQUIRE(at != std::string::npos);
+  return text.substr(at + key.size(), text.find('\n', at) - at - key.size());
+}
+
+TEST_CASE("a sweep over seeds of generated data is their mean, not rows of other problems side by side") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  request.assignments = {"sweep={seed: [1, 2], methods.ransac.hypotheses: [5, 50]}", "data.outlier_ratio=0.5"};
+  std::ostringstream out;
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
+  CHECK_THAT(out.str(), Contains("RANSAC, hypotheses=5, mean of 2 seeds") && !Contains("seed=1 |"));
+  const std::string metric = ",mAA@0.5deg,", joined = ReadFile(folder.File("out/results.csv"));
+  double sum = 0.0;
+  for (const char* point : {"seed=1,hypotheses=50", "seed=2,hypotheses=50"})
+    sum += std::stod(ValueAfter(ReadFile(folder.File("out/points/") + point + "/results.csv"), ",ransac" + metric));
+  CHECK(std::stod(ValueAfter(joined, ",ransac hypotheses=50" + metric)) == Approx(sum / 2.0));
+  CHECK(ValueAfter(joined, ",ransac hypotheses=50,problems,") == "24");
+}
+
+TEST_CASE("a problem that several seeds share counts once in an interval") {
+  Cell cell{0, 0, {}, {}};
+  for (const double value : {1.0, 3.0, 5.0, 9.0}) {
+    ProblemRecord record;
+    record.index = cell.records.size() % 2;
+    record.scene = "a";
+    record.error.offset = value;
+    cell.records.push_back(record);
+  }
+  const auto values = SceneValuesOf(cell, [](const ProblemRecord& record) { return record.error.offset; });
+  CHECK(values == SceneValues{{3.0, 6.0}});
+}
+
+TEST_CASE("no row is the best of rows that are of different problems") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  request.methods = {"ransac"};
+  request.assignments = {"data.outlier_ratio=0.5", "sweep={methods.ransac.hypotheses: [5, 50]}"};
+  std::ostringstream same, different;
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, same) == kExitOk);
+  CHECK_THAT(same.str(), Contains("**"));
+  request.assignments.back() = "sweep={data.noise_scale: [0.02, 0.05]}";
+  request.output = folder.File("other");
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, different) == kExitOk);
+  CHECK_THAT(different.str(), !Contains("**") && Contains("Rows are of different problems"));
+}
+
 TEST_CASE("an interrupted sweep goes on where it was, and points that are there stay") {
   const TemporaryFolder folder;
   std::ostringstream out;

@@ -13,9 +13,17 @@
 namespace diffsac {
 namespace {
 
-using ProblemKey = std::pair<std::string, std::string>;
+/// Scene, id, and which of the estimates of this problem: joined grids have several, of as many seeds.
+using ProblemKey = std::tuple<std::string, std::string, int>;
 
-ProblemKey KeyOf(const ProblemRecord& record) { return {record.scene, record.id}; }
+/// The keys of a cell's records, in their order.
+std::vector<ProblemKey> KeysOf(const Cell& cell) {
+  std::map<std::pair<std::string, std::string>, int> seen;
+  std::vector<ProblemKey> keys;
+  for (const ProblemRecord& record : cell.records)
+    keys.emplace_back(record.scene, record.id, seen[{record.scene, record.id}]++);
+  return keys;
+}
 
 /// The records of two cells, problem by problem: the same problems in the same order, numbered from 0.
 struct PairedCells {
@@ -24,13 +32,14 @@ struct PairedCells {
 };
 
 PairedCells Paired(const Cell& a, const Cell& b) {
+  const std::vector<ProblemKey> keys_a = KeysOf(a), keys_b = KeysOf(b);
   std::map<ProblemKey, const ProblemRecord*> of_b;
-  for (const ProblemRecord& record : b.records) of_b.emplace(KeyOf(record), &record);
+  for (std::size_t i = 0; i < keys_b.size(); ++i) of_b.emplace(keys_b[i], &b.records[i]);
   PairedCells paired{{0, 0, {}, {}}, {0, 1, {}, {}}};
-  for (const ProblemRecord& record : a.records) {
-    const auto found = of_b.find(KeyOf(record));
+  for (std::size_t i = 0; i < keys_a.size(); ++i) {
+    const auto found = of_b.find(keys_a[i]);
     if (found == of_b.end()) continue;
-    paired.a.records.push_back(record);
+    paired.a.records.push_back(a.records[i]);
     paired.b.records.push_back(*found->second);
     paired.a.records.back().index = paired.b.records.back().index = paired.a.records.size() - 1;
   }
@@ -167,6 +176,18 @@ std::vector<std::string> KeptKeys(std::vector<std::string> lines) {
   return lines;
 }
 
+/// Why runs that have rows and conditions in common share no problem: generated data of another seed or other options
+/// has other problems, which their ids say.
+std::string Drawn(const ExperimentResults& a, const ExperimentResults& b) {
+  const auto first_id = [](const ExperimentResults& results) {
+    return results.cells.empty() || results.cells.front().records.empty() ? ""
+                                                                          : results.cells.front().records.front().id;
+  };
+  const std::string of_a = first_id(a), of_b = first_id(b);
+  if (of_a.find('@') == std::string::npos && of_b.find('@') == std::string::npos) return "";
+  return ": their data was drawn with another seed or other options (" + of_a + ", " + of_b + ")";
+}
+
 void CheckComparable(const ExperimentResults& a, const ExperimentResults& b, const std::string& both) {
   if (a.experiment.task != b.experiment.task)
     throw Error("--compare: " + both + " are of different tasks: " + ToString(a.experiment.task) + " and " +
@@ -181,8 +202,7 @@ RunComparison CompareRuns(const ExperimentResults& a, const ExperimentResults& b
                           const std::string& name_b) {
   const std::string both = "'" + name_a + "' and '" + name_b + "'";
   CheckComparable(a, b, both);
-  RunComparison comparison{
-      name_a, name_b, AccuracyMetric(a), a.experiment.tolerance(), {}, {}, {}, {}};
+  RunComparison comparison{name_a, name_b, AccuracyMetric(a), a.experiment.tolerance(), {}, {}, {}, {}};
   const ExperimentOptions &of_a = a.experiment, &of_b = b.experiment;
   bool truth = false;
   for (std::size_t c = 0; c < of_a.conditions.size(); ++c)
@@ -196,15 +216,18 @@ RunComparison CompareRuns(const ExperimentResults& a, const ExperimentResults& b
       const Cell* second = b.Find(static_cast<std::size_t>(at - of_b.conditions.begin()), other);
       if (first == nullptr || second == nullptr) continue;
       const PairedCells paired = Paired(*first, *second);
-      if (paired.a.records.empty()) continue;
       const std::string row = RowName(of_a, m, of_b, other);
+      if (paired.a.records.empty()) {
+        comparison.only_one.push_back(row + ", " + of_a.conditions[c].label + ": no problem is in both runs");
+        continue;
+      }
       AddChanged(paired, of_a.conditions[c].label, row, &comparison);
       comparison.rows.push_back(ComparedRow(a, paired));
       comparison.rows.back().condition = of_a.conditions[c].label;
       comparison.rows.back().row = row;
       truth = truth || comparison.rows.back().difference;
     }
-  if (comparison.rows.empty()) throw Error("--compare: " + both + " share no row on the same problems");
+  if (comparison.rows.empty()) throw Error("--compare: " + both + " share no row on the same problems" + Drawn(a, b));
   if (!truth) comparison.metric = "inliers";
   KeepMostChanged(&comparison);
   const bool one_each = of_a.methods.size() == 1 && of_b.methods.size() == 1;

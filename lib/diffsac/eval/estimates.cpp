@@ -93,6 +93,7 @@ class Columns {
     Put(group, "pose", poses_, 12);
     Put(group, "score", scores_);
     Put(group, "noise_scale", noise_scales_);
+    Put(group, "log_false_alarms", log_false_alarms_);
     Put(group, "draws", draws_);
     Put(group, "points", points_);
     Put(group, "inliers", inliers_);
@@ -121,6 +122,7 @@ class Columns {
                                     : record.pose->rotation(i / 4, i % 4));
     scores_.push_back(record.score);
     noise_scales_.push_back(record.noise_scale);
+    log_false_alarms_.push_back(record.log_false_alarms);
     draws_.push_back(record.draws);
     points_.push_back(record.points);
     inliers_.insert(inliers_.end(), record.inliers.begin(), record.inliers.end());
@@ -138,7 +140,7 @@ class Columns {
   hsize_t width_ = 1;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_;
-  std::vector<double> models_, poses_, scores_, noise_scales_, structures_;
+  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_;
   std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_, structures_end_, labels_end_;
   std::vector<std::int32_t> inliers_, labels_;
   std::vector<float> probabilities_;
@@ -212,6 +214,8 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
              statuses = GetTexts(group, "status", count);
   const auto models = GetAll<double>(group, "model"), poses = Get<double>(group, "pose", 12 * count);
   const auto scores = Get<double>(group, "score", count), noise_scales = Get<double>(group, "noise_scale", count);
+  std::vector<double> log_false_alarms(count, std::numeric_limits<double>::quiet_NaN());  // Older files have none.
+  if (group.nameExists("log_false_alarms")) log_false_alarms = Get<double>(group, "log_false_alarms", count);
   const auto draws = Get<std::int64_t>(group, "draws", count), points = Get<std::int64_t>(group, "points", count),
              inliers_end = Get<std::int64_t>(group, "inliers_end", count),
              probabilities_end = Get<std::int64_t>(group, "probabilities_end", count);
@@ -232,6 +236,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
     if (pose.allFinite()) record.pose = RigidMotion{pose.leftCols<3>(), pose.col(3)};
     record.score = scores[i];
     record.noise_scale = noise_scales[i];
+    record.log_false_alarms = log_false_alarms[i];
     record.draws = draws[i];
     record.points = static_cast<int>(points[i]);
     record.inliers = Slice(inliers, inliers_end, i);
@@ -244,8 +249,8 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
 }  // namespace
 
 Status StatusFromText(const std::string& text) {
-  for (const Status status : {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel,
-                              Status::kTooManyPoints})
+  for (const Status status :
+       {Status::kOk, Status::kTooFewPoints, Status::kDegenerate, Status::kNoModel, Status::kTooManyPoints})
     if (ToString(status) == text) return status;
   throw Error("unknown status '" + text + "'");
 }
@@ -253,7 +258,7 @@ Status StatusFromText(const std::string& text) {
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   EstimateRecord record;
   record.index = example.index;
-  record.id = example.id;
+  record.id = ProblemName(example);
   record.scene = example.scene;
   record.status = estimate.status;
   record.points = static_cast<int>(example.problem.points.rows());
@@ -265,6 +270,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
     if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;
+  record.log_false_alarms = estimate.log_false_alarms;
   record.inlier_probabilities = estimate.inlier_probabilities;
   record.structures = estimate.structures;
   record.labels = estimate.labels;

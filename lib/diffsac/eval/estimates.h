@@ -24,7 +24,9 @@ struct EstimateRecord {
   std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
   int points = 0;                     ///< Of the problem.
   double score = 0.0;
-  double noise_scale = std::numeric_limits<double>::quiet_NaN();  ///< σ, in the data's unit; NaN: not estimated.
+  double noise_scale = std::numeric_limits<double>::quiet_NaN();       ///< σ, in the data's unit; NaN: not estimated.
+  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
+  bool MayBeChance() const { return log_false_alarms > 0.0; }
   std::int64_t draws = 0;                   ///< Minimal sets drawn; 0 for methods that do not tell.
   std::vector<float> inlier_probabilities;  ///< N values where a network gave some, else empty.
   /// Of rows that look for several structures: as in Estimate.

@@ -1,6 +1,7 @@
 #include "diffsac/eval/export_colmap.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <ostream>
@@ -107,10 +108,12 @@ class ImageIds {
   std::map<std::string, std::int64_t> ids_;
 };
 
-ColmapGeometry GeometryOf(Task task, const EstimateRecord& record, const SourcePair& pair, const ImageIds& ids) {
+/// A pair that is not verified has a geometry without matches, so that COLMAP does not try it again.
+ColmapGeometry GeometryOf(Task task, const EstimateRecord& record, const SourcePair& pair, const ImageIds& ids,
+                          bool chance) {
   ColmapGeometry geometry;
   geometry.pair = {ids.Of(pair.example.image1, record.id), ids.Of(pair.example.image2, record.id)};
-  if (record.status != Status::kOk) return geometry;
+  if (record.status != Status::kOk || (record.MayBeChance() && !chance)) return geometry;
   SetModels(task, record, pair.example.problem, &geometry);
   geometry.inliers.resize(static_cast<Eigen::Index>(record.inliers.size()), 2);
   for (std::size_t i = 0; i < record.inliers.size(); ++i)
@@ -145,8 +148,11 @@ void ExportColmap(const ExperimentResults& results, const ColmapExport& target, 
   const ImageIds ids(database);
   std::vector<ColmapGeometry> geometries;
   for (const EstimateRecord& record : results.cells.at(0).estimates)
-    geometries.push_back(GeometryOf(experiment.task, record, source.Read(record), ids));
+    geometries.push_back(GeometryOf(experiment.task, record, source.Read(record), ids, target.chance));
   WriteGeometries(database, geometries, target.overwrite);
+  const std::vector<EstimateRecord>& estimates = results.cells.at(0).estimates;
+  const auto by_chance =
+      std::count_if(estimates.begin(), estimates.end(), [](const auto& e) { return e.MayBeChance(); });
   std::int64_t verified = 0, inliers = 0;
   for (const ColmapGeometry& geometry : geometries) {
     if (geometry.inliers.rows() < kColmapMinInliers) continue;
@@ -155,6 +161,9 @@ void ExportColmap(const ExperimentResults& results, const ColmapExport& target, 
   }
   out << target.database << ": " << verified << " of " << geometries.size() << " pairs verified, " << inliers
       << " inliers" << std::endl;
+  if (by_chance > 0 && !target.chance)
+    out << by_chance << " pairs have no more inliers than unlike images would give and are left out (--export-chance)"
+        << std::endl;
 }
 
 }  // namespace diffsac

@@ -11,6 +11,7 @@ namespace diffsac {
 struct ColmapExport {
   std::string database;    ///< A COLMAP database that exists; empty: nowhere.
   bool overwrite = false;  ///< Whether pairs that have a two-view geometry get a new one.
+  bool chance = false;  ///< Whether pairs whose inliers may be chance (Estimate::MayBeChance) are written as verified.
 };
 
 /// Throws Error where an experiment cannot be exported: not one row on one condition of correspondence files, a task

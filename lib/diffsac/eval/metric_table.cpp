@@ -47,9 +47,11 @@ struct NumberRow {
   bool competes = true;
 };
 
-// Values that print the same are equally good.
-void MarkBest(const std::vector<NumberRow>& numbers, const std::vector<MetricColumn>& columns, Table* table) {
+// Values that print the same are equally good. No row is best where rows are of different problems.
+void MarkBest(const ExperimentResults& results, const std::vector<NumberRow>& numbers,
+              const std::vector<MetricColumn>& columns, Table* table) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (!RowsShareProblems(results, columns[c].condition)) continue;
     double best = std::nan("");
     for (const NumberRow& row : numbers) {
       const double value = row.values[c];
@@ -124,7 +126,7 @@ void AddMethodRows(const Report& report, const MetricTable& shown, bool with_cou
     table->rows.push_back(std::move(row));
     numbers.push_back(std::move(number_row));
   }
-  MarkBest(numbers, shown.columns, table);
+  MarkBest(results, numbers, shown.columns, table);
 }
 
 // With the paper's digits: two, or three where it gives three.
@@ -153,6 +155,17 @@ void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Ta
 }
 
 }  // namespace
+
+bool RowsShareProblems(const ExperimentResults& results, std::size_t condition) {
+  const Cell* largest = nullptr;
+  std::vector<const Cell*> cells;
+  for (const Cell& cell : results.cells) {
+    if (cell.condition != condition || !results.experiment.methods[cell.method].Competes()) continue;
+    cells.push_back(&cell);
+    if (largest == nullptr || cell.records.size() > largest->records.size()) largest = &cell;
+  }
+  return std::all_of(cells.begin(), cells.end(), [&](const Cell* cell) { return SameProblems(*cell, *largest); });
+}
 
 void AddConditions(const ExperimentResults& results, const MetricColumn& one, const std::string& unit,
                    MetricTable* table) {

@@ -31,8 +31,11 @@ struct MetricTable {
 void AddConditions(const ExperimentResults& results, const MetricColumn& one, const std::string& unit,
                    MetricTable* table);
 
-/// The rows of methods that ran, then the paper's. The best value of a column is marked; references
-/// (MethodRow::Competes) and the paper's values are left out of that.
+/// Whether the competing rows of a condition are of the same problems, or of some of them.
+bool RowsShareProblems(const ExperimentResults& results, std::size_t condition);
+
+/// The rows of methods that ran, then the paper's. The best value of a column is marked where its rows share their
+/// problems; references (MethodRow::Competes) and the paper's values are left out of that.
 Table FillTable(const Report& report, const MetricTable& shown);
 
 }  // namespace diffsac

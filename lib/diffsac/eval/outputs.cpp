@@ -68,12 +68,12 @@ Json CellJson(const ExperimentResults& results, const Cell& cell, const CellRepo
   for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
   const MethodRow& row = experiment.methods[cell.method];
   Json json = {{"condition", experiment.conditions[cell.condition].name},
-          {"method", row.name},
-          {"type", row.type},
-          {"label", row.label},
-          {"metrics", scenes},
-          {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
-          {"reference_minus_this", DifferenceJson(experiment, report)}};
+               {"method", row.name},
+               {"type", row.type},
+               {"label", row.label},
+               {"metrics", scenes},
+               {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
+               {"reference_minus_this", DifferenceJson(experiment, report)}};
   if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
   return json;
 }
@@ -110,8 +110,7 @@ std::string RecordText(const ProblemRecord& record) {
 }
 
 // Where several structures are judged.
-constexpr const char* kStructureNames =
-    ",misclassified,recall,one_structure_sets,structures_in_sets,structures,draws";
+constexpr const char* kStructureNames = ",misclassified,recall,one_structure_sets,structures_in_sets,structures,draws";
 
 std::string StructuresText(const ProblemRecord& record) {
   std::string text;
@@ -160,7 +159,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text =
       "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
       "ms_features,ms_denoise,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,"
-      "noise_scale,qw,qx,qy,qz,tx,ty,tz";
+      "noise_scale,qw,qx,qy,qz,tx,ty,tz,log_false_alarms";
   const bool structures = JudgesStructures(results);
   text += std::string(structures ? kStructureNames : "") + "\n";
   for (const Cell& cell : results.cells) {
@@ -169,8 +168,8 @@ std::string ProblemsCsv(const ExperimentResults& results) {
     for (std::size_t i = 0; i < cell.records.size(); ++i) {
       const ProblemRecord& record = cell.records[i];
       text += CsvText(record.id) + "," + CsvText(record.scene) + names + RecordText(record) + "," +
-              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) +
-              (structures ? StructuresText(record) : "") + "\n";
+              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) + "," +
+              ErrorText(record.log_false_alarms) + (structures ? StructuresText(record) : "") + "\n";
     }
   }
   return text;
@@ -216,8 +215,8 @@ void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
   if (!report.results.reliability.empty())
-    WriteFileAtomically(folder + "/reliability.csv",
-                        ReliabilityCsv(DistinctCurves(report.results.reliability), ConditionNames(report.results.experiment)));
+    WriteFileAtomically(folder + "/reliability.csv", ReliabilityCsv(DistinctCurves(report.results.reliability),
+                                                                    ConditionNames(report.results.experiment)));
   WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
   WriteFileAtomically(folder + "/table.tex", LatexReport(report));

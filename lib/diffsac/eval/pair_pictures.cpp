@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMostSteps = 32767;     // Of a coordinate in 16 bits.
+constexpr int kMostSteps = 32767;      // Of a coordinate in 16 bits.
 constexpr int kUnknownPlace = -32768;  // Of a coordinate that is not finite, or far from the image.
 
 /// Coordinates as 16-bit integers behind the size of their step, a quarter pixel for images up to 8 191 pixels wide.
@@ -194,7 +194,8 @@ std::size_t MostPictures(const ExperimentResults& results, const ProblemList& li
   const double bits = 64.0 + 1.0 + static_cast<double>(results.experiment.methods.size());
   for (const ListedProblem& problem : list.problems) bytes += 4.0 / 3.0 * bits / 8.0 * problem.points + 200.0;
   const double each = bytes / static_cast<double>(std::max<std::size_t>(1, list.problems.size()));
-  return std::min(limits.pairs, static_cast<std::size_t>(static_cast<double>(limits.match_bytes) / std::max(each, 1.0)));
+  return std::min(limits.pairs,
+                  static_cast<std::size_t>(static_cast<double>(limits.match_bytes) / std::max(each, 1.0)));
 }
 
 /// The problems whose inliers some method kept.
@@ -223,7 +224,8 @@ std::vector<std::size_t> ChosenProblems(const ExperimentResults& results, const 
 }
 
 bool KeepsEstimates(const ExperimentResults& results) {
-  return std::any_of(results.cells.begin(), results.cells.end(), [](const Cell& cell) { return !cell.estimates.empty(); });
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [](const Cell& cell) { return !cell.estimates.empty(); });
 }
 
 void AddNotes(const ExperimentResults& results, const ProblemList& list, std::size_t shown, std::size_t images_left_out,
@@ -257,7 +259,7 @@ PictureNumbers AddPairPictures(const ExperimentResults& results, const ProblemLi
     if (pictures.bytes() > limits.match_bytes * 5 / 4) break;
     const Example example = dataset->Get(problem.index);
     // The data may have changed since shards ran.
-    if (example.id != problem.id || example.problem.points.rows() != problem.points) continue;
+    if (ProblemName(example) != problem.id || example.problem.points.rows() != problem.points) continue;
     numbers[i] = pictures.Add(example, condition, dataset->FolderOf(example.scene));
     ++shown;
   }

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "diffsac/consensus/false_alarms.h"
 #include "diffsac/eval/estimates.h"
 #include "diffsac/eval/format.h"
 
@@ -52,7 +51,7 @@ std::size_t InlierCount(const Estimate& estimate) {
   return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
 }
 
-Json NoiseJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json PoseJson(const RigidMotion& pose) {
   Json rotation = Json::array();
@@ -61,17 +60,6 @@ Json PoseJson(const RigidMotion& pose) {
 }
 
 }  // namespace
-
-bool MayBeChance(const Problem& problem, const Estimate& estimate) {
-  if (estimate.status != Status::kOk || !problem.size2.known()) return false;
-  const double width = problem.size2.width, height = problem.size2.height, area = width * height;
-  // An epipolar distance is √2 times the Sampson distance, both images alike.
-  const double band = 2.0 * std::numbers::sqrt2 * problem.inlier_threshold * std::hypot(width, height) / area;
-  const double disc = std::numbers::pi * problem.inlier_threshold * problem.inlier_threshold / area;
-  const double share = std::min(1.0, ErrorInPixels(problem.task) ? disc : band);
-  const auto inliers = static_cast<int>(InlierCount(estimate));
-  return LogFalseAlarms(static_cast<int>(problem.points.rows()), inliers, MinimalSetSize(problem.task), share) > 0.0;
-}
 
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times) {
   const std::size_t inliers = InlierCount(estimate);
@@ -96,12 +84,13 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
   const Json json = {{"pair", pair.id},
                      {"task", ToString(pair.problem.task)},
                      {"status", std::string(ToString(record.status))},
-                     {"may_be_chance", MayBeChance(pair.problem, estimate)},
+                     {"may_be_chance", estimate.MayBeChance()},
+                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
                      {"model", model},
                      {"pose", record.pose ? PoseJson(*record.pose) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inliers},
-                     {"noise_scale_px", NoiseJson(record.noise_scale)},
+                     {"noise_scale_px", FiniteJson(record.noise_scale)},
                      {"ms",
                       {{"keypoints", times.keypoints},
                        {"matching", times.matching},

@@ -13,10 +13,6 @@ struct PairTimes {
   double first_call = 0.0;  ///< Of the first estimate, in which networks and allocators get ready; 0: not told.
 };
 
-/// Whether an estimate of two images has no more inliers than matches of unlike images would give (LogFalseAlarms):
-/// epipolar lines take a band of the second image, a homography's points a disc. The size of that image must be known.
-bool MayBeChance(const Problem& problem, const Estimate& estimate);
-
 /// What an estimate says of two images, for a terminal: matrix, pose where it has one, inliers, noise, milliseconds by
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);

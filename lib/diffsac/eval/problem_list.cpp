@@ -54,13 +54,16 @@ class Names {
   std::vector<std::string> names_;
 };
 
+std::string StatusText(const ProblemRecord& record) {
+  return std::string(ToString(record.status)) + (record.MayBeChance() ? ", may be chance" : "");
+}
+
 std::string LineJson(const ProblemRecord& record, std::size_t problem, std::size_t method, std::size_t status,
                      const ExperimentOptions& experiment, const MetricKinds& kinds) {
   std::string line = "[" + std::to_string(problem) + "," + std::to_string(method) + "," + std::to_string(status) + "," +
                      NumberJson(ShownError(record.error, experiment.tolerance()));
   if (kinds.poses) line += "," + NumberJson(record.error.rotation_deg) + "," + NumberJson(record.error.translation_deg);
-  if (kinds.structures)
-    line += "," + NumberJson(record.error.recall) + "," + std::to_string(record.structures);
+  if (kinds.structures) line += "," + NumberJson(record.error.recall) + "," + std::to_string(record.structures);
   return line + "," + std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
          NumberJson(record.report.ms_total) + "]";
 }
@@ -90,9 +93,10 @@ ProblemList ListProblems(const ExperimentResults& results) {
     for (const Cell& cell : results.cells) {
       if (cell.condition != c) continue;
       for (const ProblemRecord& record : cell.records) {
-        ListedProblem& problem =
-            problems.try_emplace(record.index, ListedProblem{c, record.index, record.id, record.scene, record.points,
-                                                             std::nan("")}).first->second;
+        ListedProblem& problem = problems
+                                     .try_emplace(record.index, ListedProblem{c, record.index, record.id, record.scene,
+                                                                              record.points, std::nan("")})
+                                     .first->second;
         if (cell.method == list.method) problem.error = ShownError(record.error, results.experiment.tolerance());
       }
     }
@@ -121,7 +125,8 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
                             std::size_t most_lines, std::size_t* left_out) {
   const ExperimentOptions& experiment = results.experiment;
   const MetricKinds kinds{JudgesPoses(results), JudgesStructures(results)};
-  const std::size_t most_of_cell = std::max<std::size_t>(8, most_lines / std::max<std::size_t>(1, results.cells.size()));
+  const std::size_t most_of_cell =
+      std::max<std::size_t>(8, most_lines / std::max<std::size_t>(1, results.cells.size()));
   Names scenes, statuses;
   std::string lines, problems;
   *left_out = 0;
@@ -131,7 +136,7 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
     for (const std::size_t i : chosen) {
       const ProblemRecord& record = cell.records[i];
       const std::size_t problem = list.At(cell.condition, record.index);
-      const std::size_t status = statuses.Number(std::string(ToString(record.status)));
+      const std::size_t status = statuses.Number(StatusText(record));
       lines += (lines.empty() ? "" : ",\n") + LineJson(record, problem, cell.method, status, experiment, kinds);
     }
   }

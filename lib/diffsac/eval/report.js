@@ -35,6 +35,8 @@
             structures: data.structures ? line[recallAt + 1] : null, inliers: line[at], hypotheses: line[at + 1],
             ms: known(line[at + 2])};
   };
+  // "ok", or "ok, may be chance".
+  const isModel = (line) => line.status.startsWith('ok');
   const lines = data.lines.map(unpack);
   const byProblem = new Map();
   for (const line of lines) {
@@ -139,7 +141,7 @@
       return make('td', {class: column.numeric ? 'number' : null}, i === 0 && opens ? make('a', {href: `#pair=${at + 1}`,
         onclick: (event) => { event.preventDefault(); open(at); }}, text) : text);
     });
-    return make('tr', {class: (opens ? 'opens' : '') + (line.status === 'ok' ? '' : ' failed') +
+    return make('tr', {class: (opens ? 'opens' : '') + (isModel(line) ? '' : ' failed') +
         (line === viewer.line ? ' current' : ''), onclick: (event) => {
       if (opens && event.target.tagName !== 'A') open(at);
     }}, ...cells);
@@ -301,10 +303,10 @@
     const others = byProblem.get(line.problem);
     methods.replaceChildren(...others.map((other) => make('button',
         {type: 'button', 'aria-pressed': String(other === line), onclick: () => showMethod(other)},
-        data.methods[other.method], make('small', {}, ' ', other.status === 'ok' ? errorText(other) : other.status))));
+        data.methods[other.method], make('small', {}, ' ', isModel(other) ? errorText(other) : other.status))));
     const pose = data.poses && line.rotation !== null ? ` (R ${number(line.rotation)}°, t ${number(line.translation)}°)` : '';
     const found = data.structures && line.recall !== null ? `, recall ${number(line.recall)}, ${line.structures} structures found` : '';
-    facts.textContent = `${data.methods[line.method]}: ` + (line.status !== 'ok' ? `no model (${line.status}); ` : '') +
+    facts.textContent = `${data.methods[line.method]}: ` + (!isModel(line) ? `no model (${line.status}); ` : '') +
         `error ${errorText(line)}${pose}${found}; ${line.inliers} inliers of ${line.points} matches; ` +
         `${line.hypotheses} hypotheses, ${number(line.ms)} ms` +
         (viewer.kindsNow.known ? '' : '; which matches are its inliers was not kept');

@@ -1,7 +1,9 @@
 #include "diffsac/eval/report_text.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "diffsac/eval/metric_table.h"
 #include "diffsac/eval/structure_tables.h"
 #include "diffsac/eval/tables.h"
 
@@ -45,6 +47,26 @@ std::string LatexText(const std::string& text) {
   }
   for (std::size_t at; (at = out.find(kUnknown)) != std::string::npos;) out.replace(at, 3, "--");
   return out;
+}
+
+bool AllShareProblems(const ExperimentResults& results) {
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
+    if (!RowsShareProblems(results, c)) return false;
+  return true;
+}
+
+// Where there is no truth to tell.
+std::string ChanceNote(const ExperimentResults& results) {
+  std::string rows;
+  for (const Cell& cell : results.cells) {
+    const auto chance = std::count_if(cell.records.begin(), cell.records.end(), [&](const ProblemRecord& record) {
+      return record.MayBeChance() && std::isnan(MainError(record.error, results.experiment.tolerance()));
+    });
+    if (chance == 0) continue;
+    rows += (rows.empty() ? "" : ", ") + results.experiment.methods[cell.method].label + " " + std::to_string(chance) +
+            " of " + std::to_string(cell.records.size());
+  }
+  return rows.empty() ? "" : "No more inliers than points of no structure would give: " + rows + ".\n";
 }
 
 }  // namespace
@@ -116,10 +138,13 @@ std::string ReportNotes(const Report& report) {
         " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
         "bold where the interval leaves zero out.";
   text += "\n";
+  if (!AllShareProblems(results))
+    text +=
+        "Rows are of different problems (other seeds or options of generated data), so none is marked as the best.\n";
+  text += ChanceNote(results);
   const bool other_data = std::any_of(experiment.paper.begin(), experiment.paper.end(),
                                       [](const auto& row) { return !row.second.same_data; });
-  if (other_data)
-    text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
+  if (other_data) text += "Rows marked \"paper, other data\" are the paper's figures; its data is not public.\n";
   return text;
 }
 
@@ -144,8 +169,8 @@ std::string LatexReport(const Report& report) {
   for (const Table& table : report.tables) {
     const std::string title = experiment.title.empty() ? experiment.name : experiment.title;
     text += "\\begin{table}[t]\n\\centering\n\\caption{" + LatexText(title) + ": " + LatexText(table.heading) + ". " +
-            LatexText(ReportSetting(results)) + (results.partial ? ". Partial results" : "") + ".}\n" + LatexTable(table) +
-            "\\end{table}\n";
+            LatexText(ReportSetting(results)) + (results.partial ? ". Partial results" : "") + ".}\n" +
+            LatexTable(table) + "\\end{table}\n";
   }
   return text;
 }

@@ -5,13 +5,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
+#include <unordered_map>
 
 #include "diffsac/core/files.h"
 
 namespace diffsac {
 namespace {
 
-constexpr const char* kCounts[] = {"problems", "failures"};
+constexpr const char* kCounts[] = {"problems", "failures", "may_be_chance"};
 
 bool IsCount(const std::string& metric) {
   return std::find(std::begin(kCounts), std::end(kCounts), metric) != std::end(kCounts);
@@ -104,10 +105,11 @@ void AddStructureMetrics(const std::string& scene, const std::vector<const Probl
 std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
                                       const Tolerance& tolerance, const MetricKinds& kinds) {
   std::vector<double> errors, accuracies, offsets;
-  double failures = 0;
+  double failures = 0, chance = 0;
   std::vector<double> pure;
   for (const ProblemRecord* record : records) {
     failures += record->error.failed;
+    chance += record->MayBeChance();
     if (!std::isnan(record->all_inlier_sets)) pure.push_back(record->all_inlier_sets);
     const double error = MainError(record->error, tolerance);
     if (std::isnan(error)) continue;
@@ -124,6 +126,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "median_offset", Median(offsets)},
       {scene, "problems", static_cast<double>(records.size())},
       {scene, "failures", failures},
+      {scene, "may_be_chance", chance},
       {scene, "inliers", median([](const ProblemRecord& r) { return r.inliers; })},
       {scene, "hypotheses", median([](const ProblemRecord& r) { return r.report.hypotheses; })},
       {scene, "unique_minimal_sets", median([](const ProblemRecord& r) { return r.report.unique_minimal_sets; })},
@@ -211,17 +214,42 @@ SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const 
   return SceneValuesOf(cell, value_of, limit);
 }
 
+bool SameProblems(const Cell& a, const Cell& b) {
+  const auto indices = [](const Cell& cell) {
+    std::vector<std::uint64_t> all;
+    for (const ProblemRecord& record : cell.records) all.push_back(record.index);
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  };
+  const auto of_a = indices(a), of_b = indices(b);
+  return std::includes(of_a.begin(), of_a.end(), of_b.begin(), of_b.end()) ||
+         std::includes(of_b.begin(), of_b.end(), of_a.begin(), of_a.end());
+}
+
 SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit) {
+  struct Sum {
+    double sum = 0.0;
+    int count = 0;
+  };
   SceneValues values;
   const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
   for (const std::string& scene : Scenes(cell)) {
-    std::vector<double> of_scene;
+    std::vector<Sum> problems;
+    std::unordered_map<std::uint64_t, std::size_t> places;
     for (std::size_t i = 0; i < count; ++i) {
       const ProblemRecord& record = cell.records[i];
       if (record.scene != scene) continue;
-      if (const double value = value_of(record); !std::isnan(value)) of_scene.push_back(value);
+      const double value = value_of(record);
+      if (std::isnan(value)) continue;
+      const auto [place, is_new] = places.try_emplace(record.index, problems.size());
+      if (is_new) problems.emplace_back();
+      problems[place->second].sum += value;
+      ++problems[place->second].count;
     }
-    if (!of_scene.empty()) values.push_back(std::move(of_scene));
+    if (problems.empty()) continue;
+    values.emplace_back();
+    for (const Sum& problem : problems) values.back().push_back(problem.sum / problem.count);
   }
   return values;
 }
@@ -247,7 +275,8 @@ Cell Common(const Cell& cell, const Cell& other, const ValueOf& value_of) {
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
                                                std::size_t b) {
   const Tolerance c = results.experiment.tolerance();
-  return DifferenceOf(results, condition, a, b, [&](const ProblemRecord& record) { return AccuracyOf(record.error, c); });
+  return DifferenceOf(results, condition, a, b,
+                      [&](const ProblemRecord& record) { return AccuracyOf(record.error, c); });
 }
 
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,

@@ -27,6 +27,8 @@ struct ProblemRecord {
   EstimateError error;
   int points = 0;
   int inliers = 0;
+  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
+  bool MayBeChance() const { return log_false_alarms > 0.0; }
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the
@@ -72,8 +74,8 @@ struct ExperimentResults {
   std::vector<LearnedRow> learned;
   std::vector<Cell> cells;  ///< Conditions outside, methods inside, in the experiment's order.
   std::vector<KeptFit> fits;
-  std::string fits_label;             ///< The method of `fits` (lines, planes).
-  std::vector<KeptTrace> traces;      ///< At most one.
+  std::string fits_label;         ///< The method of `fits` (lines, planes).
+  std::vector<KeptTrace> traces;  ///< At most one.
   /// For each row with a network and condition, where the truth is known: of its probabilities, then of the matching
   /// ratio's on the same problems. DistinctCurves has what is shown.
   std::vector<ReliabilityCurve> reliability;
@@ -144,7 +146,11 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
 /// The value of one metric in a list; NaN when it is not there.
 double FindMetric(const std::vector<MetricValue>& metrics, const std::string& scene, const std::string& metric);
 
-/// Each problem's value by scene, without those that are NaN; no scene without values. `limit` > 0: first problems only.
+/// Whether the problems of one cell are among those of the other, so that their metrics may be held against each other.
+bool SameProblems(const Cell& a, const Cell& b);
+
+/// Each problem's value by scene, without those that are NaN; no scene without values. A problem that was estimated
+/// with several seeds has one value, their mean. `limit` > 0: first records only.
 using ValueOf = std::function<double(const ProblemRecord&)>;
 SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit = 0);
 
@@ -156,8 +162,8 @@ using ErrorOf = std::function<double(const EstimateError&)>;
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of,
                             std::size_t limit = 0);
 
-/// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems of which both know it, with its 95 %
-/// interval (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
+/// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems of which both know it, with its 95
+/// % interval (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.
 std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
                                                std::size_t b);
 /// The same of another value than the accuracy.

@@ -92,6 +92,7 @@ ProblemRecord RecordOf(const Line& line) {
   record.report.ms_denoise = line.Number("ms_denoise");
   record.report.ms_consensus = line.Number("ms_consensus");
   record.report.ms_total = line.Number("ms_total");
+  if (line.Has("log_false_alarms")) record.log_false_alarms = line.Number("log_false_alarms");
   if (line.Has("recall")) {
     record.error.misclassified = line.Number("misclassified");
     record.error.recall = line.Number("recall");

@@ -106,7 +106,7 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
     out << "[" << p + 1 << "/" << points.size() << "] " << points[p].name << ": in " << one.output << std::endl;
     results.push_back(ReadRun(one.output));
   }
-  if (!request.needs) WriteJoined(JoinSweep(points, std::move(results)), request, folder, out);
+  if (!request.needs) WriteJoined(JoinSweep(points, results), request, folder, out);
   return kExitOk;
 }
 

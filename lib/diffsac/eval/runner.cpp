@@ -74,12 +74,13 @@ void RecordStructures(const Example& example, const Estimate& estimate, ProblemR
 ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
-  record.id = example.id;
+  record.id = ProblemName(example);
   record.scene = experiment.GroupOf(example.scene);
   record.status = estimate.status;
   record.error = MeasureError(estimate, example);
   record.points = static_cast<int>(example.problem.points.rows());
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+  record.log_false_alarms = estimate.log_false_alarms;
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);
   record.report = estimate.report;
@@ -127,7 +128,7 @@ struct CellRun {
 
   Estimate EstimateOne(const Example& example) const {
     if (method == nullptr) return OracleEstimate(example.problem, example.truth);
-    return method->Estimate(example.problem, ProblemSeed(experiment.seed, example.index));
+    return method->Estimate(example.problem, ProblemSeed(experiment.seed, example));
   }
 };
 
@@ -149,7 +150,7 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
     for (std::size_t i = first; i < last; ++i) {
       const Example& example = run.examples[positions[i]];
       problems.push_back(&example.problem);
-      seeds.push_back(ProblemSeed(run.experiment.seed, example.index));
+      seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
     const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i)
@@ -206,7 +207,7 @@ void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* 
   if (run.examples.first != 0 || run.examples.examples.empty()) return;
   if (!run.inputs.trace || !results->traces.empty() || Stopped(run.inputs)) return;
   const Example& example = run.examples[0];
-  auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example.index));
+  auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example));
   if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
 }
 
@@ -327,8 +328,8 @@ class ConditionRun {
 
 }  // namespace
 
-std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_index) {
-  return Rng(experiment_seed).Fork("estimate", problem_index).Seed();
+std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem) {
+  return Rng(experiment_seed).Fork("estimate").Fork(problem.scene + "/" + problem.id).Seed();
 }
 
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {

@@ -19,8 +19,9 @@ struct RunInputs {
   Shard shard = {};                         ///< Only these problems; pictures of examples are kept by the first shard.
 };
 
-/// The seed of a problem: the same for every method, condition, batch and thread count, and whatever else runs.
-std::uint64_t ProblemSeed(std::uint64_t experiment_seed, std::uint64_t problem_index);
+/// The seed of a problem, by its scene and id: the same for every method, condition, batch and thread count, and
+/// whatever else runs or stands in the list beside it.
+std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem);
 
 /// Runs every method on the same problems of every condition. Methods without batches run in parallel over problems,
 /// batched ones batch after batch. Results depend on the experiment alone, times excepted. When `*stop` turns true the

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 5";
+constexpr const char* kFormat = "diffsac shard 6";
 
 // The library's own conversion is undefined for numbers that no integer holds.
 template <class Integer>
@@ -50,6 +50,7 @@ void Visit(ProblemRecord& record, Fields& fields) {
   fields.Number(record.error.error_px);
   fields.Count(record.points);
   fields.Count(record.inliers);
+  fields.Number(record.log_false_alarms);
   fields.Number(record.all_inlier_sets);
   fields.Count(record.report.hypotheses);
   fields.Count(record.report.unique_minimal_sets);

@@ -1,7 +1,9 @@
 #include "diffsac/eval/sweep.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
@@ -64,11 +66,11 @@ void Shorten(std::vector<SweepAxis>* axes) {
 /// A row at one point.
 struct RowAtPoint {
   std::size_t point = 0, method = 0;
-  std::string signature;  ///< All that its results depend on.
+  std::string signature;  ///< All that its results depend on, but for the seed.
 };
 
 std::string SignatureOf(const ExperimentOptions& experiment, std::size_t method) {
-  std::string text = std::to_string(experiment.seed) + " " + std::to_string(experiment.problems) + "\n";
+  std::string text = std::to_string(experiment.problems) + "\n";
   for (const Condition& condition : experiment.conditions) text += condition.data.Dump() + "\n";
   return text + experiment.methods[method].config.Dump();
 }
@@ -133,17 +135,42 @@ ExperimentResults EmptyOf(const ExperimentResults& first) {
   return joined;
 }
 
-void AddRow(const RowAtPoint& at, const SweepPoint& point, const std::vector<std::size_t>& axes,
-            ExperimentResults* result, ExperimentResults* joined) {
-  MethodRow row = result->experiment.methods[at.method];
+/// Numbers problems by scene and id, condition by condition, so that those of several runs can be told apart or paired.
+class ProblemNumbers {
+ public:
+  void Renumber(Cell* cell) {
+    auto& known = numbers_[cell->condition];
+    for (ProblemRecord& record : cell->records)
+      record.index = known.try_emplace({record.scene, record.id}, known.size()).first->second;
+  }
+
+ private:
+  std::map<std::size_t, std::map<std::pair<std::string, std::string>, std::uint64_t>> numbers_;
+};
+
+/// The points at which a row is the same but for the seed, as one row of all their records.
+void AddRow(const std::vector<const RowAtPoint*>& alike, const SweepPoint& point, const std::vector<std::size_t>& axes,
+            const std::vector<ExperimentResults>& results, ProblemNumbers* numbers, ExperimentResults* joined) {
+  const RowAtPoint& first = *alike.front();
+  MethodRow row = results[first.point].experiment.methods[first.method];
   for (const std::size_t axis : axes) {
     row.name += " " + point.parts[axis];
     row.label += ", " + point.parts[axis];
   }
+  if (alike.size() > 1) row.label += ", mean of " + std::to_string(alike.size()) + " seeds";
   row.series.clear();
   const std::size_t place = joined->experiment.methods.size();
-  for (Cell& cell : result->cells)
-    if (cell.method == at.method) joined->cells.push_back({cell.condition, place, std::move(cell.records), {}});
+  std::map<std::size_t, Cell> cells;
+  for (const RowAtPoint* at : alike)
+    for (const Cell& cell : results[at->point].cells) {
+      if (cell.method != at->method) continue;
+      Cell& all = cells.try_emplace(cell.condition, Cell{cell.condition, place, {}, {}}).first->second;
+      all.records.insert(all.records.end(), cell.records.begin(), cell.records.end());
+    }
+  for (auto& [condition, cell] : cells) {
+    numbers->Renumber(&cell);
+    joined->cells.push_back(std::move(cell));
+  }
   joined->experiment.methods.push_back(std::move(row));
 }
 
@@ -192,8 +219,9 @@ std::vector<SweepPoint> SweepPoints(const std::vector<SweepAxis>& axes) {
   return points;
 }
 
-ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, std::vector<ExperimentResults> results) {
+ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::vector<ExperimentResults>& results) {
   ExperimentResults joined = EmptyOf(results.front());
+  ProblemNumbers numbers;
   for (std::size_t p = 0; p < results.size(); ++p) {
     CheckAlike(points.front(), results.front().experiment, points[p], results[p].experiment);
     joined.partial = joined.partial || results[p].partial;
@@ -202,9 +230,19 @@ ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, std::vector<E
     std::vector<std::size_t> axes;
     for (std::size_t axis = 0; axis < points.front().parts.size(); ++axis)
       if (Matters(axis, row, points)) axes.push_back(axis);
-    std::set<std::string> seen;
-    for (const RowAtPoint& at : row)
-      if (seen.insert(at.signature).second) AddRow(at, points[at.point], axes, &results[at.point], &joined);
+    // At points that differ in what makes no difference the row is the same, seeds apart.
+    std::set<std::pair<std::string, std::uint64_t>> seen;
+    std::vector<std::vector<const RowAtPoint*>> different;
+    for (const RowAtPoint& at : row) {
+      if (!seen.insert({at.signature, results[at.point].experiment.seed}).second) continue;
+      const auto same = std::find_if(different.begin(), different.end(),
+                                     [&](const auto& alike) { return alike.front()->signature == at.signature; });
+      if (same == different.end())
+        different.push_back({&at});
+      else
+        same->push_back(&at);
+    }
+    for (const auto& alike : different) AddRow(alike, points[alike.front()->point], axes, results, &numbers, &joined);
   }
   std::stable_sort(joined.cells.begin(), joined.cells.end(),
                    [](const Cell& a, const Cell& b) { return a.condition < b.condition; });
