@@ -16,7 +16,7 @@ bool IsPlain(const YamlTree& tree) { return tree.kind != Kind::kMap && tree.kind
 /// Every value by its path, in order.
 void Flatten(const YamlTree& tree, const std::string& path, Values* values) {
   const auto below = [&](const std::string& step) { return path.empty() ? step : path + "." + step; };
-  if (IsPlain(tree)) values->emplace_back(path, tree.scalar);
+  if (IsPlain(tree)) values->emplace_back(path, FlowYaml(tree));
   for (const YamlEntry& entry : tree.entries) Flatten(entry.value, below(entry.key), values);
   if (tree.kind != Kind::kSequence) return;
   if (std::all_of(tree.items.begin(), tree.items.end(), IsPlain)) return values->push_back({path, FlowYaml(tree)});

@@ -14,7 +14,6 @@
 #include "diffsac/train/training_report.h"
 
 namespace diffsac {
-
 namespace {
 
 std::string Cell(const std::string& row, std::size_t index) {
@@ -36,7 +35,7 @@ MetricsLog::MetricsLog(std::string folder, std::vector<std::string> columns, std
   std::getline(old, line);
   if (line != Header())
     throw Error(path + ": its columns are '" + line + "', expected '" + Header() +
-                "'; renamed, it is kept and another one begun");
+                "'; rename it to go on with a new one");
   while (std::getline(old, line))
     if (std::atoll(line.c_str()) <= last_iteration) rows_.push_back(line);
 }

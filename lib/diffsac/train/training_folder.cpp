@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kProgram = "diffsac_train";
 constexpr const char* kConfigFile = "config.yaml";
+constexpr const char* kReport = "report.html";
 constexpr const char* kIterations = "train.iterations";
 
 /// What no step and no validation depends on.
@@ -33,7 +34,7 @@ constexpr std::array kLeft = {"checkpoints/best.safetensors",
                               "metrics.csv",
                               "training_curve.png",
                               "training_curve.gp",
-                              "report.html"};
+                              kReport};
 
 std::string CheckpointPath(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / "checkpoints" / name).string();
@@ -53,20 +54,20 @@ std::vector<std::string> Listed(const fs::path& folder) {
 
 struct Content {
   std::vector<std::string> training;  ///< What a training has made.
-  std::vector<std::string> others;
+  std::vector<std::string> others;    ///< What another program has made and a training would replace.
 };
 
-/// Without what a start that came to nothing leaves.
+/// Without what a start that came to nothing leaves, and without files that no training touches.
 Content ContentOf(const std::string& folder) {
   Content content;
   for (const std::string& name : Listed(fs::path(folder) / "checkpoints"))
     content.training.push_back("checkpoints/" + name);
   for (const std::string& name : Listed(folder)) {
-    if (name == "log.txt" || name == "checkpoints") continue;
-    if (name == kConfigFile && ProgramOfRun(folder) == kProgram) continue;
     const bool left = std::find(kLeft.begin(), kLeft.end(), name) != kLeft.end();
-    // Every program writes a report.
-    (left && name != "report.html" ? content.training : content.others).push_back(name);
+    if (name == kReport || (name == kConfigFile && ProgramOfRun(folder) != kProgram))  // Every program writes both.
+      content.others.push_back(name);
+    else if (left || name.ends_with(".safetensors"))  // config.yaml says what network that is.
+      content.training.push_back(name);
   }
   return content;
 }
@@ -86,8 +87,8 @@ void CheckUnused(const std::string& folder) {
                 "--overwrite starts anew in its place, another --output keeps it");
   if (content.others.empty()) return;
   const std::string program = ProgramOfRun(folder);
-  throw Error(folder + ": holds files of " + (program.empty() || program == kProgram ? "no training" : program) + " (" +
-              Names(content.others) + "): choose another --output; --overwrite trains there all the same");
+  throw Error(folder + ": holds files of " + (program.empty() || program == kProgram ? "another program" : program) +
+              " (" + Names(content.others) + "): choose another --output; --overwrite trains there all the same");
 }
 
 std::string ChangeText(const ChangedKey& change) {
