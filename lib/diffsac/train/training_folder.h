@@ -19,8 +19,8 @@ Config ConfigurationToResume(const std::string& folder);
 /// - a new one where there are no networks and nothing that it would replace, but for what a start that came to nothing
 ///   leaves (config.yaml, log.txt);
 /// - with `overwrite` anywhere;
-/// - with `resume` where there is a checkpoint of the same configuration. Keys that no step and no validation depends on
-///   may change (intervals, `name`, `train.workers`), and `train.iterations` to any number above that of the steps done.
+/// - with `resume` where there is a checkpoint of the same configuration. Keys that no step and no validation needs may
+///   change (intervals, `name`, `train.workers`), and `train.iterations` to any number above that of the steps done.
 ///
 /// Of a group, the process that writes looks whether a folder is used; all look at what they resume.
 void CheckStart(const TrainRequest& request);
