@@ -120,7 +120,7 @@ killed_runs() {
 
 if ((train_kills + eval_kills > 0)); then
   training_command "$own/other_training"
-  run_expecting 0 "${command[@]}" --seed 7
+  run_expecting 0 "${command[@]}" --set train.learning_rate=0.01
   uninterrupted training
   killed_runs training "$train_kills"
 fi
