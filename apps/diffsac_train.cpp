@@ -16,6 +16,7 @@
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"
+#include "diffsac/train/training_folder.h"
 
 namespace {
 
@@ -23,63 +24,94 @@ std::atomic<bool> stop_requested{false};
 
 void RequestStop(int) { stop_requested = true; }
 
-}  // namespace
+constexpr int kBadInput = 2;
 
-int main(int argc, char** argv) {
-  diffsac::WaitPassively(argv);
-  diffsac::KeepFreedMemory();
-  CLI::App app{"Trains DiffSAC and other learned methods"};
-  std::string config_path, output, weights;
+struct CommandLine {
+  std::string config_path, output, weights, device = "auto";
   std::vector<std::string> assignments;
-  bool resume = false;
-  std::string device = "auto";
+  bool resume = false, overwrite = false;
   int threads = 0;
   std::int64_t seed = -1;
   double timeout_s = diffsac::kGroupTimeoutSeconds;
-  app.set_version_flag("--version", diffsac::VersionText("diffsac_train"));
-  app.add_option("--config", config_path, "Configuration (YAML)")->required();
-  app.add_flag_callback(
+};
+
+void AddOptions(CLI::App* app, CommandLine* line) {
+  app->set_version_flag("--version", diffsac::VersionText("diffsac_train"));
+  app->add_option("--config", line->config_path, "Configuration (YAML); with --resume: the run folder's unless given");
+  app->add_flag_callback(
       "--describe-options",
       [] {
         std::cout << diffsac::ConfigurationReference();
         throw CLI::Success();
       },
       "Print every key of the configurations in Markdown (docs/configuration.md)");
-  app.add_option("--set", assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
-  app.add_option("--output", output, "Run folder (default: runs/<name>)");
-  app.add_flag("--resume", resume, "Continue from the run folder's last checkpoint");
-  app.add_option("--import", weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
-      ->excludes("--resume");
-  app.add_option("--device", device, "auto, cpu, cuda or cuda:INDEX");
-  app.add_option("--threads", threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
-  app.add_option("--seed", seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
-  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
+  app->add_option("--set", line->assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
+  app->add_option("--output", line->output, "Run folder (default: runs/<name>)");
+  auto* resume = app->add_flag("--resume", line->resume, "Continue from the run folder's last checkpoint");
+  app->add_flag("--overwrite", line->overwrite, "Start anew where the run folder holds a training")->excludes(resume);
+  app->add_option("--import", line->weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
+      ->excludes(resume);
+  app->add_option("--device", line->device, "auto, cpu, cuda or cuda:INDEX");
+  app->add_option("--threads", line->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--seed", line->seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
+  app->add_option("--group-timeout", line->timeout_s, "Seconds that processes wait for each other")
       ->check(CLI::PositiveNumber);
-  CLI11_PARSE(app, argc, argv);
+}
+
+diffsac::TrainRequest ReadRequest(const CommandLine& line) {
+  auto config = line.config_path.empty() ? diffsac::ConfigurationToResume(line.output)
+                                         : diffsac::Config::FromFile(line.config_path);
+  for (const auto& assignment : line.assignments) config.Set(assignment);
+  if (line.seed >= 0) config.Set("train.seed=" + std::to_string(line.seed));
+  diffsac::TrainRequest request(config);
+  request.output = line.output.empty() ? "runs/" + request.options.name : line.output;
+  request.resume = line.resume;
+  request.overwrite = line.overwrite;
+  request.device = line.device;
+  request.threads = line.threads;
+  return request;
+}
+
+int Run(const CommandLine& line) {
+  diffsac::CheckDevice(line.device);
+  diffsac::TrainRequest request = ReadRequest(line);
+  if (!line.weights.empty()) {
+    diffsac::ImportNetwork(request, line.weights);
+    return 0;
+  }
+  const auto group = diffsac::JoinProcessGroup(line.timeout_s);
+  request.group = group.get();
+  const bool main_process = !group || group->main();
+  diffsac::CheckStart(request);  // Before there is a log in the folder.
+  if (main_process) diffsac::MakeWritableFolder(request.output);
+  diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
+  return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  diffsac::WaitPassively(argv);
+  diffsac::KeepFreedMemory();
+  CLI::App app{"Trains DiffSAC and other learned methods"};
+  CommandLine line;
+  AddOptions(&app, &line);
+  try {
+    app.parse(argc, argv);
+    if (line.config_path.empty() && !(line.resume && !line.output.empty()))
+      throw CLI::RequiredError("--config, or --resume with --output,");
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "diffsac_train: " << error.what() << std::endl;
+    return kBadInput;
+  }
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
   try {
-    diffsac::CheckDevice(device);
-    auto config = diffsac::Config::FromFile(config_path);
-    for (const auto& assignment : assignments) config.Set(assignment);
-    if (seed >= 0) config.Set("train.seed=" + std::to_string(seed));
-    diffsac::TrainRequest request(config);
-    request.output = output.empty() ? "runs/" + request.options.name : output;
-    request.resume = resume;
-    request.device = device;
-    request.threads = threads;
-    if (!weights.empty()) {
-      diffsac::ImportNetwork(request, weights);
-      return 0;
-    }
-    const auto group = diffsac::JoinProcessGroup(timeout_s);
-    request.group = group.get();
-    const bool main_process = !group || group->main();
-    if (main_process) diffsac::MakeWritableFolder(request.output);
-    diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
-    return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
+    return Run(line);
   } catch (const std::exception& error) {
     std::cerr << "diffsac_train: " << diffsac::MessageOf(error) << std::endl;
-    return 2;
+    return kBadInput;
   }
 }

@@ -22,6 +22,15 @@ TEST_CASE("RunDirectory records where a result comes from and stays readable YAM
   CHECK(std::filesystem::path(run.File("x.csv")).parent_path() == run.path());
 }
 
+TEST_CASE("a run's folder says what program it is of") {
+  const TemporaryFolder folder;
+  const RunDirectory run(folder.File("run"), "diffsac_eval", "name: x\n", 1);
+  CHECK(ProgramOfRun(run.path()) == "diffsac_eval");
+  CHECK(ProgramOfRun(folder.path()).empty());
+  WriteFileAtomically(folder.File("config.yaml"), "name: by hand\n");
+  CHECK(ProgramOfRun(folder.path()).empty());
+}
+
 TEST_CASE("RunDirectory below a file is a clear error") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("file"), "");

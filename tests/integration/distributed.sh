@@ -38,6 +38,20 @@ training=(diffsac_train "${tiny[@]}" --set train.iterations=100 --set train.vali
   --set train.checkpoint_every=10 --group-timeout 60)
 both training "${training[@]}" --output "$own/whole"
 
+# Once more into the same folder: rank 0 refuses, the other does not wait for it.
+before=$(sha256sum "$own"/whole/checkpoints/* "$own"/whole/*.*)
+port=$(free_port)
+start refused 0 "$port" "${training[@]}" --output "$own/whole"; first=$started
+start refused 1 "$port" "${training[@]}" --output "$own/whole"; second=$started
+status=0
+wait "$first" || status=$?
+((status == 2)) && grep -q '^diffsac_train: .*whole: holds a training already' "$own/refused.0.err" ||
+  { cat "$own"/refused.?.err >&2; fail "a group trains over another training: $status"; }
+status=0
+wait "$second" || status=$?
+((status == 2)) || fail "the other process ends with $status"
+[[ "$(sha256sum "$own"/whole/checkpoints/* "$own"/whole/*.*)" == "$before" ]] || fail "a refused group changed files"
+
 port=$(free_port)
 start killed 0 "$port" "${training[@]}" --output "$own/parts"; first=$started
 start killed 1 "$port" "${training[@]}" --output "$own/parts"; second=$started

@@ -30,10 +30,22 @@ seconds() { printf '%d.%03d' $(($1 / 1000)) $(($1 % 1000)); }
 # NAME_folder FOLDER makes what is there before.
 training=("$build/bin/diffsac_train" "${tiny[@]}" --set train.iterations=60 --set train.validate_every=15
   --set train.log_every=4 --set train.checkpoint_every=5)
-training_folder() { mkdir -p "$1"; }
+# Now and then the folder holds another training, in whose place this one is to be.
+training_folder() {
+  overwritten=""
+  if ((RANDOM % 2)); then
+    cp -r "$own/other_training" "$1"
+    overwritten=$1
+  fi
+  mkdir -p "$1"
+}
 training_command() {
   command=("${training[@]}" --output "$1")
-  [[ ! -f "$1/checkpoints/last.safetensors" ]] || command+=(--resume)
+  if [[ "$1" == "${overwritten:-}" ]]; then
+    command+=(--overwrite)
+  elif [[ -f "$1/checkpoints/last.safetensors" ]]; then
+    command+=(--resume)
+  fi
 }
 table=("$build/bin/diffsac_eval" --config configs/tables/line.yaml --methods diffsac,ransac_20,theil_sen,oracle
   --limit 6 --device cpu --threads 1 --set estimates=true --update)
@@ -107,6 +119,8 @@ killed_runs() {
 . "$source/tests/integration/kill_group.sh"
 
 if ((train_kills + eval_kills > 0)); then
+  training_command "$own/other_training"
+  run_expecting 0 "${command[@]}" --set train.learning_rate=0.01
   uninterrupted training
   killed_runs training "$train_kills"
 fi

@@ -63,6 +63,16 @@ TEST_CASE("an imported network of NG-RANSAC says what the official layers say") 
   CHECK(MaxDifference(padded[0].slice(0, 0, kMatches).log(), expected) < 1e-5);
 }
 
+TEST_CASE("weights are imported over a training only where that is said") {
+  const TemporaryFolder folder;
+  const std::string best = Import(folder);
+  CHECK_THROWS_WITH(Import(folder), Contains("holds a training already (checkpoints/best.safetensors)"));
+  TrainRequest request = OneThread(Config::FromString(kConfig, "test.yaml"), folder.path(), {"name=other"});
+  request.overwrite = true;
+  ImportNetwork(request, kFile);
+  CHECK_THAT(ReadCheckpointInfo(best).config, Contains("name: other"));
+}
+
 TEST_CASE("weights of another network, task or method are refused in one line") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(

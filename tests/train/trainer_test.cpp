@@ -10,6 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/eval/gnuplot.h"
 #include "diffsac/methods/diffsac_method.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "train/train_request.h"
@@ -122,8 +123,9 @@ TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
   const std::vector<std::string> changes = {"train.log_every=9", "train.iterations=30"};
   REQUIRE(Train(Request(whole, changes), kNever) == TrainOutcome::kFinished);
   std::atomic<bool> stop{false};
+  const auto checkpoint = parts + "/checkpoints/last.safetensors";
   std::thread watcher([&] {  // The checkpoint of step 10 is one step after a row.
-    while (!fs::exists(parts + "/checkpoints/last.safetensors"))
+    while (!fs::exists(checkpoint) || ReadCheckpointInfo(checkpoint).iteration < 10)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     stop = true;
   });
@@ -142,6 +144,41 @@ TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
   fs::remove(parts + "/report.html");
   REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
   CHECK(fs::exists(parts + "/report.html"));
+}
+
+// They were not in metrics.csv, the curve and the report unless a row of losses was due at the same step.
+TEST_CASE("validations between two rows of losses are in metrics.csv and the report") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  REQUIRE(Train(Request(output, {"train.iterations=30", "train.log_every=20", "train.validate_every=12"}), kNever) ==
+          TrainOutcome::kFinished);
+  const auto rows = Lines(output + "/metrics.csv");
+  REQUIRE(rows.size() == 6);  // The last is behind the last line's end.
+  const std::vector<std::string> steps = {"12,", "20,", "24,", "30,"};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    CHECK(rows[i + 1].starts_with(steps[i]));
+    CHECK(rows[i + 1].ends_with(',') == (steps[i] == "20,"));  // Where it was not validated.
+    CHECK(rows[i + 1].find(",,") == std::string::npos);        // Every row has losses.
+  }
+  const std::string report = ReadFile(output + "/report.html");
+  for (const char* step : {" at 12</title>", " at 24</title>", " at 30</title>"})
+    CHECK_THAT(report, Catch::Contains("mAA@0.5deg_outliers_0.2: ") && Catch::Contains(step));
+}
+
+TEST_CASE("validations before the first row of losses leave a picture") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {
+    while (!fs::exists(output + "/checkpoints/best.safetensors"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = true;
+  });
+  const auto outcome =
+      Train(Request(output, {"train.iterations=100000", "train.log_every=100000", "train.validate_every=5"}), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  CHECK(fs::exists(output + "/training_curve.png") == HasGnuplot());
 }
 
 TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") {
@@ -163,7 +200,8 @@ TEST_CASE("resuming with another configuration or without a checkpoint is refuse
   REQUIRE(Train(Request(output), now) == TrainOutcome::kStopped);
   auto other = Request(output, {"train.batch_size=5"});
   other.resume = true;
-  CHECK_THROWS_WITH(Train(other, kNever), Catch::Contains("another configuration"));
+  CHECK_THROWS_WITH(Train(other, kNever),
+                    Catch::Contains("another configuration") && Catch::Contains("train.batch_size: 4, now 5"));
   auto missing = Request(folder / "nothing");
   missing.resume = true;
   CHECK_THROWS_WITH(Train(missing, kNever), Catch::Contains("no such checkpoint"));

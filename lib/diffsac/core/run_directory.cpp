@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
@@ -13,6 +14,9 @@
 
 namespace diffsac {
 namespace {
+
+constexpr const char* kConfigFile = "config.yaml";
+constexpr std::string_view kProgram = "# program: ";  // What its first line begins with.
 
 /// The text behind "name : " in a file of such lines, empty when there is none.
 std::string ValueInFile(const char* file, const std::string& name) {
@@ -63,14 +67,20 @@ std::string MachineText() {
          system.sysname + " " + system.release;
 }
 
+std::string ProgramOfRun(const std::string& folder) {
+  std::ifstream file((std::filesystem::path(folder) / kConfigFile).string());
+  std::string line;
+  return std::getline(file, line) && line.starts_with(kProgram) ? line.substr(kProgram.size()) : "";
+}
+
 RunDirectory::RunDirectory(const std::string& path, const std::string& program, const std::string& resolved_config,
                            std::uint64_t seed)
     : path_(path) {
   MakeWritableFolder(path);
-  const std::string header = "# program: " + program + "\n# git revision: " + GitRevision() +
+  const std::string header = std::string(kProgram) + program + "\n# git revision: " + GitRevision() +
                              "\n# seed: " + std::to_string(seed) + "\n# machine: " + MachineText() +
                              "\n# date: " + UtcNow() + "\n\n";
-  WriteFileAtomically(File("config.yaml"), header + resolved_config);
+  WriteFileAtomically(File(kConfigFile), header + resolved_config);
 }
 
 std::string RunDirectory::File(const std::string& name) const { return (std::filesystem::path(path_) / name).string(); }

@@ -12,6 +12,10 @@ std::string VersionText(const std::string& program);
 /// One line: processor, usable cores, memory, operating system.
 std::string MachineText();
 
+/// The program that the `config.yaml` of a run's folder says it is of ("diffsac_train"); empty where it does not say
+/// so, or where there is none.
+std::string ProgramOfRun(const std::string& folder);
+
 /// A folder for one run's results. Creates it and writes `config.yaml`: a comment block with program, git revision,
 /// seed, machine and date, then the resolved configuration.
 class RunDirectory {

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <tuple>
 #include <utility>
 
+#include "diffsac/core/changed_keys.h"
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
 
 namespace diffsac {
 namespace {
@@ -135,36 +134,10 @@ void AddOnlyOne(const std::vector<Named>& a, const std::vector<Named>& b, const 
       lines->push_back(what + " '" + one.name + "' is in " + run + " alone");
 }
 
-/// Every plain value by its path.
-void Flatten(const YamlTree& tree, const std::string& path, std::map<std::string, std::string>* values) {
-  for (const YamlEntry& entry : tree.entries)
-    Flatten(entry.value, path.empty() ? entry.key : path + "." + entry.key, values);
-  for (std::size_t i = 0; i < tree.items.size(); ++i) {
-    const YamlTree* name = tree.items[i].Find("name");
-    Flatten(tree.items[i], path + "." + (name != nullptr ? name->scalar : std::to_string(i)), values);
-  }
-  if (tree.kind == YamlTree::Kind::kScalar) (*values)[path] = tree.scalar;
-}
-
-std::map<std::string, std::string> ValuesOf(const ExperimentOptions& experiment) {
-  std::map<std::string, std::string> values;
-  Flatten(ParseYaml(WriteExperiment(experiment), {}), "", &values);
-  return values;
-}
-
 std::vector<std::string> DifferentKeys(const ExperimentOptions& a, const ExperimentOptions& b) {
-  const auto of_a = ValuesOf(a), of_b = ValuesOf(b);
-  std::set<std::string> paths;
-  for (const auto* values : {&of_a, &of_b})
-    for (const auto& [path, value] : *values) paths.insert(path);
-  const auto text = [](const auto& values, const std::string& path) {
-    const auto found = values.find(path);
-    return found == values.end() ? std::string(kUnknown) : found->second;
-  };
   std::vector<std::string> lines;
-  for (const std::string& path : paths)
-    if (text(of_a, path) != text(of_b, path))
-      lines.push_back(path + ": " + text(of_a, path) + " → " + text(of_b, path));
+  for (const ChangedKey& key : ChangedKeys(WriteExperiment(a), WriteExperiment(b)))
+    lines.push_back(key.key + ": " + key.before.value_or(kUnknown) + " → " + key.now.value_or(kUnknown));
   return lines;
 }
 

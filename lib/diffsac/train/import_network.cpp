@@ -2,11 +2,8 @@
 
 #include <torch/torch.h>
 
-#include <filesystem>
-
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
-#include "diffsac/core/run_lock.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/tasks.h"
@@ -14,6 +11,7 @@
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/denoiser/network_tensors.h"
 #include "diffsac/train/learner.h"
+#include "diffsac/train/training_folder.h"
 
 namespace diffsac {
 namespace {
@@ -38,10 +36,9 @@ void ImportNetwork(const TrainRequest& request, const std::string& path) {
   auto& network = learner->network();
   ReadTensors(kNetworkTensors, network, network.parameters(), &file);
   const std::string resolved = WriteTrainConfig(options);
-  const RunLock lock(request.output);
-  const RunDirectory directory(request.output, "diffsac_train", resolved, options.train.seed);
-  std::filesystem::create_directories(directory.File("checkpoints"));
-  const std::string checkpoint = directory.File("checkpoints/best.safetensors");
+  TrainingFolder folder(request);
+  folder.Begin(resolved);
+  const std::string checkpoint = folder.Checkpoint("best.safetensors");
   const CheckpointInfo info{
       options.method, ToString(options.task), resolved, GitRevision(), 0, options.train.seed, -1.0};
   SaveCheckpoint(checkpoint, info, network, ExponentialMovingAverage(network, options.train.ema_decay), nullptr);

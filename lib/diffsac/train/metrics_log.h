@@ -17,18 +17,23 @@ std::string ValidationMeasure(const std::string& column);
 /// (report.html).
 class MetricsLog {
  public:
-  /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder.
+  /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder, of which nothing is written
+  /// yet. Throws Error where that one's columns are others.
   MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration);
   /// values: one for each column, `kNotMeasured` where there is none.
   void Append(std::int64_t iteration, const std::vector<double>& values);
-  /// Redraws the picture. Does nothing when gnuplot is missing.
+  /// Writes metrics.csv with the rows so far.
+  void Write() const;
+  /// Redraws the picture. Does nothing when gnuplot is missing, or nothing has been measured.
   void Draw() const;
   /// Rewrites the page, with the folder's config.yaml. That it cannot be made is a warning in
   /// the log; throws Error when it cannot be written.
   void WriteReport() const;
 
  private:
-  void Write() const;
+  std::string Header() const;
+  /// Whether a column has a value; `positive`: one that a logarithmic axis shows.
+  bool HasValue(std::size_t column, bool positive) const;
 
   std::string folder_;
   std::vector<std::string> columns_;

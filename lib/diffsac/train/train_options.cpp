@@ -24,13 +24,14 @@ struct TrainConfigHead {
 }  // namespace
 
 void TrainOptions::Bind(OptionsBinder& b, Task task) {
-  b.Field("iterations", iterations, AtLeast(1)).Help("optimiser steps");
+  b.Field("iterations", iterations, AtLeast(1)).Help("optimiser steps; a resumed training may have more");
   b.Field("batch_size", batch_size, Within(1, 65536)).Help("problems a step");
   b.Field("learning_rate", learning_rate, Positive()).Help("peak, reached after the warm-up; cosine to 0");
   b.Field("warmup_iterations", warmup_iterations, AtLeast(0)).Help("steps over which the learning rate grows from 0");
   b.Field("clip_norm", clip_norm, AtLeast(0)).Help("largest gradient norm; 0 does not clip");
   b.Field("ema_decay", ema_decay, Within(0.0, 1.0)).Help("of the average of weights that is validated and kept");
-  b.Field("log_every", log_every, AtLeast(1)).Help("steps between rows of metrics.csv");
+  b.Field("log_every", log_every, AtLeast(1))
+      .Help("steps between rows of metrics.csv; each validation has one as well");
   b.Field("validate_every", validate_every, AtLeast(1)).Help("steps between validations");
   b.Field("checkpoint_every", checkpoint_every, AtLeast(1)).Help("steps between checkpoints/last.safetensors");
   b.Field("workers", workers, Within(1, 256)).Help("data threads");

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -15,7 +14,6 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/run_directory.h"
-#include "diffsac/core/run_lock.h"
 #include "diffsac/data/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
@@ -25,6 +23,7 @@
 #include "diffsac/train/learner.h"
 #include "diffsac/train/learning_rate.h"
 #include "diffsac/train/metrics_log.h"
+#include "diffsac/train/training_folder.h"
 #include "diffsac/train/training_source.h"
 #include "diffsac/train/validation.h"
 
@@ -58,13 +57,14 @@ class Trainer {
   void DrawCurves() const;
   void Save(const std::string& name, bool with_optimizer);
   void Resume();
-  std::string CheckpointPath(const std::string& name) const { return directory_.File("checkpoints/" + name); }
+  /// Everything is ready and all processes agree: the run's files become this training's.
+  void Begin();
+  std::string CheckpointPath(const std::string& name) const { return folder_.Checkpoint(name); }
 
   TrainConfig options_;
   TrainingTeam team_;
   std::string resolved_;
-  std::optional<RunLock> lock_;  ///< Of the process that writes.
-  RunDirectory directory_;
+  TrainingFolder folder_;
   torch::Device device_;
   std::vector<TrainingPart> parts_;
   std::unique_ptr<Learner> learner_;
@@ -82,20 +82,17 @@ Trainer::Trainer(const TrainRequest& request)
     : options_(request.options),
       team_(request.group, options_.train.batch_size),
       resolved_(WriteTrainConfig(options_)),
-      lock_(team_.main() ? std::optional<RunLock>(std::in_place, request.output) : std::optional<RunLock>()),
-      directory_(team_.main() ? RunDirectory(request.output, "diffsac_train", resolved_, options_.train.seed)
-                              : RunDirectory(request.output)),
+      folder_(request),
       device_(DeviceFromString(team_.Device(request.device))),
       parts_(MakeTrainingParts(options_.data, options_.train.seed)) {
   const Task data_task = parts_.front().dataset->task();
   if (data_task != options_.task)
     throw Error(options_.data.Where() + ": data of task '" + ToString(data_task) + "', but task is '" +
                 ToString(options_.task) + "'");
-  if (team_.main()) std::filesystem::create_directories(directory_.File("checkpoints"));
   torch::set_num_threads(request.threads > 0 ? request.threads : team_.threads());
   learner_ = MakeLearner(options_, device_, request.threads);
   const auto& train = options_.train;
-  if (!train.start_from.empty()) LoadAverage(train.start_from, learner_->network());
+  if (!train.start_from.empty() && !request.resume) LoadAverage(train.start_from, learner_->network());
   average_ = std::make_unique<ExponentialMovingAverage>(learner_->network(), train.ema_decay);
   optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
                                                     torch::optim::AdamOptions(train.learning_rate));
@@ -106,21 +103,33 @@ Trainer::Trainer(const TrainRequest& request)
   team_.CheckSame("configurations", resolved_);
   team_.CheckSame("iterations or weights",
                   std::to_string(info_.iteration) + " " + WeightsText(learner_->network().parameters()));
+  if (team_.main()) Begin();
 }
 
 void Trainer::Resume() {
   const auto path = CheckpointPath("last.safetensors");
   const auto info = LoadCheckpoint(path, learner_->network(), average_.get(), optimizer_.get());
-  if (info.config != resolved_)
-    throw Error(path +
-                ": was trained with another configuration; resume with the same one, or choose another --output");
   const std::size_t parts = info_.losses.sums.size();
   info_ = info;
   if (info_.losses.sums.empty()) info_.losses = {std::vector<double>(parts, 0.0), 0};
   if (info_.losses.sums.size() != parts)
     throw Error(path + ": expected the sums of " + std::to_string(parts) + " losses, found " +
                 std::to_string(info_.losses.sums.size()));
-  LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration));
+  LogInfo("resuming " + path + " at iteration " + std::to_string(info_.iteration) +
+          (folder_.changes().empty() ? "" : " with " + folder_.changes()));
+}
+
+void Trainer::Begin() {
+  std::vector<std::string> columns = learner_->loss_names();
+  columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
+  columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
+  log_.emplace(folder_.path(), columns, info_.iteration);
+  folder_.Begin(resolved_);
+  // A network of its own from the start, so that a best one beside it can be told from that of a finished run; and what
+  // changed is the checkpoint's from here on, so that it says how far this run goes.
+  const bool changed = std::exchange(info_.config, resolved_) != resolved_;
+  if (info_.iteration == 0 || changed) Save("last.safetensors", true);
+  log_->Write();
 }
 
 // best.safetensors is for inference: without the optimiser's state it is half the size.
@@ -212,7 +221,7 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
   const bool last = done == train.iterations;
   const auto due = [&](std::int64_t every) { return done % every == 0 || last; };
   const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
-  if (due(train.log_every)) AppendRow(iteration, data_wait_seconds, accuracies);
+  if (due(train.log_every) || due(train.validate_every)) AppendRow(iteration, data_wait_seconds, accuracies);
   if (due(train.checkpoint_every)) Save("last.safetensors", true);
   // The last are those of a finished run, also of one that was killed before it had drawn them.
   if (due(train.validate_every) && !last) DrawCurves();
@@ -222,25 +231,23 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   LogInfo("task " + ToString(options_.task) + ", " + std::to_string(CountParameters(learner_->network())) +
           " parameters, device " + device_.str() + ", " + MachineText());
-  std::vector<std::string> columns = learner_->loss_names();
-  columns.insert(columns.end(), {"learning_rate", "data_wait_share"});
-  if (team_.main()) columns.insert(columns.end(), validation_->names().begin(), validation_->names().end());
-  if (team_.main()) log_.emplace(directory_.path(), columns, info_.iteration);
-
   const TrainingSource source(parts_, learner_->features(), options_.learner->labels(), train.two_view,
                               learner_->copies(), learner_->schedule_steps(), train.seed);
   Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
-  // From the start: a best network beside it can be told from that of a finished run.
-  if (info_.iteration == 0) Save("last.safetensors", true);
+  if (info_.iteration == train.iterations)
+    LogInfo("nothing is left to do: all " + std::to_string(train.iterations) + " iterations are done");
   std::optional<Progress> progress;
-  if (team_.main()) progress.emplace("training", train.iterations - info_.iteration);
+  if (team_.main() && info_.iteration < train.iterations)
+    progress.emplace("training", train.iterations - info_.iteration);
   window_start_ = std::chrono::steady_clock::now();
   waited_ = items.wait_seconds();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (team_.Any(stop.load())) {
       Save("last.safetensors", true);
-      LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume");
+      if (team_.main()) DrawCurves();
+      LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume --output " +
+                 folder_.path());
       return TrainOutcome::kStopped;
     }
     std::vector<TrainingItem> batch;

@@ -60,10 +60,7 @@ Table ValuesTable(const std::vector<std::string>& columns, const std::vector<std
   return table;
 }
 
-}  // namespace
-
-std::string TrainingReportHtml(const std::string& title, const std::vector<std::string>& columns,
-                               const std::vector<std::string>& rows, const std::string& config) {
+void AddCurves(const std::vector<std::string>& columns, const std::vector<std::string>& rows, HtmlPage* page) {
   LineChart loss, validation, rate;
   loss.title = "Training loss";
   loss.log_y = true;
@@ -81,23 +78,31 @@ std::string TrainingReportHtml(const std::string& title, const std::vector<std::
     const CurveKind kind = chart == &validation || points.size() > 200 ? CurveKind::kMethod : CurveKind::kStrong;
     chart->curves.push_back({columns[c], kind, chart->curves.size(), Thinned(points)});
   }
-  HtmlPage page(title);
-  if (rows.empty())
-    page.AddSubtitle("Nothing measured yet.");
-  else
-    page.AddSubtitle("To iteration " + rows.back().substr(0, rows.back().find(',')) + ".");
-  page.AddSection("Curves");
+  page->AddSection("Curves");
   for (LineChart* chart : {&loss, &validation, &rate}) {
     chart->x_label = "iteration";
     chart->height = chart == &rate ? 160 : 320;
     const std::string svg = SvgOf(*chart);
     if (!svg.empty())
-      page.AddSvg(svg, chart == &loss         ? "Means over the iterations between two lines of metrics.csv."
-                       : chart == &validation ? "Higher is better."
-                                              : "");
+      page->AddSvg(svg, chart == &loss         ? "Means over the iterations between two lines of metrics.csv."
+                        : chart == &validation ? "Higher is better."
+                                               : "");
   }
-  page.AddSection("Values");
-  page.AddTable(ValuesTable(columns, rows));
+}
+
+}  // namespace
+
+std::string TrainingReportHtml(const std::string& title, const std::vector<std::string>& columns,
+                               const std::vector<std::string>& rows, const std::string& config) {
+  HtmlPage page(title);
+  if (rows.empty()) {
+    page.AddSubtitle("Nothing measured yet.");
+  } else {
+    page.AddSubtitle("To iteration " + rows.back().substr(0, rows.back().find(',')) + ".");
+    AddCurves(columns, rows, &page);
+    page.AddSection("Values");
+    page.AddTable(ValuesTable(columns, rows));
+  }
   page.AddSection("Configuration");
   page.AddMarkup("<pre>" + HtmlText(config) + "</pre>\n");
   return page.Text();
