@@ -9,6 +9,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
+#include "diffsac/core/resources.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -72,6 +73,7 @@ int main(int argc, char** argv) {
       diffsac::ImportNetwork(request, weights);
       return 0;
     }
+    diffsac::RequirePaths(config, {"train.start_from"}, "checkpoint");
     const auto group = diffsac::JoinProcessGroup(timeout_s);
     request.group = group.get();
     const bool main_process = !group || group->main();

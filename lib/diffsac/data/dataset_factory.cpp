@@ -1,5 +1,6 @@
 #include "diffsac/data/dataset_factory.h"
 
+#include "diffsac/core/resources.h"
 #include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
@@ -16,10 +17,12 @@ const DatasetEntry& EntryOf(const Config& config) {
 }  // namespace
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
-  return EntryOf(config).make(config, seed);
+  const DatasetEntry& entry = EntryOf(config);
+  RequirePaths(config, {"paths", "root"}, "file or folder");
+  return entry.make(WithFoundPaths(config), seed);
 }
 
-std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(config); }
+std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(WithFoundPaths(config)); }
 
 bool IsGenerated(const Config& config) { return EntryOf(config).generated; }
 
