@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
+#include "diffsac/core/resources.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/data/pair_truth.h"
@@ -39,7 +40,7 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of both images");
   app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
-  app->add_option("--config", request->config_path, "Rows to choose from (default: configs/pair/TASK.yaml)");
+  app->add_option("--config", request->config_path, "Rows to choose from (default: configs/pair/TASK.yaml beside the program)");
   app->add_option("--method", request->method, "The row (default: the first)");
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
       ->allow_extra_args(false);
@@ -70,7 +71,7 @@ std::string TaskOf(const Request& request) {
 
 std::unique_ptr<Method> MethodOf(const Request& request, const std::string& task) {
   EvalRequest rows;
-  rows.config_path = request.config_path.empty() ? "configs/pair/" + task + ".yaml" : request.config_path;
+  rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml") : request.config_path;
   rows.assignments = request.assignments;
   if (!request.method.empty()) rows.methods = {request.method};
   const ExperimentOptions experiment = ReadRequest(rows);

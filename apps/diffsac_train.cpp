@@ -9,6 +9,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
+#include "diffsac/core/resources.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
@@ -63,6 +64,8 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
                                          : diffsac::Config::FromFile(line.config_path);
   for (const auto& assignment : line.assignments) config.Set(assignment);
   if (line.seed >= 0) config.Set("train.seed=" + std::to_string(line.seed));
+  // What neither an import nor a training that goes on reads need not be there.
+  if (line.weights.empty() && !line.resume) diffsac::RequirePaths(config, {"train.start_from"}, "checkpoint");
   diffsac::TrainRequest request(config);
   request.output = line.output.empty() ? "runs/" + request.options.name : line.output;
   request.resume = line.resume;

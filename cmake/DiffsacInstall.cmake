@@ -22,3 +22,20 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmak
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/DiffsacFindLibTorch.cmake
   DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
+
+# What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, and the
+# networks of those and of lines and planes. Other networks are of baselines and tables, which a checkout has.
+set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
+  DESTINATION ${_share}/configs FILES_MATCHING PATTERN "*.yaml")
+install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/shipped.yaml
+  DESTINATION ${_share}/configs/rows)
+foreach(_name essential fundamental homography line plane)
+  install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name})
+endforeach()
+
+# The programs of the build find theirs in the same way.
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/share/diffsac)
+foreach(_name configs models)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${_name} ${PROJECT_BINARY_DIR}/share/diffsac/${_name} SYMBOLIC)
+endforeach()

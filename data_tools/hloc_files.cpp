@@ -11,6 +11,7 @@
 #include <set>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 
 namespace diffsac {
@@ -27,7 +28,7 @@ class GroupFile {
     std::error_code code;
     if (!fs::is_regular_file(path, code)) throw Error(path + ": no such file");
     try {
-      file_.openFile(path, H5F_ACC_RDONLY);
+      file_ = OpenHdf5(path);
     } catch (const H5::Exception& e) {
       throw Error(path + ": not a readable HDF5 file, or truncated: " + Describe(e));
     }

@@ -9,6 +9,7 @@
 
 #include "data_tools/image_source.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 
 namespace diffsac {
@@ -158,7 +159,7 @@ ImportedFeatures::ImportedFeatures(const std::string& path) : impl_(std::make_un
   H5::Exception::dontPrint();
   impl_->path = path;
   try {
-    impl_->file.openFile(path, H5F_ACC_RDONLY);
+    impl_->file = OpenHdf5(path);
   } catch (const H5::Exception& e) {
     throw Error(path + ": cannot be opened: " + Describe(e));
   }

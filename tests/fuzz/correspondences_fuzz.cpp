@@ -1,5 +1,5 @@
 // A scene of correspondences in which one file is hostile: the first byte says which, and who reads it; the others
-// change it (EditHdf5).
+// change it (ChangeHdf5).
 
 #include <array>
 #include <filesystem>
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Scene& scene = TheScene();
   ByteReader reader(data, size);
   const std::size_t first = reader.Byte(), file = first % kFiles.size();
-  EditHdf5(scene.folder() + "/" + kFiles[file], &reader);
+  ChangeHdf5(scene.folder() + "/" + kFiles[file], &reader);
   switch (first / kFiles.size() % 4) {
     case 0:
       ReadAll(scene.folder());

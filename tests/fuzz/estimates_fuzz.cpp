@@ -1,4 +1,4 @@
-// estimates.h5 as it is read back: bytes change a sound file (EditHdf5).
+// estimates.h5 as it is read back: bytes change a sound file (ChangeHdf5).
 
 #include "diffsac/eval/estimates.h"
 #include "fuzz/fuzz_target.h"
@@ -32,7 +32,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string sound = SoundFile();
   ByteReader reader(data, size);
   const std::string path = WriteScratch("estimates.h5", sound);
-  EditHdf5(path, &reader);
+  ChangeHdf5(path, &reader);
   Parses({path}, [&] { diffsac::ReadEstimates(path); });
   return 0;
 }

@@ -1,5 +1,5 @@
 // Features and matches that others made, in hloc's layout. The first byte says which of the two files is hostile, the
-// others change it (EditHdf5).
+// others change it (ChangeHdf5).
 
 #include <filesystem>
 #include <mutex>
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const int hostile = reader.Below(2);
   std::string paths[2];
   for (int i = 0; i < 2; ++i) paths[i] = WriteScratch(kFiles[i], SoundFiles()[i]);
-  EditHdf5(paths[hostile], &reader);
+  ChangeHdf5(paths[hostile], &reader);
   const auto read = [&](const char* image) {
     Parses({paths[0]}, [&] {
       diffsac::ImportedFeatures(paths[0]).Read(Scratch() + "/" + image, diffsac::ImageSize{10, 8}, 3);

@@ -11,9 +11,16 @@ namespace diffsac::testing {
 /// ones, are removed or replaced by others of any kind, type, shape and layout, among them values that claim any number
 /// and were never written, values in other files, links to nowhere and to themselves, and texts.
 ///
-/// The files stay such as the library itself would write. Bytes that no library wrote crash libhdf5 1.10 in many ways
-/// (docs/reliability.md), which hides what our readers do.
+/// The files stay such as the library itself would write.
 void EditHdf5(const std::string& path, ByteReader* reader);
+
+/// Changes up to eight bytes or pieces of the file as bytes say, past the library: bits, words, pieces from elsewhere in
+/// it, cut ends, and the fields behind the signatures of the format's structures. Most of what comes of it no library
+/// wrote.
+void EditHdf5Bytes(const std::string& path, ByteReader* reader);
+
+/// The one or the other, as the first byte says.
+void ChangeHdf5(const std::string& path, ByteReader* reader);
 
 /// Seeds for a target whose first byte chooses one of `choices`: each unchanged, and with some changes.
 std::vector<std::string> EditSeeds(int choices);

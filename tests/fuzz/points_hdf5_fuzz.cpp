@@ -1,4 +1,4 @@
-// Points and absolute poses in HDF5: the first byte chooses a sound file, the others change it (EditHdf5).
+// Points and absolute poses in HDF5: the first byte chooses a sound file, the others change it (ChangeHdf5).
 
 #include <H5Cpp.h>
 
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace diffsac::testing;
   ByteReader reader(data, size);
   const std::string path = WriteScratch("scene/scene_points.h5", SoundFile(reader.Below(2)));
-  EditHdf5(path, &reader);
+  ChangeHdf5(path, &reader);
   Parses({path}, [&] { diffsac::ReadPointFile(path); });
   Parses({path, Scratch()}, [&] {
     diffsac::MakeDataset(diffsac::Config::FromString("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1);

@@ -17,6 +17,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/data/dataset_registry.h"
 #include "diffsac/data/finite_points.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/pair_filter.h"
 #include "diffsac/data/pair_scenes.h"
@@ -95,7 +96,7 @@ class AbsolutePoses : public Dataset {
   void AddScene(const SceneFolder& scene, const AbsolutePosesOptions& options) {
     const std::string path = (std::filesystem::path(scene.folder) / kFile).string();
     try {
-      const H5::H5File file(path, H5F_ACC_RDONLY);
+      const H5::H5File file = OpenHdf5(path);
       for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
         const std::string name = file.getObjnameByIdx(i);
         const std::string place = path + ":/" + name;

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/pair_truth.h"
 #include "diffsac/data/tasks.h"
@@ -96,7 +97,7 @@ class LazyFile {
   H5::H5File& Open() {
     if (file_) return *file_;
     if (!fs::exists(path_)) throw Error(path_ + ": no such file");
-    file_.emplace(path_, H5F_ACC_RDONLY);
+    file_.emplace(OpenHdf5(path_));
     return *file_;
   }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "diffsac/core/resources.h"
 #include "diffsac/data/dataset_registry.h"
 
 namespace diffsac {
@@ -36,12 +37,13 @@ class DrawnDataset : public Dataset {
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
   const DatasetEntry& entry = EntryOf(config);
-  std::unique_ptr<Dataset> dataset = entry.make(config, seed);
+  RequirePaths(config, {"paths", "root"}, "file or folder");
+  std::unique_ptr<Dataset> dataset = entry.make(WithFoundPaths(config), seed);
   if (entry.generated) return std::make_unique<DrawnDataset>(std::move(dataset));
   return dataset;
 }
 
-std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(config); }
+std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(WithFoundPaths(config)); }
 
 bool IsGenerated(const Config& config) { return EntryOf(config).generated; }
 

@@ -15,8 +15,8 @@ constexpr hsize_t kMostValues = 100'000'000;
 // What deflate makes of equal bytes.
 constexpr hsize_t kDensest = 1032;
 
-hsize_t FileSize(const H5::DataSet& source) {
-  const hid_t file = H5Iget_file_id(source.getId());
+hsize_t FileSize(hid_t data_set) {
+  const hid_t file = H5Iget_file_id(data_set);
   hsize_t size = 0;
   const bool known = file >= 0 && H5Fget_filesize(file, &size) >= 0;
   if (file >= 0) H5Fclose(file);
@@ -24,13 +24,25 @@ hsize_t FileSize(const H5::DataSet& source) {
 }
 
 // Bytes of one chunk; 0 for other layouts.
-hsize_t ChunkSize(const H5::DSetCreatPropList& properties, std::size_t value_size) {
-  if (properties.getLayout() != H5D_CHUNKED) return 0;
+hsize_t ChunkSize(hid_t properties, hsize_t value_size) {
+  if (H5Pget_layout(properties) != H5D_CHUNKED) return 0;
   hsize_t sizes[H5S_MAX_RANK], bytes = value_size;
-  const int rank = properties.getChunk(H5S_MAX_RANK, sizes);
+  const int rank = H5Pget_chunk(properties, H5S_MAX_RANK, sizes);
   for (int i = 0; i < rank; ++i)
     if (__builtin_mul_overflow(bytes, sizes[i], &bytes)) return ~hsize_t{0};
   return bytes;
+}
+
+const char* WhyRefused(hid_t properties, hssize_t claimed, hsize_t value_size, hsize_t file_size) {
+  if (H5Pget_external_count(properties) > 0 || H5Pget_layout(properties) == H5D_VIRTUAL)
+    return ": its values lie in other files, which are not read";
+  const auto count = static_cast<hsize_t>(claimed);
+  const hsize_t room = std::min(file_size, kMostValues * value_size) * kDensest;  // bytes, when uncompressed
+  if (claimed < 0 || (count > kAlwaysValues && count > std::min(kMostValues, room / value_size)))
+    return ": damaged, or too large: it claims more values than its file can hold, or than are read";
+  if (ChunkSize(properties, value_size) > std::max(kAlwaysChunk, std::min(room, kMostValues * 8)))
+    return ": damaged: it claims chunks larger than its file can hold";
+  return nullptr;
 }
 
 void ReadInto(const H5::DataSet& source, double* out) { source.read(out, H5::PredType::NATIVE_DOUBLE); }
@@ -62,18 +74,22 @@ std::mutex& Hdf5Mutex() {
   return mutex;
 }
 
+const char* WhyRefused(hid_t data_set, hsize_t* count) {
+  const hid_t properties = H5Dget_create_plist(data_set), space = H5Dget_space(data_set), type = H5Dget_type(data_set);
+  const bool known = properties >= 0 && space >= 0 && type >= 0;
+  const hssize_t claimed = known ? H5Sget_simple_extent_npoints(space) : 0;
+  *count = static_cast<hsize_t>(claimed);
+  const char* why = known ? WhyRefused(properties, claimed, std::max<hsize_t>(H5Tget_size(type), 1), FileSize(data_set))
+                          : ": damaged or truncated: its shape, type or layout cannot be read";
+  if (type >= 0) H5Tclose(type);
+  if (space >= 0) H5Sclose(space);
+  if (properties >= 0) H5Pclose(properties);
+  return why;
+}
+
 std::size_t CountOf(const H5::DataSet& source, const std::string& place) {
-  const H5::DSetCreatPropList properties = source.getCreatePlist();
-  if (properties.getExternalCount() > 0 || properties.getLayout() == H5D_VIRTUAL)
-    throw Error(place + ": its values lie in other files, which are not read");
-  const hssize_t claimed = source.getSpace().getSimpleExtentNpoints();
-  const auto count = static_cast<hsize_t>(claimed);
-  const std::size_t value_size = std::max<std::size_t>(source.getDataType().getSize(), 1);
-  const hsize_t room = std::min(FileSize(source), kMostValues * value_size) * kDensest;  // bytes, when uncompressed
-  if (claimed < 0 || (count > kAlwaysValues && count > std::min(kMostValues, room / value_size)))
-    throw Error(place + ": damaged, or too large: it claims more values than its file can hold, or than are read");
-  if (ChunkSize(properties, value_size) > std::max(kAlwaysChunk, std::min(room, kMostValues * 8)))
-    throw Error(place + ": damaged: it claims chunks larger than its file can hold");
+  hsize_t count = 0;
+  if (const char* why = WhyRefused(source.getId(), &count)) throw Error(place + why);
   return static_cast<std::size_t>(count);
 }
 

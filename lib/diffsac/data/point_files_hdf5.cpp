@@ -10,6 +10,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/point_files.h"
 
@@ -113,7 +114,7 @@ std::vector<PointSet> ReadHdf5Points(const std::string& path) {
   std::string place = path;
   try {
     if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
-    const H5::H5File file(path, H5F_ACC_RDONLY);
+    const H5::H5File file = OpenHdf5(path);
     std::vector<PointSet> sets;
     for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
       const std::string key = file.getObjnameByIdx(i);

@@ -7,6 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/hdf5_output.h"
 
@@ -46,7 +47,7 @@ std::string ReadThumbnail(const std::string& folder, const std::string& image) {
   const std::string place = path + ": " + image;
   return Locked([&] {
     try {
-      const H5::H5File file(path, H5F_ACC_RDONLY);
+      const H5::H5File file = OpenHdf5(path);
       if (!file.nameExists(image)) return std::string();
       const H5::DataSet data = file.openDataSet(image);
       if (data.getTypeClass() != H5T_INTEGER) throw Error(place + ": expected the bytes of a JPEG file");

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/yaml_tree.h"
 
@@ -311,6 +312,7 @@ Config ComposeExperiment(const Config& config) {
   if (root.Find("data_root") == nullptr) PutIn(&root, "data_root", ScalarAt(root, kDefaultDataRoot));
   const YamlTree values = root;
   Interpolate(values, &root);
+  root = WithFoundPaths(composed).impl_->document->root;
   root = OnAlternative(std::move(root));
   YamlTree settings = Take(&root, "settings"), sweep = Take(&root, "sweep");
   const YamlTree names = Take(&root, "rows");

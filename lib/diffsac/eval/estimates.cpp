@@ -7,6 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/data/hdf5_input.h"
 #include "diffsac/data/hdf5_numbers.h"
 #include "diffsac/data/problem.h"
 
@@ -295,12 +296,10 @@ void WriteTo(H5::H5File& file, const EstimateFile& content) {
   }
 }
 
-/// A file in memory; `content` is what it begins with.
-H5::FileAccPropList InMemory(std::string* content = nullptr) {
+H5::FileAccPropList InMemory() {
   constexpr std::size_t kIncrement = 1 << 20;
   H5::FileAccPropList access;
   access.setCore(kIncrement, false);
-  if (content != nullptr) H5Pset_file_image(access.getId(), content->data(), content->size());
   return access;
 }
 
@@ -328,7 +327,7 @@ EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
   H5::Exception::dontPrint();
   std::string place = name;
   try {
-    const H5::H5File file("estimates", H5F_ACC_RDONLY, H5::FileCreatPropList::DEFAULT, InMemory(&bytes));
+    const H5::H5File file = OpenHdf5Bytes(bytes, name);
     const H5::Group root = file.openGroup("/");
     if (GetText(root, "format") != kFormat) throw Error("another format");
     EstimateFile content{GetText(root, "experiment"), GetText(root, "task"), GetText(root, "git_revision"), {}};

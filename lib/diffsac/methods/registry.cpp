@@ -1,5 +1,6 @@
 #include "diffsac/methods/registry.h"
 
+#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/methods/diffsac_engine.h"
 #include "diffsac/methods/learned_model.h"
@@ -47,7 +48,7 @@ TrainedConfig TrainedConfigOf(const Config& row, Task task, const MethodContext&
     }
   }
   if (row.Has("checkpoint") && !row.Text("checkpoint").empty())
-    return ReadTrainedConfig(row.Text("checkpoint"), type, task);
+    return ReadTrainedConfig(RequiredPath(row.Sub("checkpoint"), "checkpoint"), type, task);
   throw Error(row.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
 }
 

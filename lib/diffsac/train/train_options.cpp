@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "diffsac/core/resources.h"
 #include "diffsac/data/tasks.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/validation.h"
@@ -92,7 +93,8 @@ void TrainConfig::Bind(OptionsBinder& b) {
            "not for network.features.kinds preference, whose hypotheses are those of the images as they are");
 }
 
-TrainConfig ReadTrainConfig(const Config& config) {
+TrainConfig ReadTrainConfig(const Config& given) {
+  const Config config = WithFoundPaths(given);
   const auto head = ReadOptions<TrainConfigHead>(config);
   TrainConfig options = ReadOptions(config, TrainConfig(head.method, head.task));
   if (!config.Has("data")) options.data = config.Sub("data");  // For messages about what is not there.
