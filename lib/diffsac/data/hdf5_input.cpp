@@ -25,9 +25,9 @@ namespace diffsac {
 namespace {
 
 constexpr rlim_t kSeconds = 1, kBytesPerSecond = rlim_t{8} << 20;  // of the processor; reading takes a hundredth
-constexpr rlim_t kMemory = rlim_t{2} << 30;                        // beside what the parent has
+constexpr rlim_t kMemory = rlim_t{1} << 30;                        // beside what the parent has
 // Values that the child reads, in bytes: of larger files, or of such as are compressed beyond this, not all.
-constexpr hsize_t kMostRead = hsize_t{1} << 30, kAlwaysRead = hsize_t{32} << 20, kDensest = 32;
+constexpr hsize_t kMostRead = hsize_t{512} << 20, kAlwaysRead = hsize_t{32} << 20, kDensest = 32;
 // A child that no longer runs, but waits: for a lock that another thread of the parent had.
 constexpr int kMostWaiting = 60;  // times its seconds
 constexpr char kFinished = 'f';
@@ -60,14 +60,13 @@ void Confine(const Child& child) {
   for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) ::signal(signal, SIG_IGN);  // the parent's to answer
   const int nowhere = ::open("/dev/null", O_RDWR);
   for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, stream);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
 /// Only what a child of a process with several threads may do, and _exit: nothing of the parent's is flushed.
 [[noreturn]] void Walk(const Child& child, int answer) {
   Confine(child);
-  WalkHdf5(child.path, child.access, child.budget());
-  const bool told = ::write(answer, &kFinished, 1) == 1;
+  const bool within = WalkHdf5(child.path, child.access, child.budget());
+  const bool told = within && ::write(answer, &kFinished, 1) == 1;
   ::_exit(told ? 0 : 1);
 }
 
@@ -110,7 +109,7 @@ void Check(const std::string& name, const Child& child) {
   while (::waitpid(id, nullptr, 0) < 0 && errno == EINTR) {
   }
   if (!finished)
-    throw Error(name + ": crashes the HDF5 library, or keeps it busy without end: damaged, or not an HDF5 file");
+    throw Error(name + ": crashes the HDF5 library, or asks it for more time or memory than it can need: damaged");
 }
 
 /// Of a file as it is now; a file that changed has others.

@@ -11,6 +11,15 @@ namespace {
 constexpr hsize_t kMostIndexed = 64;               // names that are asked for by their number
 constexpr hsize_t kMostAttributeValues = 1 << 20;  // what CountOf allows
 
+/// Called for each error of the library's, in place of printing it.
+herr_t NoteRefusal(hid_t stack, void* refused) {
+  const auto note = [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+    if (error->min_num == H5E_NOSPACE || error->min_num == H5E_CANTALLOC) *static_cast<bool*>(out) = true;
+    return 0;
+  };
+  return H5Ewalk2(stack, H5E_WALK_UPWARD, note, refused);
+}
+
 hid_t VariableText() {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, H5T_VARIABLE);
@@ -93,7 +102,9 @@ herr_t VisitLink(hid_t group, const char* name, const H5L_info_t*, void* budget)
 
 }  // namespace
 
-void WalkHdf5(const char* path, hid_t access, hsize_t budget) {
+bool WalkHdf5(const char* path, hid_t access, hsize_t budget) {
+  bool refused = false;
+  H5Eset_auto2(H5E_DEFAULT, NoteRefusal, &refused);
   const bool alone = H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_FILE) <= 0;
   const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, access);
   if (file >= 0) {
@@ -105,6 +116,7 @@ void WalkHdf5(const char* path, hid_t access, hsize_t budget) {
   }
   // What the library does when the program ends. Not where other files are open, which are the parent's to write.
   if (alone) H5close();
+  return !refused;
 }
 
 }  // namespace diffsac
