@@ -18,8 +18,10 @@ const DatasetEntry& EntryOf(const Config& config) {
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
   const DatasetEntry& entry = EntryOf(config);
+  const Config found = WithFoundPaths(config);
+  entry.resolve(found);  // Mistakes in options come before files that are not there.
   RequirePaths(config, {"paths", "root"}, "file or folder");
-  return entry.make(WithFoundPaths(config), seed);
+  return entry.make(found, seed);
 }
 
 std::string WriteDatasetOptions(const Config& config) { return EntryOf(config).resolve(WithFoundPaths(config)); }
