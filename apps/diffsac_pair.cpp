@@ -40,7 +40,8 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of both images");
   app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
-  app->add_option("--config", request->config_path, "Rows to choose from (default: configs/pair/TASK.yaml beside the program)");
+  app->add_option("--config", request->config_path,
+                  "Rows to choose from (default: configs/pair/TASK.yaml beside the program)");
   app->add_option("--method", request->method, "The row (default: the first)");
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
       ->allow_extra_args(false);

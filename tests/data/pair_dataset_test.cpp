@@ -152,7 +152,7 @@ TEST_CASE("the tutorial's splits and scenes are chosen by name") {
   CHECK(Has(error("split: test\n"), "test: no scenes"));
   CHECK(Has(error("split: trian\n"), "train"));
   CHECK(Has(error("split: train\nscenes: [aa]\n"), "did you mean 'a'"));
-  CHECK(Has(ErrorOf([] { Make("ransac_tutorial", "nowhere"); }), "nowhere: no such folder"));
+  CHECK(Has(ErrorOf([] { Make("ransac_tutorial", "nowhere"); }), "'nowhere': no such file or folder; looked for nowhere"));
   CHECK(Has(ErrorOf([] { MakeDataset(Config::FromString("type: ransac_tutorial\n"), 1); }), "root"));
 }
 

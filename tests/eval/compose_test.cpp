@@ -1,6 +1,7 @@
 #include "diffsac/eval/compose.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
@@ -162,6 +163,24 @@ paper: {Theirs: {ours: c, "0.1": 0.5}, Other: {ours: a}}
   CHECK_THAT(composed, !Contains("b_5") && !Contains("reference") && !Contains("qualitative_method:") &&
                            !Contains("\"c\"") && Contains("bars: [a]") && Contains("ours: a") && !Contains("ours: c"));
   CHECK_THAT(Composed("methods: {a: {}}\nrows: [a]\nfigures: {bars: [x]}"), Contains("x"));
+}
+
+TEST_CASE("paths of an experiment are relative to its file, but not what --data-root begins") {
+  const TemporaryFolder folder;
+  for (const char* name : {"data/set", "scenes"}) std::filesystem::create_directories(folder / name);
+  WriteFileAtomically(folder / "net.safetensors", "");
+  WriteFileAtomically(folder / "table.yaml",
+                      "methods: [{type: diffsac, checkpoint: net.safetensors}]\n"
+                      "alternatives: [{name: none, needs: absent}, {name: here, needs: [scenes]}]\n"
+                      "conditions: [{name: a, data: {paths: [\"${data_root}/set\", absent]}}]\n");
+  Config config = Config::FromFile(folder / "table.yaml");
+  const Config found = ComposeExperiment(config);
+  CHECK(found.Text("name") == "here");
+  CHECK(found.Text("methods.0.checkpoint") == folder / "net.safetensors");
+  CHECK(found.Text("conditions.0.data.paths.0") == folder / "data/set");
+  CHECK(found.Text("conditions.0.data.paths.1") == "absent");
+  config.Set("data_root=data");
+  CHECK(ComposeExperiment(config).Text("conditions.0.data.paths.0") == "data/set");
 }
 
 }  // namespace

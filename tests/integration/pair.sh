@@ -24,6 +24,9 @@ assert pair["status"] == "ok" and not pair["may_be_chance"], pair
 assert abs(h[2] - 12) < 1 and abs(h[5]) < 1, h
 END
 done
+# From any folder: configuration and network are found beside the program.
+mkdir "$own/empty"
+(cd "$own/empty" && run_expecting 0 pair ../a.pgm ../b.pgm --task homography --threads 1 --picture "")
 # The essential matrix where there is a calibration; else the fundamental one.
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_scales --picture ""
 grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }

@@ -37,8 +37,10 @@ class DrawnDataset : public Dataset {
 
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed) {
   const DatasetEntry& entry = EntryOf(config);
+  const Config found = WithFoundPaths(config);
+  entry.resolve(found);  // Mistakes in options come before files that are not there.
   RequirePaths(config, {"paths", "root"}, "file or folder");
-  std::unique_ptr<Dataset> dataset = entry.make(WithFoundPaths(config), seed);
+  std::unique_ptr<Dataset> dataset = entry.make(found, seed);
   if (entry.generated) return std::make_unique<DrawnDataset>(std::move(dataset));
   return dataset;
 }

@@ -85,6 +85,8 @@ void Interpolate(const YamlTree& experiment, YamlTree* tree) {
       FailAt(*tree, "${" + path + "}", "expected a key of this file that has a plain value");
     if (value->scalar.find("${") != std::string::npos)
       FailAt(*tree, "${" + path + "}", "its value must stand there itself, without '${'");
+    // A path that begins with --data-root is relative to the current folder, not to the file that goes on with it.
+    if (at == 0 && !value->place.assignment.empty()) tree->place = value->place;
     tree->scalar.replace(at, end + 1 - at, value->scalar);
     at += value->scalar.size();
   }
