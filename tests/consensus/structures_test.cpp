@@ -202,8 +202,8 @@ TEST_CASE("A model whose points turn out to be nearer to later ones is left out"
   Rng rng(4);
   for (int i = 0; i < kOfEach; ++i) {
     const double x = -5.0 + 10.0 * (i + 0.5) / kOfEach;
-    points.row(i) << x, 0.05 * x;
-    points.row(kOfEach + i) << x, -0.05 * x;
+    points.row(i) << x, 0.12 * x;
+    points.row(kOfEach + i) << x, -0.12 * x;
   }
   points.row(2 * kOfEach) << -1.5, 0.0;
   points.row(2 * kOfEach + 1) << 1.5, 0.0;
@@ -273,6 +273,54 @@ TEST_CASE("Given hypotheses take part in the search at once") {
       FindStructures<Line>(scene.points, kThreshold, none, Options(1), structures, Rng(3), hints);
   CHECK(again.models.size() == 2);
   CHECK(again.labels == found.labels);
+}
+
+// Four walls of a room of 5 × 4 × 3, their noise σ; a cluster that is no plane; clutter everywhere.
+PointMatrix Room(double sigma, int cluster, std::uint64_t seed) {
+  constexpr int kWall = 400, kClutter = 100;
+  const Eigen::RowVector3d size(5.0, 4.0, 3.0), center(3.2, 2.0, 1.0);
+  const std::pair<int, double> walls[] = {{2, 0.0}, {0, 0.0}, {1, 0.0}, {1, 4.0}};
+  Rng rng(seed);
+  const auto anywhere = [&] {
+    return Eigen::RowVector3d(rng.Uniform(0, size[0]), rng.Uniform(0, size[1]), rng.Uniform(0, size[2]));
+  };
+  PointMatrix points(4 * kWall + cluster + kClutter, 3);
+  int row = 0;
+  for (const auto& [axis, at] : walls)
+    for (int i = 0; i < kWall; ++i) {
+      points.row(row) = anywhere();
+      points(row++, axis) = at + sigma * rng.Normal();
+    }
+  for (int i = 0; i < cluster; ++i)
+    points.row(row++) = center + 0.3 * Eigen::RowVector3d(rng.Normal(), rng.Normal(), rng.Normal());
+  for (int i = 0; i < kClutter; ++i) points.row(row++) = anywhere();
+  return points;
+}
+
+std::size_t PlanesFound(const PointMatrix& points, double threshold, StructureSearch search) {
+  StructureSearchOptions structures;
+  structures.search = search;
+  const SourceOfRows uniform = [](const std::vector<int>& rows, int number) {
+    return std::make_unique<UniformSource>(static_cast<int>(rows.size()), 3, Rng(7).Fork("search", number));
+  };
+  return FindStructures<Plane>(points, threshold, uniform, Options(1000), structures, Rng(3)).models.size();
+}
+
+TEST_CASE("a room of four walls with a cluttered cluster has four planes (it gave 6 to 20)") {
+  for (const StructureSearch search : {StructureSearch::kSequential, StructureSearch::kAtOnce})
+    for (const int cluster : {0, 300, 800})
+      for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        CAPTURE(ToString(search), cluster, seed);
+        CHECK(PlanesFound(Room(0.01, cluster, seed), 0.03, search) == 4);
+      }
+}
+
+TEST_CASE("walls thicker than the threshold are one plane each (they gave 7 to 20)") {
+  for (const StructureSearch search : {StructureSearch::kSequential, StructureSearch::kAtOnce})
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      CAPTURE(ToString(search), seed);
+      CHECK(PlanesFound(Room(0.03, 300, seed), 0.03, search) == 4);
+    }
 }
 
 }  // namespace

@@ -7,15 +7,15 @@
 #include <numeric>
 #include <vector>
 
-#include "diffsac/consensus/false_alarms.h"
 #include "diffsac/consensus/linkage.h"
+#include "diffsac/consensus/structure_support.h"
 #include "diffsac/consensus/structures.h"
 
 namespace diffsac {
 namespace structures_internal {
 
-/// Uniform points that say how often one fits a model by chance.
-inline constexpr int kChancePoints = 10000;
+/// So many models that are no structure are passed over before the search ends.
+inline constexpr int kMostAside = 20;
 /// Soft preferences fall off as exp(−r/τ) up to 5 τ (T-linkage), with τ this share of ε.
 inline constexpr double kPreferenceScale = 0.4;
 inline constexpr double kPreferenceReach = 5.0;
@@ -44,16 +44,17 @@ class StructuresSearch {
         options_(options),
         structures_(structures),
         rng_(rng),
-        hints_(hints) {
+        hints_(hints),
+        chance_(points, threshold, rng.Fork("chance")) {
     // As the loop does, which searches of linkages do without.
     std::erase_if(hints_.models, [](const ModelParameters& model) {
       return model.size() != Parameters::SizeAtCompileTime || !model.allFinite();
     });
-    PlaceChancePoints(rng.Fork("chance"));
   }
 
   StructuresResult Run() {
     found_.labels.assign(static_cast<std::size_t>(points_.rows()), 0);
+    aside_.assign(found_.labels.size(), 0);
     switch (structures_.search) {
       case StructureSearch::kJLinkage:
       case StructureSearch::kTLinkage:
@@ -124,19 +125,32 @@ class StructuresSearch {
     return result;
   }
 
+  /// A model that is no structure, the best there is in a cluster or in the tail of a thick wall, hides smaller ones:
+  /// its points are set aside.
   void TakeOneByOne() {
     const bool draw = structures_.search == StructureSearch::kSequential;
-    while (static_cast<int>(models_.size()) < structures_.most) {
-      const std::vector<int> left = RowsOf(0);
+    int asides = 0;
+    while (static_cast<int>(models_.size()) < structures_.most && asides <= kMostAside) {
+      std::vector<int> left = RowsOf(0);
+      std::erase_if(left, [&](int i) { return aside_[i] != 0; });
       if (static_cast<int>(left.size()) <= Model::kMinimalSize) return;
-      const ConsensusResult best = Search(left, OfRows(hints_, left), draw, rng_.Fork("structure", models_.size()));
+      const ConsensusResult best =
+          Search(left, OfRows(hints_, left), draw, rng_.Fork("structure", models_.size() + asides));
       if (draw) hints_.models.clear();
       if (best.status != Status::kOk) return;
       const auto inliers = static_cast<int>(std::count(best.inliers.begin(), best.inliers.end(), 1));
+      // Not even by uniform points: there is nothing any more.
       if (IsChance(best.model, static_cast<int>(left.size()), inliers)) return;
-      models_.push_back(best.model);
-      for (std::size_t i = 0; i < left.size(); ++i)
-        if (best.inliers[i] != 0) found_.labels[left[i]] = static_cast<std::int32_t>(models_.size());
+      const bool structure = IsStructure(best.model, SupportOf(best.model, kCandidate));
+      if (structure) models_.push_back(best.model);
+      for (std::size_t i = 0; i < left.size(); ++i) {
+        if (best.inliers[i] == 0) continue;
+        if (structure)
+          found_.labels[left[i]] = static_cast<std::int32_t>(models_.size());
+        else
+          aside_[left[i]] = 1;
+      }
+      if (!structure) ++asides;
     }
   }
 
@@ -159,13 +173,10 @@ class StructuresSearch {
   /// Takes a model with all free points that it explains, for a structure may be in several clusters; unless chance
   /// would give as many.
   void Accept(const ModelParameters& model) {
-    const std::vector<int> left = RowsOf(0);
-    std::vector<int> own;
-    for (const int i : left)
-      if (Model::Residual(Parameters(model), points_.data() + i * points_.cols()) <= threshold_) own.push_back(i);
-    if (IsChance(model, static_cast<int>(left.size()), static_cast<int>(own.size()))) return;
+    if (!IsStructure(model, SupportOf(model, kCandidate))) return;
     models_.push_back(model);
-    for (const int i : own) found_.labels[i] = static_cast<std::int32_t>(models_.size());
+    for (const int i : RowsOf(0))
+      if (ResidualOf(model, i) <= threshold_) found_.labels[i] = static_cast<std::int32_t>(models_.size());
   }
 
   PreferenceMatrix Preferences() const {
@@ -220,15 +231,15 @@ class StructuresSearch {
     }
   }
 
-  /// Leaves out the models whose own points chance would give, that of fewest points first.
+  /// Leaves out the models whose own points chance would give, or that are another one of more points, that of fewest
+  /// points first.
   void DropChance() {
     for (;;) {
       std::size_t fewest = 0, points = 0;
       bool drop = false;
-      const std::size_t free = RowsOf(0).size();
       for (std::size_t k = 0; k < models_.size(); ++k) {
+        if (IsStructure(models_[k], SupportOf(models_[k], static_cast<int>(k)))) continue;
         const std::size_t own = RowsOf(static_cast<std::int32_t>(k + 1)).size();
-        if (!IsChance(models_[k], static_cast<int>(free + own), static_cast<int>(own))) continue;
         if (!drop || own < points) fewest = k, points = own;
         drop = true;
       }
@@ -253,22 +264,51 @@ class StructuresSearch {
     found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
   }
 
-  /// Uniform in the box of the points.
-  void PlaceChancePoints(Rng rng) {
-    const Eigen::RowVectorXd low = points_.colwise().minCoeff(), high = points_.colwise().maxCoeff();
-    chance_points_.resize(kChancePoints, points_.cols());
-    for (Eigen::Index i = 0; i < kChancePoints; ++i)
-      for (Eigen::Index k = 0; k < points_.cols(); ++k) chance_points_(i, k) = rng.Uniform(low[k], high[k]);
+  double ResidualOf(const ModelParameters& model, Eigen::Index row) const {
+    return Model::Residual(Parameters(model), points_.data() + row * points_.cols());
   }
 
-  bool IsChance(const ModelParameters& parameters, int points, int inliers) const {
-    const Parameters model = parameters;
-    int fitting = 0;
-    for (Eigen::Index i = 0; i < kChancePoints; ++i)
-      fitting += Model::Residual(model, chance_points_.data() + i * chance_points_.cols()) <= threshold_;
-    const double share = std::max(structures_.least_chance, (fitting + 1.0) / (kChancePoints + 1.0));
-    return !(LogChanceModels(points, inliers, Model::kMinimalSize, share) < structures_.log_false_alarms);
+  /// The models that a model must be clear of: for a candidate all, for one that was taken those of more points.
+  std::vector<std::size_t> Above(int k) const {
+    std::vector<std::size_t> above;
+    const std::size_t own = k == kCandidate ? 0 : RowsOf(k + 1).size();
+    for (std::size_t j = 0; j < models_.size(); ++j)
+      if (k == kCandidate || (static_cast<int>(j) != k && RowsOf(static_cast<std::int32_t>(j + 1)).size() > own))
+        above.push_back(j);
+    return above;
   }
+
+  /// k: the model's place, or kCandidate.
+  StructureSupport SupportOf(const ModelParameters& model, int k) const {
+    StructureSupport support;
+    std::vector<int> inside;
+    for (int i = 0; i < static_cast<int>(points_.rows()); ++i) {
+      const std::int32_t label = found_.labels[i];
+      if (label != 0 && label != k + 1) continue;
+      const double r = ResidualOf(model, i);
+      ++support.points;
+      // Of a candidate, points set aside were another's: they are background.
+      if (r <= threshold_ && (k != kCandidate || aside_[i] == 0)) inside.push_back(i);
+      support.beside += r > threshold_ && r <= Reach<Model>(kBeside) * threshold_;
+    }
+    support.inside = static_cast<int>(inside.size());
+    const std::vector<std::size_t> above = Above(k);
+    support.shared = static_cast<int>(std::count_if(inside.begin(), inside.end(), [&](int i) {
+      return std::any_of(above.begin(), above.end(),
+                         [&](std::size_t j) { return ResidualOf(models_[j], i) <= Reach<Model>(kNear) * threshold_; });
+    }));
+    return support;
+  }
+
+  bool IsChance(const ModelParameters& model, int points, int inside) const {
+    return !(chance_.LogModels(model, points, inside, structures_.least_chance) < structures_.log_false_alarms);
+  }
+
+  bool IsStructure(const ModelParameters& model, const StructureSupport& support) const {
+    return !support.IsSame() && !IsChance(model, support.points, support.inside) && support.IsDense();
+  }
+
+  static constexpr int kCandidate = -1;
 
   const PointMatrix& points_;
   const double threshold_;
@@ -277,8 +317,9 @@ class StructuresSearch {
   const StructureSearchOptions& structures_;
   const Rng rng_;
   ConsensusHints hints_;  ///< With the hypotheses that are known.
-  PointMatrix chance_points_;
+  StructureChance<Model> chance_;
   int searches_ = 0;
+  std::vector<std::uint8_t> aside_;  ///< 1 for points of models that are no structure.
   std::vector<ModelParameters> models_;
   StructuresResult found_;
 };

@@ -12,6 +12,7 @@ namespace diffsac {
 struct AbsolutePose {
   using Parameters = Eigen::Matrix<double, 12, 1>;
   static constexpr int kDimension = 5;
+  static constexpr int kResidualDimension = 2;  ///< Of what `Residual` is the length of.
   static constexpr int kMinimalSize = 3;
   static constexpr int kMaxSolutions = 4;
   /// Of a reprojection error, for MAGSAC++.

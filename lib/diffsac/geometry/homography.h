@@ -15,6 +15,7 @@ struct Homography {
   using Parameters = Matrix3Parameters;
   using Bounds = TransferBounds;  ///< Of `Residual`.
   static constexpr int kDimension = 4;
+  static constexpr int kResidualDimension = 2;  ///< Of what `Residual` is the length of.
   static constexpr int kMinimalSize = 4;
   static constexpr int kMaxSolutions = 1;
 
