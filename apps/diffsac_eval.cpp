@@ -13,8 +13,8 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
-#include "diffsac/eval/command_line.h"
-#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/report/command_line.h"
+#include "diffsac/estimators/diffsac_estimator.h"
 
 namespace {
 
@@ -23,9 +23,9 @@ std::atomic<bool> stop_requested{false};
 void RequestStop(int) { stop_requested = true; }
 
 /// The first copy's confidences of a diffusion method.
-std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::Method& method, const diffsac::Problem& problem,
+std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::RobustEstimator& method, const diffsac::Problem& problem,
                                               std::uint64_t seed) {
-  const auto* diffusion = dynamic_cast<const diffsac::DiffsacMethod*>(&method);
+  const auto* diffusion = dynamic_cast<const diffsac::DiffsacEstimator*>(&method);
   const auto steps = diffusion != nullptr ? diffusion->Trace(problem, seed) : std::nullopt;
   if (!steps) return std::nullopt;
   diffsac::ConfidenceTrace trace{steps->timesteps, {}};

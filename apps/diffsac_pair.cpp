@@ -11,9 +11,9 @@
 #include "diffsac/core/resources.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/pair_truth.h"
-#include "diffsac/eval/command_line.h"
-#include "diffsac/eval/pair_text.h"
+#include "diffsac/problem/pair_truth.h"
+#include "diffsac/report/command_line.h"
+#include "diffsac/report/pair_text.h"
 #include "diffsac/eval/selection.h"
 
 namespace {
@@ -29,7 +29,7 @@ struct Request {
   GivenCalibration calibration;
   FeatureOptions features;
   double threshold_px = 0.0;  // 0: the task's
-  MethodContext context;
+  EstimatorContext context;
   std::uint64_t seed = 0;
 };
 
@@ -70,25 +70,25 @@ std::string TaskOf(const Request& request) {
   return calibrated ? "essential" : "fundamental";
 }
 
-std::unique_ptr<Method> MethodOf(const Request& request, const std::string& task) {
+std::unique_ptr<RobustEstimator> EstimatorOf(const Request& request, const std::string& task) {
   EvalRequest rows;
   rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml") : request.config_path;
   rows.assignments = request.assignments;
   if (!request.method.empty()) rows.methods = {request.method};
   const ExperimentOptions experiment = ReadRequest(rows);
   if (experiment.methods.empty()) throw Error(rows.config_path + ": no methods");
-  return MakeMethod(experiment.methods.front().config, TaskFromString(task), request.context);
+  return MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
 }
 
 int Run(const Request& request) {
   const std::string task = TaskOf(request);
-  const auto method = MethodOf(request, task);
+  const auto method = EstimatorOf(request, task);
   MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration);
   const double threshold = request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
   SetTask(TaskFromString(task), threshold, &matched.pair);
   // Twice: what a library's user waits for is the second time.
-  const double first_call = method->Estimate(matched.pair.problem, request.seed).report.ms_total;
-  const Estimate estimate = method->Estimate(matched.pair.problem, request.seed);
+  const double first_call = method->Run(matched.pair.problem, request.seed).report.ms_total;
+  const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching, first_call};
   std::cout << PairText(matched.pair, estimate, times);
   if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times));

@@ -13,7 +13,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
-#include "diffsac/methods/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"

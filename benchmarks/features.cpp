@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/data/coordinates.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/neighborhood_features.h"
-#include "diffsac/data/point_features.h"
+#include "diffsac/problem/coordinates.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/problem/neighborhood_features.h"
+#include "diffsac/problem/point_features.h"
 
 namespace diffsac {
 namespace {
@@ -82,7 +82,7 @@ Measure Neighborhood(PointMatrix (*change)(PointMatrix)) {
   return [=](int count) {
     const Problem problem = MakeProblem("synthetic_two_view", "fundamental", count);
     const PointMatrix points = change(MatchCoordinates(problem));
-    return SecondsPerCall([&] { return static_cast<double>(NeighborhoodFeatures(points, problem.quality)(0, 0)); });
+    return SecondsPerCall([&] { return static_cast<double>(NeighborhoodFeatures(points, problem.match_ratio)(0, 0)); });
   };
 }
 

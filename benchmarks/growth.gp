@@ -11,6 +11,6 @@ set key top left
 set grid
 of(row) = sprintf("< grep ',%s,' %s", row, csv)
 plot of("shipped") using 1:3 with linespoints lw 2 title "shipped", \
-     of("prosac_scales") using 1:3 with linespoints lw 2 title "prosac\\_scales (no network)", \
+     of("prosac_marginalised") using 1:3 with linespoints lw 2 title "prosac\\_scales (no network)", \
      of("usac") using 1:3 with linespoints lw 2 title "OpenCV USAC\\_ACCURATE 1000", \
      x / 60.0 dashtype 2 lc rgb "gray50" title "in proportion to N"

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/tasks.h"
-#include "diffsac/eval/command_line.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/report/command_line.h"
 
 namespace diffsac {
 namespace {
@@ -34,7 +34,7 @@ constexpr int kMostOfOpencv = 50000;
 struct Row {
   std::string name;
   bool opencv;
-  std::unique_ptr<Method> method;
+  std::unique_ptr<RobustEstimator> method;
 };
 
 double Median(std::vector<double> values) {
@@ -70,11 +70,11 @@ std::vector<Problem> MakePairs(const Options& options, int points) {
 std::vector<Row> MakeRows(const Options& options) {
   EvalRequest request;
   request.config_path = "configs/pair/" + options.task + ".yaml";
-  MethodContext context;
+  EstimatorContext context;
   context.threads = 1;
   std::vector<Row> rows;
-  for (const MethodRow& row : ReadRequest(request).methods)
-    rows.push_back({row.name, row.type == "usac", MakeMethod(row.config, TaskFromString(options.task), context)});
+  for (const EstimatorRow& row : ReadRequest(request).methods)
+    rows.push_back({row.name, row.type == "usac", MakeEstimator(row.config, TaskFromString(options.task), context)});
   return rows;
 }
 
@@ -90,12 +90,12 @@ void Measure(const Options& options, std::vector<Row>& rows, std::ofstream* csv)
     for (Row& row : rows) {
       ResetPeak();
       const double before = MemoryMiB("VmRSS");
-      row.method->Estimate(pairs[0], 0);
+      row.method->Run(pairs[0], 0);
       memory.push_back(MemoryMiB("VmHWM") - before);
     }
     for (int round = 0; round < options.rounds; ++round)
       for (std::size_t r = 0; r < rows.size(); ++r)
-        reports[r].push_back(rows[r].method->Estimate(pairs[round % pairs.size()], round).report);
+        reports[r].push_back(rows[r].method->Run(pairs[round % pairs.size()], round).report);
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const auto median = [&](double EstimateReport::*field) {
         std::vector<double> values;
@@ -104,7 +104,7 @@ void Measure(const Options& options, std::vector<Row>& rows, std::ofstream* csv)
       };
       const double total = median(&EstimateReport::ms_total);
       std::printf("| %d | %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f |\n", points, rows[r].name.c_str(),
-                  median(&EstimateReport::ms_features), median(&EstimateReport::ms_denoise),
+                  median(&EstimateReport::ms_features), median(&EstimateReport::ms_network),
                   median(&EstimateReport::ms_consensus), total, 1000.0 * total / points, memory[r]);
       if (csv->is_open()) *csv << points << ',' << rows[r].name << ',' << total << '\n';
     }

@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/prosac_source.h"
+#include "diffsac/consensus/prosac_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/solver_space.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -54,15 +54,15 @@ ConsensusOptions Local(int draws) {
   return options;
 }
 
-/// `over_scales` of configs/rows/shipped.yaml, until confident or all draws.
+/// `marginalised` of configs/rows/learned_prosac.yaml, until confident or all draws.
 ConsensusOptions OverScales(int draws, Stopping stopping) {
   ConsensusOptions options = Local(draws);
-  options.score = options.final_score = ScoreKind::kScales;
-  options.noise = NoiseScale::kEstimated;
+  options.score = options.final_score = ScoreKind::kMarginalised;
+  options.threshold = ThresholdKind::kAdaptive;
   options.least_scale = 0.5;
   options.greatest_scale = 4.0;
   options.refit_candidates = 10;
-  options.final_refinement = FinalRefinement::kScales;
+  options.final_refinement = FinalRefinement::kMarginalised;
   options.inlier_prior_power = 1.0;
   options.stopping = stopping;
   options.min_iterations = stopping == Stopping::kConfidence ? 100 : 0;
@@ -93,18 +93,18 @@ std::vector<Row> MakeRows(bool stages) {
 
 template <MinimalModel Model>
 ConsensusResult Search(const Problem& problem, const SolverSpace& space, const Row& row, int seed) {
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.unit = space.unit();
   // The better half of the ratios is likelier right; any such probabilities do here.
   if (row.consensus.inlier_prior_power > 0.0)
-    hints.inlier_priors = (1.0 - 0.8 * problem.quality.array().min(1.0).max(0.0)).matrix();
+    hints.inlier_priors = (1.0 - 0.8 * problem.match_ratio.array().min(1.0).max(0.0)).matrix();
   const Rng rng(seed);
-  const std::vector<double> quality(problem.quality.data(), problem.quality.data() + problem.quality.size());
-  std::unique_ptr<HypothesisSource> source;
+  const std::vector<double> quality(problem.match_ratio.data(), problem.match_ratio.data() + problem.match_ratio.size());
+  std::unique_ptr<MinimalSampler> source;
   if (row.by_quality) {
-    source = std::make_unique<ProsacSource>(quality, Model::kMinimalSize, rng);
+    source = std::make_unique<ProsacSampler>(quality, Model::kMinimalSize, rng);
   } else {
-    source = std::make_unique<UniformSource>(static_cast<int>(space.points().rows()), Model::kMinimalSize, rng);
+    source = std::make_unique<UniformSampler>(static_cast<int>(space.points().rows()), Model::kMinimalSize, rng);
   }
   return SampleConsensus<Model>(space.points(), space.threshold(), *source, row.consensus, rng, hints);
 }

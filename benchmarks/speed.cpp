@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/synthetic.h"
-#include "diffsac/data/tasks.h"
-#include "diffsac/methods/diffsac_method.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/generators/synthetic.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/networks/diffsac_network.h"
 
 namespace diffsac {
@@ -70,10 +70,10 @@ std::vector<Problem> MakeProblems(Task task, int count) {
 
 void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& problems, int threads, int rounds) {
   torch::set_num_threads(threads);
-  MethodContext context;
+  EstimatorContext context;
   context.threads = threads;
   const auto make = [&](const std::string& yaml) {
-    return std::shared_ptr<Method>(MakeMethod(Config::FromString(yaml, "benchmark"), Task::kLine, context));
+    return std::shared_ptr<RobustEstimator>(MakeEstimator(Config::FromString(yaml, "benchmark"), Task::kLine, context));
   };
   const std::string base = "{type: diffsac, checkpoint: '" + checkpoint + "'";
   std::vector<std::uint64_t> seeds(problems.size());
@@ -84,7 +84,7 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   std::vector<Variant> variants;
   const auto one = [&](const std::string& name, const std::string& yaml) {
     variants.push_back(
-        {name, [method = make(yaml), &problems, &turn] { method->Estimate(problems[turn++ % problems.size()], 1); }});
+        {name, [method = make(yaml), &problems, &turn] { method->Run(problems[turn++ % problems.size()], 1); }});
   };
   one("diffsac, one problem", base + "}");
   one("diffsac, one problem, 32 points decoded", base + ", max_decoded_points: 32}");
@@ -93,13 +93,13 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   for (const int size : {4, 16, 64}) {
     variants.push_back({"diffsac, batch of " + std::to_string(size) + ", 32 points decoded",
                         [method = make(base + ", max_decoded_points: 32}"), &each, &seeds, size] {
-                          method->EstimateBatch({each.data(), static_cast<std::size_t>(size)},
+                          method->RunBatch({each.data(), static_cast<std::size_t>(size)},
                                                 {seeds.data(), static_cast<std::size_t>(size)});
                         },
                         static_cast<double>(size)});
   }
-  one("ransac 20", "{type: ransac, hypotheses: 20}");
-  one("ransac 1000", "{type: ransac, hypotheses: 1000}");
+  one("ransac 20", "{type: ransac, max_iterations: 20}");
+  one("ransac 1000", "{type: ransac, max_iterations: 1000}");
   one("exhaustive", "{type: exhaustive}");
   Table("Estimators, one line problem (N = 100, κ = 20), " + std::to_string(threads) + " thread(s)", variants, rounds);
 }
@@ -169,15 +169,15 @@ void StepTable(int threads, int rounds) {
 }
 
 void HypothesesTable(const std::vector<Problem>& lines, const std::vector<Problem>& planes, int rounds) {
-  MethodContext context;
+  EstimatorContext context;
   context.threads = 1;
   std::vector<Variant> variants;
   for (const auto& [name, task, problems] :
        {std::tuple{"lines", Task::kLine, &lines}, {"planes", Task::kPlane, &planes}}) {
-    std::shared_ptr<Method> method =
-        MakeMethod(Config::FromString("{type: ransac, hypotheses: 10000}", "benchmark"), task, context);
+    std::shared_ptr<RobustEstimator> method =
+        MakeEstimator(Config::FromString("{type: ransac, max_iterations: 10000}", "benchmark"), task, context);
     variants.push_back(
-        {std::string("ransac hypothesis, ") + name, [=] { method->Estimate((*problems)[0], 1); }, 10000.0});
+        {std::string("ransac hypothesis, ") + name, [=] { method->Run((*problems)[0], 1); }, 10000.0});
   }
   Table("Hypotheses solved and scored against N = 100 points, 1 thread", variants, rounds);
 }

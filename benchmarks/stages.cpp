@@ -4,7 +4,7 @@
 // programs took. Memory is the process's peak during a call of its own.
 //
 //   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.safetensors] [--points 200,500,2000]
-//                  [--threads 1,2] [--rounds 15] [--rows shipped]
+//                  [--threads 1,2] [--rounds 15] [--rows learned_prosac]
 #include <malloc.h>
 #include <torch/torch.h>
 
@@ -20,9 +20,9 @@
 #include <vector>
 
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/eval/command_line.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/report/command_line.h"
+#include "diffsac/lab/make_estimator.h"
 
 namespace diffsac {
 namespace {
@@ -65,7 +65,7 @@ void ResetPeak() {
 // One row of the table and what was measured of it.
 struct Row {
   std::string name;
-  std::shared_ptr<Method> method;
+  std::shared_ptr<RobustEstimator> method;
   std::vector<double> features = {}, network = {}, consensus = {}, total = {}, processor = {}, ratio = {};
   double peak_mib = 0.0;
 };
@@ -90,11 +90,11 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
                               "temperature: [0.2, 1], " + consensus;
   const std::string copies = ", head_sets: 0, copies: " + std::to_string(options.copies);
   const std::string twenty = diffsac + ", copies: 10, head_sets: 10, max_decoded_points: 128, sampler: {steps: 1}";
-  return {{"PROSAC 1000", "{type: prosac, hypotheses: 1000}"},
-          {"PROSAC 20", "{type: prosac, hypotheses: 20}"},
-          {"LO-RANSAC 1000", "{type: lo_ransac, hypotheses: 1000}"},
-          {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, hypotheses: 1000}"},
-          {"inlier head, no reverse step", diffsac + copies + ", guide: inlier_head, max_encoded_points: 0}"},
+  return {{"PROSAC 1000", "{type: prosac, max_iterations: 1000}"},
+          {"PROSAC 20", "{type: prosac, max_iterations: 20}"},
+          {"LO-RANSAC 1000", "{type: lo_ransac, max_iterations: 1000}"},
+          {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, max_iterations: 1000}"},
+          {"inlier head, no reverse step", diffsac + ", copies: 0, head_sets: " + std::to_string(options.copies) + ", max_encoded_points: 0}"},
           {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
            twenty + ", engine: libtorch, max_encoded_points: 0}"},
           {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
@@ -103,24 +103,24 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
           {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
 }
 
-// The rows of configs/pair/TASK.yaml, which diffsac_pair runs, and the shipped one as it was before.
-void AddPairRows(const Options& options, const MethodContext& context,
+// The rows of configs/pair/TASK.yaml, which diffsac_pair runs, and that one as it was before.
+void AddPairRows(const Options& options, const EstimatorContext& context,
                  const std::function<bool(const std::string&)>& wanted, std::vector<Row>* rows) {
   EvalRequest request;
   request.config_path = "configs/pair/" + options.task + ".yaml";
-  for (const MethodRow& row : ReadRequest(request).methods) {
+  for (const EstimatorRow& row : ReadRequest(request).methods) {
     if (row.type == "usac" || !wanted(row.name)) continue;
-    rows->push_back({row.name, MakeMethod(row.config, TaskFromString(options.task), context)});
-    if (row.name != "shipped") continue;
-    const Config keys = Config::FromString("{engine: libtorch, max_encoded_points: 0, first_sets: 0}");
+    rows->push_back({row.name, MakeEstimator(row.config, TaskFromString(options.task), context)});
+    if (row.name != "learned_prosac") continue;
+    const Config keys = Config::FromString("{engine: libtorch, max_encoded_points: 0}");
     Config before = row.config;
     for (const std::string& key : keys.Keys()) before = before.With(key, keys.Sub(key));
-    rows->push_back({"shipped; LibTorch, all points", MakeMethod(before, TaskFromString(options.task), context)});
+    rows->push_back({"learned_prosac; LibTorch, all points", MakeEstimator(before, TaskFromString(options.task), context)});
   }
 }
 
 std::vector<Row> MakeRows(const Options& options, int threads) {
-  MethodContext context;
+  EstimatorContext context;
   context.threads = threads;
   context.device = options.device;
   std::vector<Row> rows;
@@ -129,7 +129,7 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
   };
   for (const auto& [name, keys] : RowKeys(options)) {
     if (!wanted(name)) continue;
-    rows.push_back({name, MakeMethod(Config::FromString(keys, "benchmark"), TaskFromString(options.task), context)});
+    rows.push_back({name, MakeEstimator(Config::FromString(keys, "benchmark"), TaskFromString(options.task), context)});
   }
   AddPairRows(options, context, wanted, &rows);
   return rows;
@@ -137,16 +137,16 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
 
 void RunOnce(const Problem& pair, std::uint64_t seed, Row* row) {
   const std::clock_t start = std::clock();
-  const EstimateReport report = row->method->Estimate(pair, seed).report;
+  const EstimateReport report = row->method->Run(pair, seed).report;
   row->processor.push_back(1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   row->features.push_back(report.ms_features);
-  row->network.push_back(report.ms_denoise);
+  row->network.push_back(report.ms_network);
   row->consensus.push_back(report.ms_consensus);
   row->total.push_back(report.ms_total);
 }
 
 void Measure(const std::vector<Problem>& pairs, int rounds, std::vector<Row>* rows) {
-  for (Row& row : *rows) row.method->Estimate(pairs[0], 0);  // Caches and allocators, not measured.
+  for (Row& row : *rows) row.method->Run(pairs[0], 0);  // Caches and allocators, not measured.
   for (int round = 0; round < rounds; ++round) {
     const Problem& pair = pairs[round % pairs.size()];
     for (Row& row : *rows) RunOnce(pair, round, &row);
@@ -154,7 +154,7 @@ void Measure(const std::vector<Problem>& pairs, int rounds, std::vector<Row>* ro
   }
   for (Row& row : *rows) {
     ResetPeak();
-    row.method->Estimate(pairs[0], 0);
+    row.method->Run(pairs[0], 0);
     row.peak_mib = MemoryMiB("VmHWM");
   }
 }

@@ -11,7 +11,7 @@
 #include "data_tools/write_scene.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -24,7 +24,7 @@ constexpr const char* kModelSuffix = "_model.txt";
 
 struct LabelledPoints {
   PointMatrix points;
-  std::vector<std::int32_t> labels;
+  std::vector<std::int32_t> assignment;
 };
 
 LabelledPoints ReadLabelled(const std::string& path) {
@@ -35,7 +35,7 @@ LabelledPoints ReadLabelled(const std::string& path) {
     if (v[2] != 1.0 || v[5] != 1.0 || !(v[6] >= 0.0 && v[6] <= 1e9))
       throw Error(path + ":" + std::to_string(lines[i].line) + ": expected x1 y1 1 x2 y2 1 label");
     read.points.row(static_cast<Eigen::Index>(i)) << v[0], v[1], v[3], v[4];
-    read.labels.push_back(static_cast<std::int32_t>(v[6]));
+    read.assignment.push_back(static_cast<std::int32_t>(v[6]));
   }
   return read;
 }
@@ -51,12 +51,12 @@ void ReadTentative(const std::string& prefix, Problem* problem) {
                 std::to_string(scores.size()));
   const auto count = static_cast<Eigen::Index>(scores.size());
   problem->points.resize(count, 4);
-  problem->quality.resize(count);
+  problem->match_ratio.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const NumberLine& line = lines[i + 1];
     if (line.values.size() != 4) throw Error(path + ":" + std::to_string(line.line) + ": expected x1 y1 x2 y2");
     problem->points.row(i) = Eigen::Map<const Eigen::RowVector4d>(line.values.data());
-    problem->quality[i] = scores[i].values[0];
+    problem->match_ratio[i] = scores[i].values[0];
   }
 }
 
@@ -65,7 +65,7 @@ PointMatrix Inliers(const LabelledPoints& labelled) {
   PointMatrix inliers(labelled.points.rows(), 4);
   Eigen::Index count = 0;
   for (Eigen::Index i = 0; i < labelled.points.rows(); ++i)
-    if (labelled.labels[i] > 0) inliers.row(count++) = labelled.points.row(i);
+    if (labelled.assignment[i] > 0) inliers.row(count++) = labelled.points.row(i);
   inliers.conservativeResize(count, 4);
   return inliers;
 }
@@ -129,7 +129,7 @@ Example ReadPair(const std::string& folder, const std::string& name, AdelaideCor
   pair.truth.fundamental = TrueFundamental(prefix, labelled);
   if (kind == AdelaideCorrespondences::kLabelled) {
     pair.problem.points = labelled.points;
-    pair.truth.labels = labelled.labels;
+    pair.truth.assignment = labelled.assignment;
   } else {
     ReadTentative((fs::path(folder) / "sift_update" / name).string(), &pair.problem);
   }

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "diffsac/data/correspondence_files.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 

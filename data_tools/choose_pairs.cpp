@@ -6,7 +6,7 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/text_scan.h"
+#include "diffsac/io/text_scan.h"
 
 namespace diffsac {
 namespace {

@@ -1,5 +1,5 @@
 // The matches of a COLMAP database, whoever made them, as pairs.
-#include "diffsac/colmap/database.h"
+#include "diffsac/io/colmap_database.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,7 +8,7 @@
 #include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
 #include "data_tools/write_scene.h"
-#include "diffsac/colmap/lens.h"
+#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
@@ -112,7 +112,7 @@ void SceneOfPairs::AddRatios(CorrespondenceSet* set) {
       rows.rowwise().normalize();
       return rows;
     };
-    set->pairs[i].problem.quality = MatchRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
+    set->pairs[i].problem.match_ratio = MatchRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
   });
 }
 

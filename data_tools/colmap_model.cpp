@@ -8,7 +8,7 @@
 #include <map>
 
 #include "data_tools/number_file.h"
-#include "diffsac/colmap/lens.h"
+#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 

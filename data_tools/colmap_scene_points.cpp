@@ -17,8 +17,8 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/hdf5_numbers.h"
-#include "diffsac/data/hdf5_output.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/io/hdf5_output.h"
 
 namespace diffsac {
 namespace {
@@ -124,7 +124,7 @@ class SceneDescriptors {
   std::map<PointId, std::vector<std::pair<int, Eigen::VectorXf>>> views_;
 };
 
-/// One group of the file (data/absolute_pose_dataset.cpp).
+/// One group of the file (datasets/absolute_pose_dataset.cpp).
 struct MatchedImage {
   std::string name;
   PointMatrix points;  // N × 5

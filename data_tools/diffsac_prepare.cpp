@@ -19,8 +19,8 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/pair_scenes.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/datasets/pair_scenes.h"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <set>
 
 #include "diffsac/core/status.h"
-#include "diffsac/data/hdf5_input.h"
-#include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/io/hdf5_input.h"
+#include "diffsac/io/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

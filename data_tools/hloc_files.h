@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/correspondence_files.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 

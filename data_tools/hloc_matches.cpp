@@ -5,7 +5,7 @@
 #include "data_tools/hloc_files.h"
 #include "data_tools/image_format.h"
 #include "data_tools/write_scene.h"
-#include "diffsac/colmap/database.h"
+#include "diffsac/io/colmap_database.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 
@@ -60,7 +60,7 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
     for (Eigen::Index i = 0; i < pair.matches.rows(); ++i)
       problem.points.row(i) << image1.keypoints.row(pair.matches(i, 0)), image2.keypoints.row(pair.matches(i, 1));
     // Ratios are better the lower they are.
-    if (pair.scores.size() > 0) problem.quality = 1.0 - pair.scores.array();
+    if (pair.scores.size() > 0) problem.match_ratio = 1.0 - pair.scores.array();
     problem.size1 = image1.size;
     problem.size2 = image2.size;
     if (camera) problem.cameras = CameraPair{camera->K, camera->K};

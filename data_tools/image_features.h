@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/image_pair.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/problem/image_pair.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {

@@ -9,8 +9,8 @@
 
 #include "data_tools/image_source.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/hdf5_input.h"
-#include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/io/hdf5_input.h"
+#include "diffsac/io/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

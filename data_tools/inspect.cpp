@@ -8,8 +8,8 @@
 #include <set>
 
 #include "diffsac/core/progress.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -66,14 +66,14 @@ std::string ContentsOf(const Example& pair) {
   const auto add = [&](bool has, const char* name) {
     if (has) text += (text.empty() ? "" : " ") + std::string(name);
   };
-  add(pair.problem.quality.size() > 0, "ratio");
+  add(pair.problem.match_ratio.size() > 0, "ratio");
   add(pair.problem.size1.width > 0, "sizes");
   add(pair.problem.cameras.has_value(), "K");
   add(pair.truth.motion.has_value(), "pose");
   add(pair.truth.essential.has_value(), "E");
   add(pair.truth.fundamental.has_value(), "F");
   add(pair.truth.homography.has_value(), "H");
-  add(!pair.truth.labels.empty(), "labels");
+  add(!pair.truth.assignment.empty(), "labels");
   return text;
 }
 
@@ -92,7 +92,7 @@ class Inspector {
     Check(pair, problem.points.allFinite(), "a coordinate is not finite");
     Check(pair, Inside(problem.points, 0, problem.size1) && Inside(problem.points, 2, problem.size2),
           "a point lies outside its image");
-    Check(pair, (problem.quality.array() >= 0.0).all() && (problem.quality.array() <= 1.0).all(),
+    Check(pair, (problem.match_ratio.array() >= 0.0).all() && (problem.match_ratio.array() <= 1.0).all(),
           "a ratio is not in [0, 1]");
     Check(pair, TruthAgrees(pair), "E, F, the poses and K disagree");
   }
@@ -116,7 +116,7 @@ class Inspector {
       shares_.push_back(near / count);
       Check(pair, near > 0.0, "no match is near the truth");
     }
-    const auto& labels = pair.truth.labels;
+    const auto& labels = pair.truth.assignment;
     if (!labels.empty())
       labelled_.push_back(
           static_cast<double>(std::count_if(labels.begin(), labels.end(), [](int l) { return l > 0; })) / count);

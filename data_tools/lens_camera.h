@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "diffsac/data/image_pair.h"
+#include "diffsac/problem/image_pair.h"
 
 namespace diffsac {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <map>
 
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -36,11 +36,11 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   Problem& problem = *into;
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
-  problem.quality.resize(count);
+  problem.match_ratio.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const DescriptorMatch& match = matches[i];
     problem.points.row(i) << position(image1, first, match.first), position(image2, second, match.second);
-    problem.quality[i] = match.ratio;
+    problem.match_ratio[i] = match.ratio;
   }
   problem.size1 = first.size;
   problem.size2 = second.size;

@@ -13,7 +13,7 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -67,8 +67,8 @@ std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
   for (Eigen::Index i = 0; i < count; ++i) {
     if (distances.size() == count) {
       kinds[i] = distances[i] <= threshold_px ? Kind::kInlier : Kind::kOutlier;
-    } else if (!pair.truth.labels.empty()) {
-      kinds[i] = pair.truth.labels[i] > 0 ? Kind::kInlier : Kind::kOutlier;
+    } else if (!pair.truth.assignment.empty()) {
+      kinds[i] = pair.truth.assignment[i] > 0 ? Kind::kInlier : Kind::kOutlier;
     }
   }
   return kinds;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

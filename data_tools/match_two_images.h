@@ -4,7 +4,7 @@
 
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

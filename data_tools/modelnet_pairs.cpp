@@ -10,9 +10,9 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/modelnet.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/generators/modelnet.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -54,7 +54,7 @@ Example AsImagePair(Example example) {
   example.id = example.image1 + "-" + example.image2;
   GroundTruth& truth = example.truth;
   truth.motion = RigidMotion{truth.pose.value().rotation, truth.pose.value().translation};
-  truth.labels.assign(truth.inliers.begin(), truth.inliers.end());
+  truth.assignment.assign(truth.inliers.begin(), truth.inliers.end());
   CompleteTruth(example.problem, &truth);
   return example;
 }

@@ -15,11 +15,11 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/pair_scenes.h"
-#include "diffsac/data/pair_truth.h"
-#include "diffsac/data/refined_truth.h"
-#include "diffsac/data/thumbnails.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/problem/pair_truth.h"
+#include "diffsac/datasets/refined_truth.h"
+#include "diffsac/io/thumbnails.h"
 
 namespace diffsac {
 namespace {

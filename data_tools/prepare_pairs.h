@@ -13,7 +13,7 @@ struct PrepareOptions {
   FeatureOptions features;
   std::string import_descriptors;  ///< A file of ImportedFeatures, instead of features of the images; empty: none.
   bool descriptors = false;        ///< Whether to write descriptors.h5.
-  bool thumbnails = true;          ///< Whether to write thumbnails.h5 (data/thumbnails.h).
+  bool thumbnails = true;          ///< Whether to write thumbnails.h5 (io/thumbnails.h).
   bool overwrite = false;          ///< Whether scenes that are there are made again.
   int max_pairs = 0;               ///< At most so many pairs a scene, evenly spaced; 0: all.
   /// Pairs with fewer matches within `true_match_px` of the truth are left out: those that do not overlap. 0 keeps all.

@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "diffsac/data/thumbnails.h"
+#include "diffsac/io/thumbnails.h"
 
 namespace diffsac {
 namespace {

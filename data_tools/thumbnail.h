@@ -6,7 +6,7 @@
 
 namespace diffsac {
 
-/// A small copy of an image (data/thumbnails.h), a JPEG file's bytes: reduced to kThumbnailSize, without the distortion
+/// A small copy of an image (io/thumbnails.h), a JPEG file's bytes: reduced to kThumbnailSize, without the distortion
 /// of its lens where the source knows the camera. Empty for a file that is no image.
 std::string ThumbnailOf(const SourceImage& image);
 

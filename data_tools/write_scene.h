@@ -5,7 +5,7 @@
 #include <string>
 
 #include "data_tools/run_pairs.h"
-#include "diffsac/data/correspondence_files.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 

@@ -21,8 +21,8 @@ import torch.nn.functional as F
 
 INPUTS = 5
 EPSILON = 1e-5                       # of instance and batch normalisation
-RATIO_MEAN, RATIO_SPREAD = 0.7, 0.25  # lib/diffsac/data/point_features.cpp
-USUAL_FOCAL = 1.2                     # lib/diffsac/data/coordinates.cpp
+RATIO_MEAN, RATIO_SPREAD = 0.7, 0.25  # lib/diffsac/problem/point_features.cpp
+USUAL_FOCAL = 1.2                     # lib/diffsac/problem/coordinates.cpp
 NORM = ("weight", "bias", "running_mean", "running_var")
 
 

@@ -12,10 +12,10 @@
 
 #include "consensus/absolute_pose_scene.h"
 #include "consensus/random_problems.h"
-#include "diffsac/consensus/confidence_source.h"
-#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/confidence_sampler.h"
+#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/weighted_source.h"
+#include "diffsac/consensus/weighted_sampler.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
@@ -77,32 +77,32 @@ inline std::vector<double> MakeQuality(int count, int outliers, Rng rng) {
 }
 
 /// Every source over the same points, by name, made anew for each search; owns what they borrow.
-class AllSources {
+class AllSamplers {
  public:
-  using Make = std::function<std::unique_ptr<HypothesisSource>(std::uint64_t seed)>;
+  using Make = std::function<std::unique_ptr<MinimalSampler>(std::uint64_t seed)>;
 
-  AllSources(const PointMatrix& points, int set_size, const std::vector<double>& quality) {
-    for (const auto& [kind, name] : kEnumNames<SourceKind>) {
-      SourceOptions options;
-      options.source = kind;
-      Add(name, [=](Rng rng) { return MakeHypothesisSource(options, points, set_size, rng, quality); });
+  AllSamplers(const PointMatrix& points, int set_size, const std::vector<double>& quality) {
+    for (const auto& [kind, name] : kEnumNames<MinimalSamplerKind>) {
+      MinimalSamplerOptions options;
+      options.sampler = kind;
+      Add(name, [=](Rng rng) { return MakeMinimalSampler(options, points, set_size, rng, quality); });
     }
-    Add("weighted", [=](Rng rng) { return std::make_unique<WeightedSource>(quality, set_size, rng); });
+    Add("weighted", [=](Rng rng) { return std::make_unique<WeightedSampler>(quality, set_size, rng); });
     const int count = static_cast<int>(points.rows());
-    UniformSource uniform(count, set_size, Rng(5));
+    UniformSampler uniform(count, set_size, Rng(5));
     given_ = DrawSets(uniform, set_size, 100);
-    Add("given", [this](Rng) { return std::make_unique<GivenSource>(given_); });
+    Add("given", [this](Rng) { return std::make_unique<PrecomputedSampler>(given_); });
     Rng rng(6);
     for (int copy = 0; copy < 100; ++copy)
       for (int i = 0; i < count; ++i) confidences_.push_back(static_cast<float>(rng.Normal() - quality[i]));
     for (const Selection selection : {Selection::kMaximum, Selection::kProbabilistic})
       Add(selection == Selection::kMaximum ? "confidence, maximum" : "confidence, drawn", [=, this](Rng r) {
         const bool unique = selection == Selection::kMaximum;
-        return std::make_unique<ConfidenceSource>(confidences_, count, set_size, selection, unique, 1.0, r);
+        return std::make_unique<ConfidenceSampler>(confidences_, count, set_size, selection, unique, 1.0, r);
       });
   }
-  AllSources(const AllSources&) = delete;
-  AllSources& operator=(const AllSources&) = delete;
+  AllSamplers(const AllSamplers&) = delete;
+  AllSamplers& operator=(const AllSamplers&) = delete;
 
   auto begin() const { return sources_.begin(); }
   auto end() const { return sources_.end(); }
@@ -110,7 +110,7 @@ class AllSources {
  private:
   template <class MakeFrom>
   void Add(const char* name, const MakeFrom& make) {
-    sources_.emplace_back(name, [make](std::uint64_t seed) -> std::unique_ptr<HypothesisSource> {
+    sources_.emplace_back(name, [make](std::uint64_t seed) -> std::unique_ptr<MinimalSampler> {
       return make(Rng(seed).Fork("minimal_sets"));
     });
   }
@@ -121,7 +121,7 @@ class AllSources {
 };
 
 inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                        ScoreKind::kMagsac, ScoreKind::kScales};
+                                        ScoreKind::kMagsac, ScoreKind::kMarginalised};
 inline constexpr LocalOptimization kOptimizers[] = {LocalOptimization::kNone, LocalOptimization::kInnerSamples,
                                                     LocalOptimization::kReweighted, LocalOptimization::kGraphCut,
                                                     LocalOptimization::kRefinement};
@@ -141,7 +141,7 @@ void ForEachCombination(int shift, const Function& function) {
       options.final_score = kScores[i % 5];
       options.refit = kRefits[(i / 2) % 5];
       options.final_refinement = i % 2   ? FinalRefinement::kRefinement
-                                 : i % 4 ? FinalRefinement::kScales
+                                 : i % 4 ? FinalRefinement::kMarginalised
                                          : FinalRefinement::kNone;
       options.stopping = i % 3 ? Stopping::kBudget : Stopping::kConfidence;
       options.sprt = i % 7 == 0;

@@ -16,7 +16,7 @@
 namespace diffsac {
 namespace {
 
-using testing::AllSources;
+using testing::AllSamplers;
 using testing::ForEachCombination;
 using testing::MakeModelProblem;
 using testing::MakeQuality;
@@ -74,7 +74,7 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
   const ModelProblem problem = MakeModelProblem<TestType>(70, 0.3, Rng(1));
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(2));
   int found = 0, all = 0;
-  const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
   for (const auto& [name, make] : sources) {
     ForEachCombination(all, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 40;
@@ -97,7 +97,7 @@ TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every 
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(4));
   constexpr int kBlocks[] = {1, 3, 17, 37, 64, 1000};
   int i = 0;
-  const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
   for (const auto& [name, make] : sources) {
     ForEachCombination(i, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 50;
@@ -204,7 +204,7 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
     const ModelProblem problem{hostile.points, hostile.threshold, 0, {}};
     const int count = static_cast<int>(problem.points.rows());
     const std::vector<double> quality(count, 0.0);  // all weights zero, all qualities equal
-    const AllSources sources(problem.points, TestType::kMinimalSize, quality);
+    const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
     for (const auto& [name, make] : sources) {
       int combination = 0;
       ForEachCombination(++shift, [&, &name = name, &make = make](ConsensusOptions options) {
@@ -213,7 +213,7 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
         options.max_iterations = name == "exhaustive" ? 400 : 30;
         options.stopping = Stopping::kBudget;
         options.sprt = false;
-        ConsensusHints hints;
+        EstimationPriors hints;
         hints.fit_weights = Eigen::VectorXd::Zero(count);
         const auto source = make(1);
         const auto result =
@@ -240,7 +240,7 @@ TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", ""
       options.refit = refit;
       options.max_iterations = 50;
       options.refit_candidates = 3;
-      ConsensusHints hints;
+      EstimationPriors hints;
       hints.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
       hints.models[2][2] = 1.7e308;
       const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), hints);
@@ -291,11 +291,11 @@ TEST_CASE("A million points, for every source") {
   ConsensusOptions options;
   options.max_iterations = 4;
   options.refit = Refit::kNone;
-  for (const auto& [kind, name] : kEnumNames<SourceKind>) {
+  for (const auto& [kind, name] : kEnumNames<MinimalSamplerKind>) {
     CAPTURE(name);
-    SourceOptions source_options;
-    source_options.source = kind;
-    const auto source = MakeHypothesisSource(source_options, problem.points, 2, Rng(1), quality);
+    MinimalSamplerOptions source_options;
+    source_options.sampler = kind;
+    const auto source = MakeMinimalSampler(source_options, problem.points, 2, Rng(1), quality);
     const auto result = SampleConsensus<Line>(problem.points, problem.threshold, *source, options, Rng(1), {}, 2);
     CHECK(result.status == Status::kOk);
     CHECK(result.iterations == 4);

@@ -26,7 +26,7 @@ double ShareAllInlier(const DgsacResult& result, int outliers, int begin, int en
 TEMPLATE_TEST_CASE("guided sets are all-inlier more often than uniform ones", "", Line, Plane, Homography, Fundamental,
                    Essential, AbsolutePose) {
   DgsacOptions options;
-  options.hypotheses = 400;
+  options.max_iterations = 400;
   options.stopping = DgsacStopping::kBudget;
   options.refit = DgsacRefit::kNone;
   double guided = 0.0, uniform = 0.0;
@@ -120,7 +120,7 @@ TEST_CASE("the largest of two structures is chosen by the number of points") {
 
 TEST_CASE("sampling stops by itself once all points are explained") {
   DgsacOptions options;
-  options.hypotheses = 100000;
+  options.max_iterations = 100000;
   options.round_size = 1000;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const auto problem = MakeRandomProblem<2>(100, 0.5, 0.03, Rng(seed));
@@ -135,7 +135,7 @@ TEST_CASE("a budget is kept to the set") {
   const auto problem = MakeRandomProblem<2>(100, 0.5, 0.03, Rng(1));
   for (int hypotheses : {1, 2, 7, 20, 333}) {
     DgsacOptions options;
-    options.hypotheses = hypotheses;
+    options.max_iterations = hypotheses;
     options.stopping = DgsacStopping::kBudget;
     options.refit = DgsacRefit::kNone;
     const DgsacResult result = EstimateDgsac<Line>(problem.points, options, Rng(2));
@@ -159,7 +159,7 @@ TEST_CASE("the same numbers give the same estimate, another stream other sets") 
 
 TEMPLATE_TEST_CASE("hostile points get a status", "", Line, Plane, Homography, Fundamental, Essential, AbsolutePose) {
   DgsacOptions options;
-  options.hypotheses = 50;
+  options.max_iterations = 50;
   const ModelProblem whole = MakeModelProblem<TestType>(40, 0.3, Rng(1));
   for (int count : {0, 1, TestType::kMinimalSize - 1}) {
     const PointMatrix points = whole.points.topRows(count);

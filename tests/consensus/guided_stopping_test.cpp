@@ -8,7 +8,7 @@
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/stopping.h"
-#include "diffsac/consensus/weighted_source.h"
+#include "diffsac/consensus/weighted_sampler.h"
 
 namespace diffsac {
 namespace {
@@ -22,7 +22,7 @@ std::vector<std::uint8_t> Mask() {
 }
 
 /// The share of the source's draws that hold inliers alone.
-double MeasuredShare(HypothesisSource& source, const std::vector<std::uint8_t>& mask) {
+double MeasuredShare(MinimalSampler& source, const std::vector<std::uint8_t>& mask) {
   constexpr int kDraws = 200000;
   int good = 0, set[kSize];
   for (int i = 0; i < kDraws; ++i) {
@@ -37,7 +37,7 @@ double MeasuredShare(HypothesisSource& source, const std::vector<std::uint8_t>& 
 TEST_CASE("a source that knows nothing of its draws takes them for uniform ones") {
   const auto mask = Mask();
   const InlierSets sets{mask, kInliers, kSize};
-  const UniformSource source(kPoints, kSize, Rng(1));
+  const UniformSampler source(kPoints, kSize, Rng(1));
   CHECK(source.LogMissed(sets) == Approx(std::log1p(-AllInlierProbability(kInliers, kPoints, kSize))));
   CHECK(source.DrawsUntil(sets, std::log(0.01)) ==
         DrawsForConfidence(AllInlierProbability(kInliers, kPoints, kSize), 0.99));
@@ -51,7 +51,7 @@ TEST_CASE("weighted draws are of inliers alone as often as their source says") {
   for (const double favour : {1.0, 3.0, 20.0}) {
     std::vector<double> weights;
     for (int i = 0; i < kPoints; ++i) weights.push_back((mask[i] ? favour : 1.0) * (0.5 + rng.Uniform()));
-    WeightedSource source(weights, kSize, Rng(3));
+    WeightedSampler source(weights, kSize, Rng(3));
     const double said = -std::expm1(source.LogMissed({mask, kInliers, kSize}));
     CHECK(said == Approx(MeasuredShare(source, mask)).epsilon(0.05).margin(0.002));
     CHECK(-std::expm1(source.LogMissed({mask, kInliers, kSize, 0.5})) == Approx(0.5 * said));
@@ -63,11 +63,11 @@ TEST_CASE("a sequence counts the draws of its parts, each with its own probabili
   const InlierSets sets{mask, kInliers, kSize};
   std::vector<double> good(kPoints, 1.0);
   for (int i = 0; i < kInliers; ++i) good[i] = 30.0;
-  const double uniform = UniformSource(kPoints, kSize, Rng(1)).LogMissed(sets);
-  const double guided = WeightedSource(good, kSize, Rng(1)).LogMissed(sets);
-  SequenceSource sequence;
-  sequence.Add(std::make_unique<UniformSource>(kPoints, kSize, Rng(1)), 10);
-  sequence.Add(std::make_unique<WeightedSource>(good, kSize, Rng(1)));
+  const double uniform = UniformSampler(kPoints, kSize, Rng(1)).LogMissed(sets);
+  const double guided = WeightedSampler(good, kSize, Rng(1)).LogMissed(sets);
+  SequenceSampler sequence;
+  sequence.Add(std::make_unique<UniformSampler>(kPoints, kSize, Rng(1)), 10);
+  sequence.Add(std::make_unique<WeightedSampler>(good, kSize, Rng(1)));
   const double target = std::log(1e-4);
   CHECK(sequence.DrawsUntil(sets, target) ==
         10 + static_cast<std::int64_t>(std::ceil((target - 10 * uniform) / guided)));
@@ -92,7 +92,7 @@ TEST_CASE("a guided search ends sooner with a good guide, and not before min_ite
     options.max_iterations = 5000;
     options.min_iterations = least;
     options.confidence = 0.9999;
-    WeightedSource source(weights, 2, Rng(5));
+    WeightedSampler source(weights, 2, Rng(5));
     const auto result = SampleConsensus<Line>(points, 0.05, source, options, Rng(6));
     CHECK(result.status == Status::kOk);
     CHECK(result.stop == StopReason::kConfidence);

@@ -40,7 +40,7 @@ TEST_CASE("Inner samples of a part improve a model as those of all points do") {
         if (scorer(models[i], score) > start.score) start = {models[i], scorer(models[i], score)};
     }
     REQUIRE(start.score > 0.0);
-    const auto part = OptimizeLocally<Fundamental>(scorer, score, kThreshold, 10, start, Rng(trial), &fits);
+    const auto part = OptimizeByInnerSamples<Fundamental>(scorer, score, kThreshold, 10, start, Rng(trial), &fits);
     const auto all = FitInnerSamples<Fundamental>(scorer, score, kThreshold, 10, start, Rng(trial), &fits);
     CHECK(part.score == scorer(part.model, score));
     CHECK(part.score >= start.score);

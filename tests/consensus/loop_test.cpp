@@ -99,7 +99,7 @@ TEST_CASE("Confidence ends the search at the first draw that suffices, for any t
   REQUIRE(needed > 1);
   for (int seed = 0; seed < 20; ++seed) {
     // By hand: the search must have seen a good pair, and enough draws.
-    UniformSource source(30, 2, Rng(seed).Fork("minimal_sets"));
+    UniformSampler source(30, 2, Rng(seed).Fork("minimal_sets"));
     const std::vector<int> sets = DrawSets(source, 2, 2000);
     std::int64_t first_good = 0;
     while (sets[2 * first_good + 1] >= 12) ++first_good;
@@ -152,7 +152,7 @@ TEST_CASE("Of equal scores the first draw wins, whatever the blocks") {
   PointMatrix points(40, 1);
   for (int i = 0; i < 40; ++i) points(i, 0) = 10.0 * (i / 2);
   for (int seed = 0; seed < 10; ++seed) {
-    UniformSource source(40, 1, Rng(seed).Fork("minimal_sets"));
+    UniformSampler source(40, 1, Rng(seed).Fork("minimal_sets"));
     const std::vector<int> sets = DrawSets(source, 1, 1);
     for (int block : {1, 7, 64, 1000}) {
       ConsensusOptions options = Plain();
@@ -205,7 +205,7 @@ TEST_CASE("Support of one point fewer than a minimal set is no model, of a minim
 }
 
 TEST_CASE("Hints come before the draws of a source and can end the search at once") {
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.models = {Eigen::VectorXd::Zero(1)};
   ConsensusOptions options = Plain(100000);
   options.stopping = Stopping::kConfidence;
@@ -267,7 +267,7 @@ TEST_CASE("The degeneracy hook is asked for each new best model and judged by th
 TEST_CASE("The degeneracy hook is asked again about what is not from a set: hints and optimised models") {
   PointMatrix points(8, 1);
   points << 19.9, 20.1, 29.8, 30, 30.1, 30.2, 40, 50;
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.models = {Eigen::VectorXd::Constant(1, 20.0)};
   const auto hinted = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), hints);
   CHECK(hinted.model[0] == 30.0);

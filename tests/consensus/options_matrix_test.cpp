@@ -10,13 +10,13 @@
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
 #include "consensus/search.h"
-#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
 
 namespace diffsac {
 namespace {
 
-using testing::AllSources;
+using testing::AllSamplers;
 using testing::kOptimizers;
 using testing::kRefits;
 using testing::kScores;
@@ -180,7 +180,7 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
   for (const auto& [points, expected] : cases) {
     const double scale = points.rows() > 2 && points.allFinite() ? points.cwiseAbs().maxCoeff() / 5.0 : 1.0;
     const std::vector<double> quality(points.rows(), 0.0);  // All weights zero, all qualities equal.
-    const AllSources sources(points, 2, quality);
+    const AllSamplers sources(points, 2, quality);
     for (const auto& [name, make] : sources) {
       if (name == "given") continue;  // Of refused points there may be no set to give.
       for (const ScoreKind score : kScores)
@@ -193,7 +193,7 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
           options.max_iterations = 30;
           options.refit = optimizer == LocalOptimization::kReweighted ? Refit::kReweighted : Refit::kMixture;
           options.final_refinement = FinalRefinement::kRefinement;
-          ConsensusHints hints;
+          EstimationPriors hints;
           hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
           const auto source = make(1);
           const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints);

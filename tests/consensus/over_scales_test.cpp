@@ -19,14 +19,14 @@ using testing::SearchUniformly;
 /// least and greatest: of the scales, in the unit of the points.
 ConsensusOptions OverScales(double least, double greatest) {
   ConsensusOptions options;
-  options.score = options.final_score = ScoreKind::kScales;
-  options.noise = NoiseScale::kEstimated;
+  options.score = options.final_score = ScoreKind::kMarginalised;
+  options.threshold = ThresholdKind::kAdaptive;
   options.least_scale = least;
   options.greatest_scale = greatest;
   options.local_optimization = LocalOptimization::kInnerSamples;
   options.refit = Refit::kIterated;
   options.refit_rounds = 5;
-  options.final_refinement = FinalRefinement::kScales;
+  options.final_refinement = FinalRefinement::kMarginalised;
   options.max_iterations = 300;
   return options;
 }
@@ -70,7 +70,7 @@ TEST_CASE("The mask's threshold follows the noise") {
 TEST_CASE("Points of low prior count less, in the score and for the model") {
   const ModelProblem problem = MakeModelProblem<Line>(100, 0.5, Rng(5));
   ConsensusOptions options = OverScales(0.02, 0.2);
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.inlier_priors = Eigen::VectorXd::Constant(100, 0.5);
   const auto plain = SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), hints);
   options.inlier_prior_power = 1.0;
@@ -119,8 +119,8 @@ TEST_CASE("The cameras' prior divides scores of F, not those of models without t
 TEST_CASE("Options over scales are refused where they cannot act") {
   const auto read = [](const char* text) { return ReadOptions<ConsensusOptions>(Config::FromString(text)); };
   CHECK(read("score: scales\nleast_scale: 0.5\ngreatest_scale: 4\n").greatest_scale == 4.0);
-  CHECK(read("noise: estimated\nleast_scale: 0.5\n").noise == NoiseScale::kEstimated);
-  CHECK(read("final_refinement: lm_scales\nleast_scale: 0.5\n").final_refinement == FinalRefinement::kScales);
+  CHECK(read("threshold: adaptive\nleast_scale: 0.5\n").threshold == ThresholdKind::kAdaptive);
+  CHECK(read("final_refinement: lm_marginalised\nleast_scale: 0.5\n").final_refinement == FinalRefinement::kMarginalised);
   for (const char* wrong : {"least_scale: 0.5\n", "score: msac\ngreatest_scale: 2\n", "noise: known\n",
                             "score: scales\nleast_scale: 4\ngreatest_scale: 2\n", "camera_prior: -1\n"})
     CHECK_THROWS_AS(read(wrong), Error);

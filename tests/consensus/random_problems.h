@@ -42,12 +42,12 @@ HyperplaneProblem<D> MakeRandomProblem(int num_points, double outlier_ratio, dou
 }
 
 inline std::vector<int> AllSets(int num_points, int set_size) {
-  ExhaustiveSource source(num_points, set_size);
+  ExhaustiveSampler source(num_points, set_size);
   return DrawSets(source, set_size, Combinations(num_points, set_size));
 }
 
 inline std::vector<int> RandomSets(int num_points, int set_size, int count, std::uint64_t seed) {
-  UniformSource source(num_points, set_size, Rng(seed));
+  UniformSampler source(num_points, set_size, Rng(seed));
   return DrawSets(source, set_size, count);
 }
 

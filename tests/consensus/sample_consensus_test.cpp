@@ -109,7 +109,7 @@ TEMPLATE_TEST_CASE_SIG("Too few points", "", ((int D), D), 2, 3) {
 
 TEMPLATE_TEST_CASE_SIG("Degenerate points give a status", "", ((int D), D), 2, 3) {
   const auto status = [](const PointMatrix& points) {
-    ConsensusHints hints;
+    EstimationPriors hints;
     hints.fit_weights = Eigen::VectorXd::Ones(points.rows());
     return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1), hints)
         .status;
@@ -155,14 +155,14 @@ TEST_CASE("No usable hypothesis or threshold: no model") {
 TEST_CASE("Hints join the hypotheses: models free of charge, the weighted fit for one") {
   const auto problem = MakeRandomProblem<2>(60, 0.5, 0.03, Rng(5));
   const std::vector<int> bad_set{0, 1};  // Two outliers.
-  ConsensusHints models;
+  EstimationPriors models;
   models.models = {problem.truth, ModelParameters(), Eigen::Vector3d::Constant(std::nan(""))};
   const auto with_models = SearchSets<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1), models);
   REQUIRE(with_models.status == Status::kOk);
   CHECK(with_models.model == problem.truth);
   CHECK(with_models.hypotheses == 1);
 
-  ConsensusHints weights;
+  EstimationPriors weights;
   weights.fit_weights = Eigen::Map<const Eigen::Matrix<std::uint8_t, -1, 1>>(problem.inliers.data(), 60).cast<double>();
   const auto with_weights = SearchSets<Line>(problem.points, kThreshold, bad_set, Plain(), Rng(1), weights);
   REQUIRE(with_weights.status == Status::kOk);

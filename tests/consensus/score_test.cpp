@@ -14,7 +14,7 @@ namespace diffsac {
 namespace {
 
 constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                ScoreKind::kMagsac, ScoreKind::kScales};
+                                ScoreKind::kMagsac, ScoreKind::kMarginalised};
 
 TEST_CASE("Every score has the properties of a score, at any scale") {
   for (ScoreKind kind : kKinds)
@@ -54,16 +54,16 @@ double IntegralOverScales(double residual, double least) {
 
 TEST_CASE("The score over scales is MSAC's integral over them, and between the scales it forgets the greatest") {
   for (const double least : {0.5, 0.1, 0.02}) {
-    const Score score(ScoreKind::kScales, 1.0, 0.3, 20.0, 1, least);
+    const Score score(ScoreKind::kMarginalised, 1.0, 0.3, 20.0, 1, least);
     for (const double residual : {0.0, 0.01, 0.05, 0.2, 0.7, 0.99, 1.0, 2.0})
       CHECK(score(residual) ==
             Approx(IntegralOverScales(residual, least) / IntegralOverScales(0.0, least)).epsilon(1e-4).margin(1e-6));
   }
   // With all scales one it is MSAC.
-  const Score one(ScoreKind::kScales, 1.0, 0.3, 20.0, 1, 5.0), msac(ScoreKind::kMsac, 1.0, 0.3, 20.0);
+  const Score one(ScoreKind::kMarginalised, 1.0, 0.3, 20.0, 1, 5.0), msac(ScoreKind::kMsac, 1.0, 0.3, 20.0);
   for (const double residual : {0.0, 0.3, 0.8, 1.2}) CHECK(one(residual) == Approx(msac(residual)).margin(0.01));
   // Differences of residuals between the scales count alike, whatever the greatest is.
-  const Score near(ScoreKind::kScales, 20.0, 0.3, 20.0, 1, 0.1), far(ScoreKind::kScales, 80.0, 0.3, 20.0, 1, 0.1);
+  const Score near(ScoreKind::kMarginalised, 20.0, 0.3, 20.0, 1, 0.1), far(ScoreKind::kMarginalised, 80.0, 0.3, 20.0, 1, 0.1);
   CHECK(near(0.1) - near(1.0) == Approx(far(0.1) - far(1.0)).epsilon(0.02));
 }
 
@@ -107,11 +107,11 @@ TEST_CASE("Names of scores go both ways, and others are refused") {
 
 TEST_CASE("scores over scales were not finite for thresholds whose cubes are not ordinary numbers") {
   for (const double threshold : {1e-150, 1e-3, 1.0, 1e150}) {
-    const Score score(ScoreKind::kScales, threshold, threshold, 1.0, 1, 0.1 * threshold);
+    const Score score(ScoreKind::kMarginalised, threshold, threshold, 1.0, 1, 0.1 * threshold);
     CAPTURE(threshold);
     CHECK(score(0.0) == Approx(1.0));
     CHECK(score(threshold) == Approx(0.0).margin(1e-12));
-    CHECK(score(0.3 * threshold) == Approx(Score(ScoreKind::kScales, 1.0, 1.0, 1.0, 1, 0.1)(0.3)));
+    CHECK(score(0.3 * threshold) == Approx(Score(ScoreKind::kMarginalised, 1.0, 1.0, 1.0, 1, 0.1)(0.3)));
     CHECK(score(std::numeric_limits<double>::infinity()) == Approx(0.0).margin(1e-12));
   }
 }

@@ -12,7 +12,7 @@ namespace diffsac {
 namespace {
 
 constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                ScoreKind::kMagsac, ScoreKind::kScales};
+                                ScoreKind::kMagsac, ScoreKind::kMarginalised};
 
 /// Whatever the bar, a model above it has its full score, and one that is not stays below it.
 template <class Model>

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/make_minimal_sampler.h"
 
 namespace diffsac {
 namespace {
@@ -17,7 +17,7 @@ constexpr StructureSearch kSearches[] = {StructureSearch::kSequential, Structure
 
 struct Scene {
   PointMatrix points;
-  std::vector<std::int32_t> labels;
+  std::vector<std::int32_t> assignment;
 };
 
 // Lines through the middle of the square, which all cross there, of `sizes` points, and uniform outliers.
@@ -34,11 +34,11 @@ Scene Star(const std::vector<int>& sizes, int outliers, std::uint64_t seed) {
       const double along = rng.Uniform(-5.0, 5.0), off = kThreshold / 3.0 * rng.Normal();
       scene.points.row(row++) << 5.0 + along * std::cos(angle) - off * std::sin(angle),
           5.0 + along * std::sin(angle) + off * std::cos(angle);
-      scene.labels.push_back(static_cast<std::int32_t>(k + 1));
+      scene.assignment.push_back(static_cast<std::int32_t>(k + 1));
     }
   for (int i = 0; i < outliers; ++i) {
     scene.points.row(row++) << rng.Uniform(0.0, 10.0), rng.Uniform(0.0, 10.0);
-    scene.labels.push_back(0);
+    scene.assignment.push_back(0);
   }
   return scene;
 }
@@ -56,8 +56,8 @@ StructuresResult Find(const PointMatrix& points, StructureSearch search, int dra
   StructureSearchOptions structures;
   structures.search = search;
   structures.most = most;
-  const SourceOfRows uniform = [](const std::vector<int>& rows, int number) {
-    return std::make_unique<UniformSource>(static_cast<int>(rows.size()), 2, Rng(7).Fork("search", number));
+  const SamplerOfRows uniform = [](const std::vector<int>& rows, int number) {
+    return std::make_unique<UniformSampler>(static_cast<int>(rows.size()), 2, Rng(7).Fork("search", number));
   };
   return FindStructures<Line>(points, kThreshold, uniform, Options(draws), structures, Rng(3));
 }
@@ -67,11 +67,11 @@ double ShareRight(const Scene& scene, const StructuresResult& found) {
   int right = 0;
   for (std::size_t k = 0; k <= found.models.size(); ++k) {
     std::vector<int> count(10, 0);
-    for (std::size_t i = 0; i < scene.labels.size(); ++i)
-      if (found.labels[i] == static_cast<std::int32_t>(k)) ++count[scene.labels[i]];
+    for (std::size_t i = 0; i < scene.assignment.size(); ++i)
+      if (found.assignment[i] == static_cast<std::int32_t>(k)) ++count[scene.assignment[i]];
     right += k == 0 ? count[0] : *std::max_element(count.begin() + 1, count.end());
   }
-  return static_cast<double>(right) / static_cast<double>(scene.labels.size());
+  return static_cast<double>(right) / static_cast<double>(scene.assignment.size());
 }
 
 TEST_CASE("Every search finds crossing lines of unequal size, and no others") {
@@ -91,7 +91,7 @@ TEST_CASE("Labels are the nearest model's, within the threshold, and models are 
   for (const StructureSearch search : kSearches) {
     const Scene scene = Star({30, 30, 30}, 20, 1);
     const StructuresResult found = Find(scene.points, search);
-    REQUIRE(found.labels.size() == scene.labels.size());
+    REQUIRE(found.assignment.size() == scene.assignment.size());
     std::vector<int> sizes(found.models.size() + 1, 0);
     for (Eigen::Index i = 0; i < scene.points.rows(); ++i) {
       double least = std::numeric_limits<double>::infinity();
@@ -100,8 +100,8 @@ TEST_CASE("Labels are the nearest model's, within the threshold, and models are 
         const double r = Line::Residual(Line::Parameters(found.models[k]), scene.points.row(i).data());
         if (r < least) least = r, nearest = static_cast<std::int32_t>(k + 1);
       }
-      CHECK(found.labels[i] == (least <= kThreshold ? nearest : 0));
-      ++sizes[found.labels[i]];
+      CHECK(found.assignment[i] == (least <= kThreshold ? nearest : 0));
+      ++sizes[found.assignment[i]];
     }
     CHECK(std::is_sorted(sizes.begin() + 1, sizes.end(), std::greater<>()));
   }
@@ -114,8 +114,8 @@ TEST_CASE("Points without structure give an empty list and a status") {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const StructuresResult none = Find(Star({}, 100, seed).points, search);
       CHECK((none.status == Status::kNoModel) == none.models.empty());
-      CHECK(none.labels.size() == 100);
-      CHECK((!none.models.empty() || std::count(none.labels.begin(), none.labels.end(), 0) == 100));
+      CHECK(none.assignment.size() == 100);
+      CHECK((!none.models.empty() || std::count(none.assignment.begin(), none.assignment.end(), 0) == 100));
       found += static_cast<int>(none.models.size());
     }
     // log_false_alarms 0 allows about one in a problem of this size, far fewer in truth: not all sets are tried.
@@ -154,9 +154,9 @@ TEST_CASE("Unfit points have their own status; indices out of range and priors o
   structures.search = StructureSearch::kAtOnce;
   ConsensusOptions options = Options(3);
   options.inlier_prior_power = 1.0;
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.inlier_priors = Eigen::VectorXd::Constant(5, nan);
-  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<PrecomputedSampler>(sets); };
   CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
   // Models of another kind.
   hints.models = {ModelParameters::Zero(12), ModelParameters::Constant(3, nan)};
@@ -173,7 +173,7 @@ TEST_CASE(
   const std::vector<int> sets = {-1, 3, 0, 1, 2, 500, 4, 5};
   StructureSearchOptions structures;
   structures.search = StructureSearch::kSequential;
-  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<PrecomputedSampler>(sets); };
   const StructuresResult found =
       FindStructures<Line>(scene.points, kThreshold, given, Options(4), structures, Rng(1), {});
   REQUIRE(found.first_sets.size() >= 2);
@@ -187,7 +187,7 @@ TEST_CASE("The search at once takes the sets as they are drawn, the first one to
   const std::vector<int> sets = {0, 39};
   StructureSearchOptions structures;
   structures.search = StructureSearch::kAtOnce;
-  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<GivenSource>(sets); };
+  const auto given = [&](const std::vector<int>&, int) { return std::make_unique<PrecomputedSampler>(sets); };
   const StructuresResult found =
       FindStructures<Line>(scene.points, kThreshold, given, Options(1), structures, Rng(1), {});
   CHECK(found.models.size() == 1);
@@ -216,7 +216,7 @@ TEST_CASE("A model whose points turn out to be nearer to later ones is left out"
     if (number < 3)
       for (const int i : sets[number])
         set.push_back(static_cast<int>(std::find(rows.begin(), rows.end(), i) - rows.begin()));
-    return std::make_unique<GivenSource>(set);
+    return std::make_unique<PrecomputedSampler>(set);
   };
   StructureSearchOptions structures;
   structures.search = StructureSearch::kSequential;
@@ -225,7 +225,7 @@ TEST_CASE("A model whose points turn out to be nearer to later ones is left out"
   options.refit = Refit::kNone;
   const StructuresResult found = FindStructures<Line>(points, kThreshold, given, options, structures, Rng(1), {});
   REQUIRE(found.models.size() == 2);
-  for (int i = 0; i < 2 * kOfEach; ++i) CHECK(found.labels[i] == found.labels[i < kOfEach ? 0 : kOfEach]);
+  for (int i = 0; i < 2 * kOfEach; ++i) CHECK(found.assignment[i] == found.assignment[i < kOfEach ? 0 : kOfEach]);
 }
 
 TEST_CASE("The same seed gives the same structures, and draws are counted for each search") {
@@ -234,7 +234,7 @@ TEST_CASE("The same seed gives the same structures, and draws are counted for ea
     const StructuresResult a = Find(scene.points, search), b = Find(scene.points, search);
     REQUIRE(a.models.size() == b.models.size());
     for (std::size_t k = 0; k < a.models.size(); ++k) CHECK(a.models[k] == b.models[k]);
-    CHECK(a.labels == b.labels);
+    CHECK(a.assignment == b.assignment);
     CHECK(a.iterations ==
           (search == StructureSearch::kSequential ? 500 * (static_cast<int>(a.models.size()) + 1) : 500));
     CHECK(a.hypotheses > a.iterations);
@@ -246,8 +246,8 @@ TEST_CASE("A chance that is said to be high takes more points to be a structure"
   const Scene scene = Star({30, 12}, 40, 5);
   StructureSearchOptions structures;
   structures.search = StructureSearch::kAtOnce;
-  const SourceOfRows uniform = [](const std::vector<int>& rows, int) {
-    return std::make_unique<UniformSource>(static_cast<int>(rows.size()), 2, Rng(7));
+  const SamplerOfRows uniform = [](const std::vector<int>& rows, int) {
+    return std::make_unique<UniformSampler>(static_cast<int>(rows.size()), 2, Rng(7));
   };
   const auto count = [&](double least_chance) {
     structures.least_chance = least_chance;
@@ -264,15 +264,15 @@ TEST_CASE("Given hypotheses take part in the search at once") {
   REQUIRE(found.models.size() == 2);
   StructureSearchOptions structures;
   structures.search = StructureSearch::kAtOnce;
-  const SourceOfRows none = [](const std::vector<int>&, int) {
-    return std::make_unique<GivenSource>(std::span<const int>());
+  const SamplerOfRows none = [](const std::vector<int>&, int) {
+    return std::make_unique<PrecomputedSampler>(std::span<const int>());
   };
-  ConsensusHints hints;
+  EstimationPriors hints;
   hints.models = found.models;
   const StructuresResult again =
       FindStructures<Line>(scene.points, kThreshold, none, Options(1), structures, Rng(3), hints);
   CHECK(again.models.size() == 2);
-  CHECK(again.labels == found.labels);
+  CHECK(again.assignment == found.assignment);
 }
 
 // Four walls of a room of 5 × 4 × 3, their noise σ; a cluster that is no plane; clutter everywhere.
@@ -300,8 +300,8 @@ PointMatrix Room(double sigma, int cluster, std::uint64_t seed) {
 std::size_t PlanesFound(const PointMatrix& points, double threshold, StructureSearch search) {
   StructureSearchOptions structures;
   structures.search = search;
-  const SourceOfRows uniform = [](const std::vector<int>& rows, int number) {
-    return std::make_unique<UniformSource>(static_cast<int>(rows.size()), 3, Rng(7).Fork("search", number));
+  const SamplerOfRows uniform = [](const std::vector<int>& rows, int number) {
+    return std::make_unique<UniformSampler>(static_cast<int>(rows.size()), 3, Rng(7).Fork("search", number));
   };
   return FindStructures<Plane>(points, threshold, uniform, Options(1000), structures, Rng(3)).models.size();
 }

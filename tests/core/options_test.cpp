@@ -177,7 +177,7 @@ TEST_CASE("The option --set changes values and is named in messages") {
 
 TEST_CASE("The option --set reaches into missing maps and lists of maps") {
   Config config = Config::FromString("methods:\n- name: a\n- name: b\n");
-  config.Set("methods.0.hypotheses=5");
+  config.Set("methods.0.max_iterations=5");
   config.Set("x.y.z=1");
   CHECK(config.Has("x.y.z"));
   CHECK(config.Sequence("methods")[0].Has("hypotheses"));

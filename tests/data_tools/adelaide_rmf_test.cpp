@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
-#include "data/data_test_util.h"
-#include "diffsac/data/pair_truth.h"
+#include "datasets/data_test_util.h"
+#include "diffsac/problem/pair_truth.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {
@@ -24,7 +24,7 @@ TEST_CASE("AdelaideRMF: labels, tentative matches, a wrong F is fitted again") {
                       x2 = number(points(i, 2)) + number(points(i, 3));
     labelled += x1 + "1 " + x2 + "1 " + std::to_string(i % 3) + "\n";
     tentative += x1 + x2 + "\n";
-    scores += number(pair.problem.quality[i]) + "\n";
+    scores += number(pair.problem.match_ratio[i]) + "\n";
   }
   const auto write_model = [&](const Eigen::Matrix3d& F) {
     std::string text;
@@ -45,12 +45,12 @@ TEST_CASE("AdelaideRMF: labels, tentative matches, a wrong F is fitted again") {
   CHECK(with_labels.id == "houseA-houseB");
   CHECK(with_labels.problem.size1 == ImageSize{10, 8});
   CHECK((with_labels.problem.points - points).cwiseAbs().maxCoeff() < 1e-8);
-  CHECK(with_labels.truth.labels[2] == 2);
-  CHECK(with_labels.problem.quality.size() == 0);
+  CHECK(with_labels.truth.assignment[2] == 2);
+  CHECK(with_labels.problem.match_ratio.size() == 0);
   CHECK((*with_labels.truth.fundamental - *pair.truth.fundamental).norm() < 1e-9);
   const Example with_ratio = read(AdelaideCorrespondences::kTentative);
-  CHECK((with_ratio.problem.quality - pair.problem.quality).cwiseAbs().maxCoeff() < 1e-9);
-  CHECK(with_ratio.truth.labels.empty());
+  CHECK((with_ratio.problem.match_ratio - pair.problem.match_ratio).cwiseAbs().maxCoeff() < 1e-9);
+  CHECK(with_ratio.truth.assignment.empty());
   CHECK((with_ratio.problem.points - points).cwiseAbs().maxCoeff() < 1e-8);
 
   write_model(Eigen::Matrix3d(pair.truth.fundamental->transpose()));

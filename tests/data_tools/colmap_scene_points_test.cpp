@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/image_features.h"
 #include "data_tools/run_pairs.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/problem/tasks.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/hdf5_numbers.h"
+#include "diffsac/io/hdf5_numbers.h"
 
 namespace diffsac {
 

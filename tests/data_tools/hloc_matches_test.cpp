@@ -2,11 +2,11 @@
 
 #include <filesystem>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/feature_file_test_util.h"
 #include "data_tools/hloc_files.h"
 #include "data_tools/run_pairs.h"
-#include "diffsac/data/correspondence_files.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 namespace {
@@ -82,7 +82,7 @@ TEST_CASE("hloc: pairs in both forms of names, scores, sizes, a calibration") {
   REQUIRE(old.points.rows() == 2);
   CHECK(old.points.row(0) == Eigen::RowVector4d(1, 5.5, 32, 8.5));
   CHECK(old.points.row(1) == Eigen::RowVector4d(21, 7.5, 2, 5.5));
-  CHECK(old.quality == Eigen::Vector2d(0.75, 0.875));
+  CHECK(old.match_ratio == Eigen::Vector2d(0.75, 0.875));
   CHECK(old.size1 == ImageSize{320, 240});
   REQUIRE(old.cameras);
   CHECK(old.cameras->K2(0, 2) == 160.0);
@@ -102,7 +102,7 @@ TEST_CASE("hloc: a folder with one file of each kind") {
   REQUIRE(RunPairs(RequestFor(folder, "outputs"), kNeverStop).written == 1);
   const Problem problem = CorrespondenceScene(folder / "pairs/outputs").Read(0).problem;
   CHECK(problem.points.rows() == 3);
-  CHECK(problem.quality.size() == 0);
+  CHECK(problem.match_ratio.size() == 0);
   fs::copy_file(other / "features.h5", folder / "outputs/others.h5");
   PairsRequest request = RequestFor(folder, "outputs");
   request.scene = "again";

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {

@@ -11,7 +11,7 @@
 #include "data_tools/lens_camera.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/rigid_motion.h"
-#include "data/two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 

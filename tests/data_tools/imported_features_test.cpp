@@ -3,11 +3,11 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/feature_file_test_util.h"
 #include "data_tools/image_test_util.h"
 #include "data_tools/run_pairs.h"
-#include "diffsac/data/correspondence_files.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 namespace {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {
@@ -37,7 +37,7 @@ TEST_CASE("a picture of matches has the sizes and colours that it should have") 
   pair.truth.essential.reset();
   pair.truth.motion.reset();
   CHECK(DrawMatches(pair, 1.0, "", path).inliers == 40);
-  pair.truth.labels.clear();
+  pair.truth.assignment.clear();
   CHECK(DrawMatches(pair, 1.0, "", path).inliers == -1);
   picture = cv::imread(path);
   CHECK((near(green) == 0 && near(blue) > 400));

@@ -8,7 +8,7 @@
 #include "data_tools/match_picture.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -34,7 +34,7 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   const Example& pair = matched.pair;
   CHECK(pair.id == "a_1-b");
   CHECK(pair.problem.size2.width == 320);
-  CHECK(pair.problem.quality.size() == pair.problem.points.rows());
+  CHECK(pair.problem.match_ratio.size() == pair.problem.points.rows());
   REQUIRE(pair.problem.cameras);
   CHECK(pair.problem.cameras->K2(0, 0) == 300.0);
   CHECK(matched.ms_keypoints > 0.0);

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data/data_test_util.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/pair_truth.h"
+#include "datasets/data_test_util.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -45,7 +45,7 @@ TEST_CASE("modelnet: virtual views as files, with what is true of them") {
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     int inliers = 0;
     for (Eigen::Index k = 0; k < 60; ++k) {
-      if (pair.truth.labels[k] == 0) continue;
+      if (pair.truth.assignment[k] == 0) continue;
       inliers += 1;
       CHECK(distances[k] < 1.5);
     }

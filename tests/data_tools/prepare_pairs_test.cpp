@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <sstream>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/feature_cache.h"
 #include "data_tools/inspect.h"
 #include "diffsac/core/files.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/pair_truth.h"
-#include "diffsac/data/thumbnails.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/problem/pair_truth.h"
+#include "diffsac/io/thumbnails.h"
 #include "data_tools/image_test_util.h"
 
 namespace diffsac {
@@ -176,12 +176,12 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
   const CorrespondenceScene one(folder / "one/s", options), four(folder / "four/s", options);
   for (int i = 0; i < 3; ++i) {
     const Problem a = one.Read(i).problem, b = four.Read(i).problem;
-    CHECK((a.points == b.points && a.quality == b.quality && a.descriptors == b.descriptors));
+    CHECK((a.points == b.points && a.match_ratio == b.match_ratio && a.descriptors == b.descriptors));
     REQUIRE(a.descriptors.cols() == 256);
     // Descriptors belong to their match: an equal pair has a small ratio, and its two halves are near.
     Eigen::Index best = 0, worst = 0;
-    a.quality.minCoeff(&best);
-    a.quality.maxCoeff(&worst);
+    a.match_ratio.minCoeff(&best);
+    a.match_ratio.maxCoeff(&worst);
     const auto distance = [&](Eigen::Index k) {
       return (a.descriptors.row(k).head(128) - a.descriptors.row(k).tail(128)).norm();
     };
@@ -365,7 +365,7 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
     const Example pair = scene.Read(0);
     REQUIRE(pair.problem.points.rows() > 60);
     CHECK(ShareNearTruth(pair, 2.0) > 0.6);
-    CHECK(pair.problem.quality.maxCoeff() <= 1.0);
+    CHECK(pair.problem.match_ratio.maxCoeff() <= 1.0);
     const DescriptorMatrix& rows = pair.problem.descriptors;
     if (kind == FeatureKind::kOrb) {
       CHECK(rows.cols() == 512);

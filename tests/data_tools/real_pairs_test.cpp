@@ -5,11 +5,11 @@
 
 #include <Eigen/LU>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/adelaide_rmf.h"
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"
-#include "diffsac/data/pair_truth.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -168,7 +168,7 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     double near[2] = {0, 0}, count[2] = {0, 0};
     for (Eigen::Index k = 0; k < distances.size(); ++k) {
-      const int inlier = pair.truth.labels[k] > 0 ? 1 : 0;
+      const int inlier = pair.truth.assignment[k] > 0 ? 1 : 0;
       near[inlier] += distances[k] < 3.0 ? 1 : 0;
       count[inlier] += 1;
     }
@@ -179,7 +179,7 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     CHECK(tentative.pairs[i].id == pair.id);
     CHECK(ShareNear(tentative.pairs[i].problem, tentative.pairs[i].truth, 3.0) > 0.3);
     CHECK(
-        (tentative.pairs[i].problem.quality.minCoeff() >= 0.0 && tentative.pairs[i].problem.quality.maxCoeff() <= 1.0));
+        (tentative.pairs[i].problem.match_ratio.minCoeff() >= 0.0 && tentative.pairs[i].problem.match_ratio.maxCoeff() <= 1.0));
   }
 }
 

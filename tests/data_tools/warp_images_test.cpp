@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "data/data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "data_tools/image_source.h"
 #include "diffsac/core/status.h"
 

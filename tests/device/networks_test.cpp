@@ -10,7 +10,7 @@
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "diffsac/networks/ng_ransac.h"
-#include "methods/tiny_network.h"
+#include "estimators/tiny_network.h"
 
 namespace diffsac {
 namespace {
@@ -120,9 +120,9 @@ TEST_CASE("networks that weigh points compute on the device what they compute on
 
 namespace {
 
-std::vector<SamplerOptions> AllSamplers() {
-  std::vector<SamplerOptions> all;
-  for (const auto kind : {SamplerKind::kDdpm, SamplerKind::kRenoise, SamplerKind::kDdim, SamplerKind::kDpmSolverPp}) {
+std::vector<ReverseSamplerOptions> AllSamplers() {
+  std::vector<ReverseSamplerOptions> all;
+  for (const auto kind : {ReverseSamplerKind::kDdpm, ReverseSamplerKind::kRenoise, ReverseSamplerKind::kDdim, ReverseSamplerKind::kDpmSolverPp}) {
     all.emplace_back().kind = kind;
     all.back().steps = 4;
   }
@@ -130,10 +130,10 @@ std::vector<SamplerOptions> AllSamplers() {
     all.push_back(all[3]);
     change(all.back());
   };
-  more([](SamplerOptions& o) { o.order = 1; });
-  more([](SamplerOptions& o) { o.variant = DpmSolverVariant::k2S; });
-  more([](SamplerOptions& o) { o.sde = true; });
-  more([](SamplerOptions& o) { o.clip_x0 = false; });
+  more([](ReverseSamplerOptions& o) { o.order = 1; });
+  more([](ReverseSamplerOptions& o) { o.variant = DpmSolverVariant::k2S; });
+  more([](ReverseSamplerOptions& o) { o.sde = true; });
+  more([](ReverseSamplerOptions& o) { o.clip_x0 = false; });
   all.push_back(all[2]);
   all.back().ddim_eta = 1.0;
   return all;
@@ -186,7 +186,7 @@ TEST_CASE("every reverse process on the device draws the confidences that it dra
 
 TEST_CASE("few decoded points, no reverse process, and confidences without diffusion work on the device") {
   auto options = TinyOptions();
-  SamplerOptions sampler;
+  ReverseSamplerOptions sampler;
   sampler.steps = 2;
   CheckSame(options, {sampler, 3, 16, true});
   CheckSame(options, {sampler, 0, 0, false});

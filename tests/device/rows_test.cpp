@@ -8,11 +8,11 @@
 
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/synthetic_two_view.h"
-#include "diffsac/data/tasks.h"
-#include "diffsac/methods/diffsac_method.h"
-#include "diffsac/methods/registry.h"
-#include "methods/tiny_network.h"
+#include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/make_estimator.h"
+#include "estimators/tiny_network.h"
 
 namespace diffsac {
 namespace {
@@ -21,9 +21,9 @@ using testing::TestDeviceName;
 
 const std::string kModels = DIFFSAC_SOURCE_DIR "/models/";
 
-std::unique_ptr<Method> Row(const TrainedConfig& trained, const std::string& device, const std::string& more = "") {
+std::unique_ptr<RobustEstimator> Row(const TrainedConfig& trained, const std::string& device, const std::string& more = "") {
   const std::string row = "{type: " + trained.method + ", checkpoint: '" + trained.checkpoint + "'" + more + "}";
-  return MakeMethod(Config::FromString(row), trained.task, {"", device, 1});
+  return MakeEstimator(Config::FromString(row), trained.task, {"", device, 1});
 }
 
 std::vector<Example> ExamplesOf(Task task) {
@@ -45,7 +45,7 @@ double Worst(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 // What the networks say of a batch is the same, and each row estimates something from it.
-void CheckRow(const Method& there, const Method& here, const std::vector<Example>& examples) {
+void CheckRow(const RobustEstimator& there, const RobustEstimator& here, const std::vector<Example>& examples) {
   std::vector<SolverSpace> spaces;
   std::vector<const Problem*> problems;
   std::vector<std::uint64_t> seeds;
@@ -54,13 +54,13 @@ void CheckRow(const Method& there, const Method& here, const std::vector<Example
     problems.push_back(&example.problem);
     seeds.push_back(seeds.size() + 1);
   }
-  const auto a = dynamic_cast<const LearnedMethod&>(there).Predict(spaces, seeds);
-  const auto b = dynamic_cast<const LearnedMethod&>(here).Predict(spaces, seeds);
+  const auto a = dynamic_cast<const LearnedEstimator&>(there).Predict(spaces, seeds);
+  const auto b = dynamic_cast<const LearnedEstimator&>(here).Predict(spaces, seeds);
   for (std::size_t k = 0; k < a.size(); ++k) {
     CHECK(Worst(a[k].weights, b[k].weights) < 1e-3);
     CHECK(Worst(a[k].confidences, b[k].confidences) < 1e-2);
   }
-  for (const Estimate& estimate : there.EstimateBatch(problems, seeds)) CHECK(estimate.status == Status::kOk);
+  for (const Estimate& estimate : there.RunBatch(problems, seeds)) CHECK(estimate.status == Status::kOk);
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ TEST_CASE("rows that ask the network late, for steps or for both guides work on 
     CheckRow(*Row(trained, TestDeviceName(), more), *Row(trained, "cpu", more + ", engine: libtorch"), examples);
   }
   const auto row = Row(trained, TestDeviceName());
-  const auto steps = dynamic_cast<const DiffsacMethod&>(*row).Trace(examples[0].problem, 1);
+  const auto steps = dynamic_cast<const DiffsacEstimator&>(*row).Trace(examples[0].problem, 1);
   REQUIRE(steps);
   CHECK(steps->confidences.size() == steps->timesteps.size());
 }

@@ -11,10 +11,10 @@
 #include "device/test_device.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/distributed/process_group.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "distributed/spawn_ranks.h"
 #include "train/train_request.h"
@@ -47,7 +47,7 @@ const char* kNgRansac = R"(
 method: ng_ransac
 network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, blocks: 2}
 ng_ransac: {initialization_iterations: 3, hypotheses: 2, pools: 3}
-inference: {hypotheses: 5}
+inference: {max_iterations: 5}
 )";
 
 const char* kClnet = R"(
@@ -118,7 +118,7 @@ TEST_CASE("every method trains on the device as on the CPU, and its checkpoint s
     for (const std::string& device : {TestDeviceName(), std::string("cpu")}) {
       const auto trained = ReadTrainedConfig(there + "/checkpoints/best.safetensors");
       const std::string row = "{type: " + trained.method + ", checkpoint: '" + trained.checkpoint + "'}";
-      CHECK(MakeMethod(Config::FromString(row), Task::kLine, {"", device, 1})->Training()->parameters > 0);
+      CHECK(MakeEstimator(Config::FromString(row), Task::kLine, {"", device, 1})->Training()->parameters > 0);
     }
   }
 }

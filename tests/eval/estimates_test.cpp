@@ -8,8 +8,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "data/data_test_util.h"
-#include "diffsac/data/tasks.h"
+#include "datasets/data_test_util.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/pose.h"
 #include "geometry/two_view_problems.h"
 
@@ -46,7 +46,7 @@ EstimateFile Content() {
   file.groups.push_back({"net/work", "none", {}});
   EstimateRecord several = Record(3), none = Record(5);
   several.structures = {several.model, 2.0 * several.model, -several.model};
-  for (int i = 0; i < several.points; ++i) several.labels.push_back(i % 4);
+  for (int i = 0; i < several.points; ++i) several.assignment.push_back(i % 4);
   file.groups.push_back({"several", "all", {failed, several, none}});
   return file;
 }
@@ -87,7 +87,7 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.MayBeChance() == b.MayBeChance());
       CHECK(a.draws == b.draws);
       CHECK(a.structures == b.structures);
-      CHECK(a.labels == b.labels);
+      CHECK(a.assignment == b.assignment);
       CHECK(a.inlier_probabilities == b.inlier_probabilities);
     }
   }

@@ -7,17 +7,17 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
-#include "diffsac/eval/outputs.h"
+#include "diffsac/report/run_files.h"
 #include "diffsac/eval/runner.h"
 
 namespace diffsac::testing {
 
 /// Fits the two points that its seed names: results depend on the problem and the seed alone.
-class TwoPointMethod : public Method {
+class TwoPointEstimator : public RobustEstimator {
  public:
-  explicit TwoPointMethod(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
+  explicit TwoPointEstimator(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
       : batch_(batch), stop_(stop), stop_after_(stop_after) {}
-  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoRun(const Problem& problem, std::uint64_t seed) const override {
     if (stop_ != nullptr && ++calls_ > stop_after_) *stop_ = true;
     int set[2];
     Rng(seed).Distinct(static_cast<int>(problem.points.rows()), 2, set);
@@ -66,7 +66,7 @@ inline std::string CsvOf(const ExperimentResults& results) { return ResultsCsv(M
 inline ExperimentOptions SmallExperiment() { return ReadExperiment(Config::FromString(kSmallExperiment)); }
 
 inline RunInputs TwoPointInputs(int batch = 1) {
-  return {[batch](const Config&, Task) { return std::make_unique<TwoPointMethod>(batch); }, {}, nullptr};
+  return {[batch](const Config&, Task) { return std::make_unique<TwoPointEstimator>(batch); }, {}, nullptr};
 }
 
 /// Two-view results with given pose errors: `first` is right on every problem of scene a (two problems) and off by
@@ -172,9 +172,9 @@ inline Example LinesCross() {
   }
   for (int i = 0; i < 6; ++i) example.problem.points.row(30 + i) << 3.0 + 0.3 * i, 4.2 - 0.7 * i;
   example.truth.model = example.truth.structures[0];
-  example.truth.labels.assign(36, 0);
-  for (int i = 0; i < 30; ++i) example.truth.labels[static_cast<std::size_t>(i)] = 1 + i / 10;
-  for (const std::int32_t label : example.truth.labels) example.truth.inliers.push_back(label > 0);
+  example.truth.assignment.assign(36, 0);
+  for (int i = 0; i < 30; ++i) example.truth.assignment[static_cast<std::size_t>(i)] = 1 + i / 10;
+  for (const std::int32_t label : example.truth.assignment) example.truth.inliers.push_back(label > 0);
   return example;
 }
 
@@ -184,7 +184,7 @@ inline Estimate LinesFound(const Example& example) {
   estimate.status = Status::kOk;
   estimate.model = example.truth.model;
   estimate.structures = example.truth.structures;
-  estimate.labels = example.truth.labels;
+  estimate.assignment = example.truth.assignment;
   estimate.inliers = example.truth.inliers;
   return estimate;
 }

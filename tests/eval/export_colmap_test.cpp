@@ -7,12 +7,12 @@
 #include <set>
 #include <sstream>
 
-#include "colmap/colmap_test_util.h"
+#include "io/colmap_test_util.h"
 #include "core/temporary_folder.h"
-#include "data/two_view_test_util.h"
-#include "diffsac/colmap/two_view_geometries.h"
+#include "generators/two_view_test_util.h"
+#include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/core/files.h"
-#include "diffsac/eval/command_line.h"
+#include "diffsac/report/command_line.h"
 
 namespace diffsac {
 namespace {
@@ -49,7 +49,7 @@ metric: {threshold_deg: 10}
 data: {type: correspondences, paths: [)" + (folder / "scene") +
                                                R"(], task: "${task}", inlier_threshold_px: 1}
 figures: {curve: false, qualitative: 0}
-methods: [{name: lo, type: lo_ransac, hypotheses: 200}, {name: plain, type: ransac, hypotheses: 200}]
+methods: [{name: lo, type: lo_ransac, max_iterations: 200}, {name: plain, type: ransac, max_iterations: 200}]
 )");
   }
 
@@ -134,9 +134,9 @@ TEST_CASE("export to COLMAP: images the other way round, a pair without matches"
   project.set.match_indices[1].col(0).swap(project.set.match_indices[1].col(1));
   Example& empty = project.set.pairs[0];
   empty.problem.points.resize(0, 4);
-  empty.problem.quality.resize(0);
+  empty.problem.match_ratio.resize(0);
   empty.problem.descriptors.resize(0, 0);
-  empty.truth.labels.clear();
+  empty.truth.assignment.clear();
   project.set.match_indices[0].resize(0, 2);
   project.Prepare();
   REQUIRE(project.Run(project.Request()) == "");

@@ -8,9 +8,9 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/dataset_registry.h"
-#include "diffsac/eval/outputs.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/dataset_registry.h"
+#include "diffsac/report/run_files.h"
 #include "diffsac/eval/selection.h"
 #include "eval/eval_fixtures.h"
 
@@ -31,7 +31,7 @@ std::string WithoutTimes(const std::string& csv) {
 std::string Csv(int threads, int batch, const std::vector<std::string>& methods = {}) {
   ExperimentOptions experiment = SmallExperiment();
   experiment.threads = threads;
-  SelectMethods(methods, &experiment);
+  SelectEstimators(methods, &experiment);
   return WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs(batch))));
 }
 
@@ -78,12 +78,12 @@ const RegisteredDataset<ManyLinesOptions> kManyLines("many_lines", DataSource::k
                                                        return std::make_unique<ManyLines>();
                                                      });
 
-class WaitedFor : public TwoPointMethod {
+class WaitedFor : public TwoPointEstimator {
  public:
-  using TwoPointMethod::TwoPointMethod;
-  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
+  using TwoPointEstimator::TwoPointEstimator;
+  diffsac::Estimate DoRun(const Problem& problem, std::uint64_t seed) const override {
     --g_waiting;
-    return TwoPointMethod::DoEstimate(problem, seed);
+    return TwoPointEstimator::DoRun(problem, seed);
   }
 };
 
@@ -92,7 +92,7 @@ TEST_CASE("problems are loaded as they are needed (all of a condition were in me
   experiment.problems = 3000;
   experiment.conditions.resize(1);
   experiment.conditions[0].data = Config::FromString("{type: many_lines}");
-  SelectMethods({"first"}, &experiment);
+  SelectEstimators({"first"}, &experiment);
   const auto run = [&](int batch, int problems) {
     g_waiting = g_most_waiting = 0;
     experiment.problems = problems;
@@ -142,11 +142,11 @@ TEST_CASE("grouped scenes are one scene") {
 }
 
 // Says .9 of every point, as a probability or as a weight that is only in proportion to one.
-class SayingMethod : public TwoPointMethod {
+class SayingEstimator : public TwoPointEstimator {
  public:
-  explicit SayingMethod(bool probabilities) : probabilities_(probabilities) {}
-  diffsac::Estimate DoEstimate(const Problem& problem, std::uint64_t seed) const override {
-    diffsac::Estimate estimate = TwoPointMethod::DoEstimate(problem, seed);
+  explicit SayingEstimator(bool probabilities) : probabilities_(probabilities) {}
+  diffsac::Estimate DoRun(const Problem& problem, std::uint64_t seed) const override {
+    diffsac::Estimate estimate = TwoPointEstimator::DoRun(problem, seed);
     estimate.inlier_probabilities.assign(static_cast<std::size_t>(problem.points.rows()), 0.9f);
     return estimate;
   }
@@ -159,20 +159,20 @@ class SayingMethod : public TwoPointMethod {
 TEST_CASE("weights that are no probabilities have no reliability curve (ng_ransac and clnet had one)") {
   int made = 0;
   const RunInputs inputs = {
-      [&made](const Config&, Task) { return std::make_unique<SayingMethod>(made++ == 0); }, {}, nullptr};
+      [&made](const Config&, Task) { return std::make_unique<SayingEstimator>(made++ == 0); }, {}, nullptr};
   const ExperimentResults results = RunExperiment(SmallExperiment(), inputs);
   REQUIRE(results.reliability.size() == 2);
   for (const ReliabilityCurve& curve : results.reliability) CHECK(curve.label == "First");
 }
 
 TEST_CASE("what a row's network was trained on stands beside the row") {
-  struct Trained : TwoPointMethod {
+  struct Trained : TwoPointEstimator {
     std::optional<TrainingFacts> Training() const override { return TrainingFacts{100, 2000, 3000, "line"}; }
   };
   int made = 0;
-  const auto make = [&made](const Config&, Task) -> std::unique_ptr<Method> {
+  const auto make = [&made](const Config&, Task) -> std::unique_ptr<RobustEstimator> {
     if (made++ == 1) return std::make_unique<Trained>();
-    return std::make_unique<TwoPointMethod>();
+    return std::make_unique<TwoPointEstimator>();
   };
   const ExperimentResults results = RunExperiment(SmallExperiment(), {make, {}, nullptr});
   REQUIRE(results.learned.size() == 1);
@@ -225,7 +225,7 @@ TEST_CASE("a stop leaves what was done, marked partial") {
   experiment.threads = 1;
   RunInputs inputs = TwoPointInputs();
   inputs.stop = &stop;
-  inputs.make_method = [&](const Config&, Task) { return std::make_unique<TwoPointMethod>(1, &stop, 5); };
+  inputs.make_method = [&](const Config&, Task) { return std::make_unique<TwoPointEstimator>(1, &stop, 5); };
   const ExperimentResults results = RunExperiment(experiment, inputs);
   CHECK(results.partial);
   REQUIRE(results.cells.size() == 1);

@@ -16,10 +16,10 @@ ExperimentOptions Read(const std::string& text) { return ReadExperiment(Config::
 
 TEST_CASE("rows are selected by name, in the experiment's order") {
   ExperimentOptions experiment = SmallExperiment();
-  SelectMethods({"oracle", "first"}, &experiment);
+  SelectEstimators({"oracle", "first"}, &experiment);
   REQUIRE(experiment.methods.size() == 2);
   CHECK(experiment.methods[0].name == "first");
-  CHECK_THROWS_WITH(SelectMethods({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
+  CHECK_THROWS_WITH(SelectEstimators({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
 }
 
 TEST_CASE("what refers to rows that are not selected is forgotten") {
@@ -28,7 +28,7 @@ reference: oracle
 compare: [[first, second], [oracle, first]]
 figures: {bars: [first, oracle], qualitative_method: oracle}
 )"));
-  SelectMethods({"first", "second"}, &experiment);
+  SelectEstimators({"first", "second"}, &experiment);
   CHECK(experiment.compare.size() == 1);
   CHECK(experiment.reference.empty());
   CHECK(experiment.figures.bars == std::vector<std::string>{"first"});
@@ -60,7 +60,7 @@ TEST_CASE("a row without its checkpoint is left out, and named") {
   CHECK(experiment.methods.size() == 2);
   CHECK(experiment.left_out.empty());
   experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
-  SelectMethods({"learned"}, &experiment);
+  SelectEstimators({"learned"}, &experiment);
   CHECK_FALSE(LeaveOutMissing(false, &experiment));
 }
 

@@ -8,11 +8,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/eval/command_line.h"
+#include "diffsac/report/command_line.h"
 #include "diffsac/eval/estimates.h"
-#include "diffsac/eval/merge.h"
-#include "diffsac/eval/outputs.h"
-#include "diffsac/eval/report_text.h"
+#include "diffsac/report/merge.h"
+#include "diffsac/report/run_files.h"
+#include "diffsac/report/markdown_report.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -44,14 +44,14 @@ std::vector<ShardContent> RunShards(const ExperimentOptions& experiment, int cou
 }
 
 // Gives each estimate the size of its batch: stands for a network whose outputs depend on the batch.
-class BatchSensitive : public TwoPointMethod {
+class BatchSensitive : public TwoPointEstimator {
  public:
-  using TwoPointMethod::TwoPointMethod;
-  std::vector<diffsac::Estimate> DoEstimateBatch(std::span<const Problem* const> problems,
+  using TwoPointEstimator::TwoPointEstimator;
+  std::vector<diffsac::Estimate> DoRunBatch(std::span<const Problem* const> problems,
                                                  std::span<const std::uint64_t> seeds) const override {
     std::vector<diffsac::Estimate> estimates;
     for (std::size_t i = 0; i < problems.size(); ++i) {
-      estimates.push_back(DoEstimate(*problems[i], seeds[i]));
+      estimates.push_back(DoRun(*problems[i], seeds[i]));
       estimates.back().report.hypotheses = static_cast<int>(problems.size());
     }
     return estimates;
@@ -146,7 +146,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(std::isnan(content.results.cells[1].records[1].error.recall));
   CHECK(read.report.unique_minimal_sets == 5);
   CHECK(read.report.ms_features == record.report.ms_features);
-  CHECK(read.report.ms_denoise == record.report.ms_denoise);
+  CHECK(read.report.ms_network == record.report.ms_network);
   CHECK(read.report.ms_total == record.report.ms_total);
   CHECK(CsvOf(content.results) == CsvOf(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
@@ -223,8 +223,8 @@ conditions:
   - {name: few, value: 0.2, data: {outlier_ratio: 0.2}}
   - {name: many, value: 0.6, data: {outlier_ratio: 0.6}}
 methods:
-  - {name: ransac_20, type: ransac, hypotheses: 20}
-  - {name: lo_ransac, type: lo_ransac, hypotheses: 20}
+  - {name: ransac_20, type: ransac, max_iterations: 20}
+  - {name: lo_ransac, type: lo_ransac, max_iterations: 20}
   - {name: exhaustive, type: exhaustive, max_problems: 5}
   - {name: oracle, type: oracle}
 compare: [[lo_ransac, ransac_20]]

@@ -58,7 +58,7 @@ TEST_CASE("a perfect estimate finds all, whatever its order and signs") {
   CHECK(error.recall == 1.0);
   std::swap(estimate.structures[0], estimate.structures[2]);
   estimate.structures[1] = -estimate.structures[1];
-  for (std::int32_t& label : estimate.labels) label = label == 1 ? 3 : label == 3 ? 1 : label;
+  for (std::int32_t& label : estimate.assignment) label = label == 1 ? 3 : label == 3 ? 1 : label;
   error = MeasureError(estimate, example);
   CHECK(error.misclassified == 0.0);
   CHECK(error.recall == 1.0);
@@ -111,7 +111,7 @@ TEST_CASE("a row that looks for one model has found one structure") {
   const Example example = LinesCross();
   Estimate estimate = LinesFound(example);
   estimate.structures.clear();
-  estimate.labels.clear();
+  estimate.assignment.clear();
   estimate.inliers.assign(36, 0);
   std::fill_n(estimate.inliers.begin(), 10, 1);
   const EstimateError error = MeasureError(estimate, example);
@@ -122,7 +122,7 @@ TEST_CASE("a row that looks for one model has found one structure") {
 
 TEST_CASE("a structure without points is not asked for") {
   Example example = LinesCross();
-  for (std::int32_t& label : example.truth.labels)
+  for (std::int32_t& label : example.truth.assignment)
     if (label == 3) label = 0;
   CHECK(MeasureError(LinesFound(example), example).recall == 1.0);
 }
@@ -130,7 +130,7 @@ TEST_CASE("a structure without points is not asked for") {
 TEST_CASE("with one true model, or labels of other points, nothing is said") {
   Example example = LinesCross();
   const Estimate estimate = LinesFound(example);
-  example.truth.labels.pop_back();
+  example.truth.assignment.pop_back();
   CHECK(std::isnan(MeasureError(estimate, example).recall));
   example = LinesCross();
   example.truth.structures.clear();

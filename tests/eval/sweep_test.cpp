@@ -7,7 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/eval/command_line.h"
+#include "diffsac/report/command_line.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -22,13 +22,13 @@ problems: 12
 data: {type: synthetic_line, split: test}
 sweep:
   outlier_ratio: [0.2, 0.5]
-  methods.ransac.hypotheses: [5, 50]
+  methods.ransac.max_iterations: [5, 50]
   settings.base.consensus.score: [msac, inlier_count]
 settings:
   base: {consensus: {local_optimization: irls}}
 methods:
   ransac: {type: ransac, label: RANSAC}
-  lo: {type: lo_ransac, use: base, hypotheses: 20}
+  lo: {type: lo_ransac, use: base, max_iterations: 20}
   oracle: {type: oracle}
 )";
 
@@ -45,12 +45,12 @@ EvalRequest Request(const TemporaryFolder& folder) {
 TEST_CASE("keys with a dot, seed and problems are axes of whole runs, in every combination") {
   const auto axes = AxesOf(kSwept);
   REQUIRE(axes.size() == 2);
-  CHECK(axes[0].shown == "hypotheses");
+  CHECK(axes[0].shown == "max_iterations");
   const auto points = SweepPoints(axes);
   REQUIRE(points.size() == 4);
-  CHECK(points[1].name == "hypotheses=5 score=inlier_count");
+  CHECK(points[1].name == "max_iterations=5 score=inlier_count");
   CHECK(points[2].assignments ==
-        std::vector<std::string>{"methods.ransac.hypotheses=50", "settings.base.consensus.score=msac"});
+        std::vector<std::string>{"methods.ransac.max_iterations=50", "settings.base.consensus.score=msac"});
   CHECK(AxesOf("sweep: {outlier_ratio: [0.1]}").empty());
   CHECK(AxesOf("sweep: {seed: [1, 2], problems: [5]}").size() == 2);
   const auto alike = AxesOf("methods: {a: {}, b: {}}\nsweep: {methods.a.k: [1], methods.b.k: [1], data.c: [2]}");
@@ -82,18 +82,18 @@ TEST_CASE("a sweep ends in one table, with a row for each value that makes a dif
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
-  CHECK_THAT(out.str(), Contains("[4/4] hypotheses=50 score=inlier_count") && Contains("RANSAC, hypotheses=5"));
+  CHECK_THAT(out.str(), Contains("[4/4] max_iterations=50 score=inlier_count") && Contains("RANSAC, max_iterations=5"));
   const std::string csv = ReadFile(folder.File("out/results.csv"));
   for (const char* row :
-       {",ransac hypotheses=5,", ",ransac hypotheses=50,", ",lo score=msac,", ",lo score=inlier_count,", ",oracle,"})
+       {",ransac max_iterations=5,", ",ransac max_iterations=50,", ",lo score=msac,", ",lo score=inlier_count,", ",oracle,"})
     CHECK_THAT(csv, Contains(row));
   CHECK_THAT(csv, !Contains("oracle score"));
   CHECK(csv.rfind(",all,0.2,") < csv.find(",all,0.5,"));
-  CHECK(std::filesystem::exists(folder.File("out/points/hypotheses=5,score=msac/estimates.h5")));
+  CHECK(std::filesystem::exists(folder.File("out/points/max_iterations=5,score=msac/estimates.h5")));
   // The point alone says the same.
   EvalRequest alone = Request(folder);
   alone.one_point = true;
-  alone.assignments = {"methods.ransac.hypotheses=50"};
+  alone.assignments = {"methods.ransac.max_iterations=50"};
   alone.output = folder.File("alone");
   REQUIRE(Evaluate(alone, {}, stop, out) == kExitOk);
   const std::string line = ",ransac,mAA@0.5deg,", of_alone = ReadFile(folder.File("alone/results.csv"));
@@ -101,7 +101,7 @@ TEST_CASE("a sweep ends in one table, with a row for each value that makes a dif
     const std::size_t at = text.find(key) + key.size();
     return text.substr(at, text.find('\n', at) - at);
   };
-  CHECK(value(of_alone, line) == value(csv, ",ransac hypotheses=50,mAA@0.5deg,"));
+  CHECK(value(of_alone, line) == value(csv, ",ransac max_iterations=50,mAA@0.5deg,"));
 }
 
 std::string ValueAfter(const std::string& text, const std::string& key) {
@@ -113,16 +113,16 @@ std::string ValueAfter(const std::string& text, const std::string& key) {
 TEST_CASE("a sweep over seeds of generated data is their mean, not rows of other problems side by side") {
   const TemporaryFolder folder;
   EvalRequest request = Request(folder);
-  request.assignments = {"sweep={seed: [1, 2], methods.ransac.hypotheses: [5, 50]}", "data.outlier_ratio=0.5"};
+  request.assignments = {"sweep={seed: [1, 2], methods.ransac.max_iterations: [5, 50]}", "data.outlier_ratio=0.5"};
   std::ostringstream out;
   REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
-  CHECK_THAT(out.str(), Contains("RANSAC, hypotheses=5, mean of 2 seeds") && !Contains("seed=1 |"));
+  CHECK_THAT(out.str(), Contains("RANSAC, max_iterations=5, mean of 2 seeds") && !Contains("seed=1 |"));
   const std::string metric = ",mAA@0.5deg,", joined = ReadFile(folder.File("out/results.csv"));
   double sum = 0.0;
-  for (const char* point : {"seed=1,hypotheses=50", "seed=2,hypotheses=50"})
+  for (const char* point : {"seed=1,max_iterations=50", "seed=2,max_iterations=50"})
     sum += std::stod(ValueAfter(ReadFile(folder.File("out/points/") + point + "/results.csv"), ",ransac" + metric));
-  CHECK(std::stod(ValueAfter(joined, ",ransac hypotheses=50" + metric)) == Approx(sum / 2.0));
-  CHECK(ValueAfter(joined, ",ransac hypotheses=50,problems,") == "24");
+  CHECK(std::stod(ValueAfter(joined, ",ransac max_iterations=50" + metric)) == Approx(sum / 2.0));
+  CHECK(ValueAfter(joined, ",ransac max_iterations=50,problems,") == "24");
 }
 
 TEST_CASE("a problem that several seeds share counts once in an interval") {
@@ -142,7 +142,7 @@ TEST_CASE("no row is the best of rows that are of different problems") {
   const TemporaryFolder folder;
   EvalRequest request = Request(folder);
   request.methods = {"ransac"};
-  request.assignments = {"data.outlier_ratio=0.5", "sweep={methods.ransac.hypotheses: [5, 50]}"};
+  request.assignments = {"data.outlier_ratio=0.5", "sweep={methods.ransac.max_iterations: [5, 50]}"};
   std::ostringstream same, different;
   REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, same) == kExitOk);
   CHECK_THAT(same.str(), Contains("**"));
@@ -159,7 +159,7 @@ TEST_CASE("an interrupted sweep goes on where it was, and points that are there 
   CHECK(Evaluate(Request(folder), {}, stopped, out) == kExitInterrupted);
   CHECK_FALSE(std::filesystem::exists(folder.File("out/results.csv")));
   REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
-  const std::string point = folder.File("out/points/hypotheses=50,score=msac/problems.csv");
+  const std::string point = folder.File("out/points/max_iterations=50,score=msac/problems.csv");
   const auto written = std::filesystem::last_write_time(point);
   REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
   CHECK(std::filesystem::last_write_time(point) == written);

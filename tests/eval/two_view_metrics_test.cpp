@@ -1,4 +1,4 @@
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/metrics.h"
 
 #include <Eigen/Geometry>

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/sweep.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/make_estimator.h"
 #include "fuzz/fuzz_target.h"
 
 namespace diffsac::testing {
@@ -42,8 +42,8 @@ void ReadAll(const std::string& text) {
   // Rows and data throw by themselves, so that one that is wrong does not hide the others.
   for (const Condition& condition : experiment.conditions)
     Parses({kName, "--set"}, [&] { WriteDatasetOptions(condition.data); });
-  for (const MethodRow& row : experiment.methods)
-    Parses({}, [&] { ResolvedRow(row.config, experiment.task, MethodContext{}); });
+  for (const EstimatorRow& row : experiment.methods)
+    Parses({}, [&] { ResolvedRow(row.config, experiment.task, EstimatorContext{}); });
 }
 
 }  // namespace

@@ -4,11 +4,11 @@
 #include <array>
 #include <filesystem>
 
-#include "data/two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 #include "diffsac/core/files.h"
-#include "diffsac/data/correspondence_files.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/thumbnails.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/io/thumbnails.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
 

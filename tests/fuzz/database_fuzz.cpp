@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "colmap/colmap_test_util.h"
-#include "diffsac/colmap/lens.h"
+#include "io/colmap_test_util.h"
+#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/files.h"
 #include "fuzz/fuzz_target.h"
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <numeric>
 
-#include "diffsac/consensus/confidence_source.h"
+#include "diffsac/consensus/confidence_sampler.h"
 #include "diffsac/consensus/noise_scales.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/weighted_source.h"
+#include "diffsac/consensus/weighted_sampler.h"
 #include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
@@ -33,19 +33,19 @@ std::vector<typename Values::value_type> Rows(const Values& values, const std::v
 }
 
 /// The source of sets among some of the points, all of which its weights and confidences know.
-std::unique_ptr<HypothesisSource> SourceOf(const FuzzProblem& problem, int set_size, const std::vector<int>& rows,
+std::unique_ptr<MinimalSampler> SourceOf(const FuzzProblem& problem, int set_size, const std::vector<int>& rows,
                                            int search) {
   const Rng rng = Rng(problem.seed).Fork("minimal_sets", static_cast<std::uint64_t>(search));
   const bool all = static_cast<Eigen::Index>(rows.size()) == problem.points.rows();
   if (problem.sets_from == SetsFrom::kWeights)
-    return std::make_unique<WeightedSource>(Rows(problem.quality, rows), set_size, rng);
+    return std::make_unique<WeightedSampler>(Rows(problem.match_ratio, rows), set_size, rng);
   if (problem.sets_from == SetsFrom::kConfidences && all)
-    return std::make_unique<ConfidenceSource>(problem.confidences, static_cast<int>(rows.size()), set_size,
+    return std::make_unique<ConfidenceSampler>(problem.confidences, static_cast<int>(rows.size()), set_size,
                                               problem.likeliest_sets ? Selection::kMaximum : Selection::kProbabilistic,
                                               problem.unique_sets, problem.temperature, rng);
-  if (problem.sets_from == SetsFrom::kGiven && all) return std::make_unique<GivenSource>(problem.minimal_sets);
-  return MakeHypothesisSource(problem.source, problem.points(rows, Eigen::all), set_size, rng,
-                              Rows(problem.quality, rows));
+  if (problem.sets_from == SetsFrom::kGiven && all) return std::make_unique<PrecomputedSampler>(problem.minimal_sets);
+  return MakeMinimalSampler(problem.source, problem.points(rows, Eigen::all), set_size, rng,
+                              Rows(problem.match_ratio, rows));
 }
 
 std::vector<int> AllRows(const FuzzProblem& problem) {
@@ -96,13 +96,13 @@ void CheckResult(const FuzzProblem& problem, const ConsensusResult& result) {
   int support = 0;
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     const bool within = Model::Residual(model, problem.points.data() + i * problem.points.cols()) <= problem.threshold;
-    if (problem.options.noise == NoiseScale::kGiven)
+    if (problem.options.threshold == ThresholdKind::kFixed)
       Require(result.inliers[i] == (within ? 1 : 0), "the mask is the residuals'");
     else
       Require(result.inliers[i] == 0 || within, "the mask holds no residual beyond the threshold");
     support += result.inliers[i];
   }
-  if (problem.options.noise == NoiseScale::kGiven)
+  if (problem.options.threshold == ThresholdKind::kFixed)
     Require(support >= Model::kMinimalSize, "a model has at least a minimal set's support");
 }
 
@@ -131,11 +131,11 @@ void RunStructures(const FuzzProblem& problem) {
       problem.options, problem.structures, Rng(problem.seed), problem.hints);
   Require((result.status == Status::kOk) == !result.models.empty(), "structures are found, or there is no model");
   if (result.status != Status::kOk) return;
-  Require(static_cast<Eigen::Index>(result.labels.size()) == problem.points.rows(), "there is a label for each point");
+  Require(static_cast<Eigen::Index>(result.assignment.size()) == problem.points.rows(), "there is a label for each point");
   Require(static_cast<int>(result.models.size()) <= problem.structures.most, "no more structures than are asked for");
   for (const ModelParameters& model : result.models) Require(model.allFinite(), "structures are finite");
-  for (std::size_t i = 0; i < result.labels.size(); ++i) {
-    const std::int32_t label = result.labels[i];
+  for (std::size_t i = 0; i < result.assignment.size(); ++i) {
+    const std::int32_t label = result.assignment[i];
     Require(label >= 0 && label <= static_cast<int>(result.models.size()), "a label is that of a structure");
     if (label == 0) continue;
     const typename Model::Parameters model = result.models[static_cast<std::size_t>(label - 1)];
@@ -147,7 +147,7 @@ void RunStructures(const FuzzProblem& problem) {
 template <MinimalModel Model>
 void RunDgsac(const FuzzProblem& problem) {
   const DgsacResult result = EstimateDgsac<Model>(problem.points, problem.dgsac, Rng(problem.seed));
-  Require(static_cast<int>(result.sets.size()) <= problem.dgsac.hypotheses * Model::kMinimalSize,
+  Require(static_cast<int>(result.sets.size()) <= problem.dgsac.max_iterations * Model::kMinimalSize,
           "no more sets than are asked for");
   if (result.status != Status::kOk) return;
   Require(result.model.allFinite(), "the model is finite");

@@ -17,7 +17,7 @@ std::string SoundFile() {
   record.points = 4;
   record.inlier_probabilities = {0.5f, 0.25f, 0.5f, 1.0f};
   record.structures = {record.model, record.model};
-  record.labels = {1, 0, 2, 1};
+  record.assignment = {1, 0, 2, 1};
   EstimateRecord failed;
   failed.id = "b";
   return EstimatesToBytes({"name", "line", "0", {{"ransac", "all", {record, failed}}}});

@@ -120,7 +120,7 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
   options.refit_rounds = 1 + reader->Below(4);
   options.refit_candidates = 1 + reader->Below(4);
   options.residual_dof = reader->Below(7);
-  options.noise = Choose<NoiseScale>(reader);
+  options.threshold = Choose<ThresholdKind>(reader);
   if (reader->Below(4) == 0) options.inlier_prior_power = reader->Positive();
   if (reader->Below(4) == 0) options.camera_prior = reader->Positive();
   if (reader->Below(3) == 0) {
@@ -150,7 +150,7 @@ StructureSearchOptions ReadStructures(ByteReader* reader) {
 
 DgsacOptions ReadDgsac(ByteReader* reader) {
   DgsacOptions options;
-  options.hypotheses = 1 + reader->Below(60);
+  options.max_iterations = 1 + reader->Below(60);
   options.stopping = Choose<DgsacStopping>(reader);
   options.explained_change = reader->Positive();
   options.guided = reader->Flag();
@@ -164,7 +164,7 @@ DgsacOptions ReadDgsac(ByteReader* reader) {
   return options;
 }
 
-void ReadHints(ByteReader* reader, int count, int parameters, ConsensusHints* hints) {
+void ReadPriors(ByteReader* reader, int count, int parameters, EstimationPriors* hints) {
   for (int hint = reader->Below(8) - 5; hint > 0; --hint) {
     ModelParameters model(reader->Below(16) == 0 ? reader->Below(12) : parameters);
     for (double& value : model) value = reader->Number();
@@ -189,7 +189,7 @@ void ReadSource(ByteReader* reader, FuzzProblem* problem) {
   constexpr SetsFrom kOrigins[] = {SetsFrom::kSource,  SetsFrom::kSource,      SetsFrom::kSource,
                                    SetsFrom::kWeights, SetsFrom::kConfidences, SetsFrom::kGiven};
   problem->sets_from = kOrigins[reader->Below(6)];
-  problem->source.source = Choose<SourceKind>(reader);
+  problem->source.sampler = Choose<MinimalSamplerKind>(reader);
   problem->source.prosac_samples = 1.0 + reader->Byte();
   problem->source.napsac_neighbors = 1 + reader->Below(30);
   problem->source.local_draws = reader->Below(8);
@@ -221,14 +221,14 @@ FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int
     const int index = reader->Byte();
     problem.minimal_sets.push_back(index < 250 ? index % std::max(1, count) : index - 253);
   }
-  ReadHints(reader, count, parameters, &problem.hints);
+  ReadPriors(reader, count, parameters, &problem.hints);
   if (problem.sets_from == SetsFrom::kConfidences) {
     problem.confidences.resize(static_cast<std::size_t>(count) * reader->Below(5));
     for (float& confidence : problem.confidences) confidence = static_cast<float>(reader->Number());
   }
-  problem.quality.resize(count);
+  problem.match_ratio.resize(count);
   const bool any_quality = reader->Below(4) == 0;
-  for (int i = 0; i < count; ++i) problem.quality[i] = any_quality ? reader->Number() : i % 7;
+  for (int i = 0; i < count; ++i) problem.match_ratio[i] = any_quality ? reader->Number() : i % 7;
   problem.points = any ? AnyPoints(reader, count, columns) : ModelPoints(reader, count, dimension);
   if (reader->Flag()) Spoil(reader, &problem.points);
   return problem;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "diffsac/consensus/dgsac.h"
-#include "diffsac/consensus/make_source.h"
+#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/structures.h"
 #include "fuzz/byte_reader.h"
@@ -23,14 +23,14 @@ struct FuzzProblem {
   StructureSearchOptions structures;
   DgsacOptions dgsac;
   SetsFrom sets_from = SetsFrom::kSource;
-  SourceOptions source;
+  MinimalSamplerOptions source;
   std::vector<double> quality;     ///< one a point, and what kWeights draws in proportion to
   std::vector<float> confidences;  ///< some rows of one a point
   bool likeliest_sets = false;     ///< of the confidences
   bool unique_sets = false;        ///< of the confidences
   double temperature = 1.0;        ///< of the confidences
   std::vector<int> minimal_sets;   ///< indices out of range among them
-  ConsensusHints hints;
+  EstimationPriors hints;
   std::uint64_t seed = 0;
   int threads = 1;
   int other_block = 0;

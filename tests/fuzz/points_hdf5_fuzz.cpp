@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <mutex>
 
-#include "data/write_point_sets.h"
+#include "datasets/write_point_sets.h"
 #include "diffsac/core/files.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/hdf5_numbers.h"
-#include "diffsac/data/point_files.h"
-#include "diffsac/data/synthetic.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/datasets/point_files.h"
+#include "diffsac/generators/synthetic.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
 

@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "diffsac/eval/compare_runs.h"
-#include "diffsac/eval/merge.h"
-#include "diffsac/eval/page.h"
-#include "diffsac/eval/report_text.h"
-#include "diffsac/eval/run_reader.h"
+#include "diffsac/report/compare_runs.h"
+#include "diffsac/report/merge.h"
+#include "diffsac/report/results_page.h"
+#include "diffsac/report/markdown_report.h"
+#include "diffsac/report/run_reader.h"
 #include "diffsac/eval/shard_records.h"
 #include "eval/eval_fixtures.h"
 #include "fuzz/fuzz_target.h"

@@ -10,7 +10,7 @@ namespace diffsac {
 namespace {
 
 constexpr LossKind kLosses[] = {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy,
-                                LossKind::kScales};
+                                LossKind::kMarginalised};
 
 TEST_CASE("Sums and weights of many residuals are those of each, at any unit") {
   Rng rng(1);
@@ -26,7 +26,7 @@ TEST_CASE("Sums and weights of many residuals are those of each, at any unit") {
           residuals[0] = 0.0;
           residuals[1] = 2.0 * unit;
           residuals[2] = 0.3 * unit;
-          if (kind == LossKind::kTruncated || kind == LossKind::kScales)
+          if (kind == LossKind::kTruncated || kind == LossKind::kMarginalised)
             residuals[3] = std::numeric_limits<double>::quiet_NaN();
         }
         LossWeights(loss, residuals.data(), weights.data(), count, out.data());

@@ -10,7 +10,7 @@ namespace diffsac {
 namespace {
 
 constexpr LossKind kKinds[] = {LossKind::kTrivial, LossKind::kTruncated, LossKind::kHuber, LossKind::kCauchy,
-                               LossKind::kScales};
+                               LossKind::kMarginalised};
 
 /// What every loss of a squared residual promises beyond that.
 void CheckSquaredLoss(const RobustLoss& loss, double kink) {
@@ -45,7 +45,7 @@ TEST_CASE("Every loss has the properties of a loss, at any scale") {
            [&](double r) { return 2.0 * r * loss.Weight(r * r); },
            scale,
            {scale},
-           kind == LossKind::kTruncated || kind == LossKind::kScales ? loss.Value(scale * scale) : infinity});
+           kind == LossKind::kTruncated || kind == LossKind::kMarginalised ? loss.Value(scale * scale) : infinity});
     }
 }
 
@@ -63,10 +63,10 @@ TEST_CASE("Losses at known places") {
   CHECK(RobustLoss{LossKind::kCauchy, 2.0}.Value(4.0) == Approx(4.0 * std::log(2.0)));
   CHECK(RobustLoss{LossKind::kTrivial, 2.0}.Value(1e9) == 1e9);
   // Below the smallest scale a square; then the weight falls as the cube of the distance.
-  const RobustLoss scales{LossKind::kScales, 1e6, 2.0};
+  const RobustLoss scales{LossKind::kMarginalised, 1e6, 2.0};
   CHECK(scales.Value(4.0) == 4.0);
   CHECK(scales.Weight(16.0) == Approx(1.0 / 8.0));
-  CHECK(RobustLoss{LossKind::kScales, 8.0, 2.0}.Weight(65.0) == 0.0);
+  CHECK(RobustLoss{LossKind::kMarginalised, 8.0, 2.0}.Weight(65.0) == 0.0);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ name: points
 task: line
 data: {type: point_sets, task: line, paths: ["$own/points"], inlier_threshold: 0.1}
 methods:
-  - {name: ransac, type: ransac, hypotheses: 100}
+  - {name: ransac, type: ransac, max_iterations: 100}
   - {name: diffsac, type: diffsac, checkpoint: "$tiny_model"}
 END
 : >"$own/points/empty.csv"

@@ -10,7 +10,7 @@ image 0 9 >"$own/other.pgm"
 printf '300 0 100\n0 300 75\n0 0 1\n' >"$own/K.txt"
 
 # A homography of a shift, with the shipped network and without one.
-for method in shipped prosac_scales; do
+for method in learned_prosac prosac_marginalised; do
   run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --method $method --threads 1 --picture "$own/$method.png" \
     --json "$own/$method.json"
   grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; fail "no model"; }
@@ -28,12 +28,12 @@ done
 mkdir "$own/empty"
 (cd "$own/empty" && run_expecting 0 pair ../a.pgm ../b.pgm --task homography --threads 1 --picture "")
 # The essential matrix where there is a calibration; else the fundamental one.
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_scales --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_marginalised --picture ""
 grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --method prosac_scales --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --method prosac_marginalised --picture ""
 grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
 # Images that share nothing.
-run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_scales --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_marginalised --picture ""
 grep -q 'may share nothing' "$own/out" "$own/err" || { cat "$own/out" "$own/err" >&2; fail "chance was taken for a model"; }
 
 # Mistakes: one line each, and what is there stays.
@@ -48,4 +48,4 @@ expect_error 'images' pair "$own/a.pgm"
 expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line
 expect_error 'nowhere' pair "$own/a.pgm" "$own/b.pgm" --config "$own/nowhere.yaml"
 expect_error 'K2\.txt' pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K2.txt"
-expect_error 'no/picture' pair "$own/a.pgm" "$own/b.pgm" --method prosac_scales --picture "$own/no/picture.png"
+expect_error 'no/picture' pair "$own/a.pgm" "$own/b.pgm" --method prosac_marginalised --picture "$own/no/picture.png"

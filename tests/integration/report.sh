@@ -8,8 +8,8 @@ task: fundamental
 problems: 12
 data: {type: synthetic_two_view, task: fundamental, num_points: 60}
 methods:
-  exact: {type: lo_ransac, label: LO-RANSAC, hypotheses: 300}
-  one: {type: ransac, label: one set, hypotheses: 1}
+  exact: {type: lo_ransac, label: LO-RANSAC, max_iterations: 300}
+  one: {type: ransac, label: one set, max_iterations: 1}
 YAML
 run_expecting 0 evaluate --config "$own/pairs.yaml" --threads 1 --output "$own/run"
 expect_file "$own/run/report.html"

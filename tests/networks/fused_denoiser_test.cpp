@@ -1,4 +1,4 @@
-#include "diffsac/inference/fused_denoiser.h"
+#include "diffsac/network/fused_denoiser.h"
 
 #include <torch/torch.h>
 
@@ -11,9 +11,9 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/methods/diffsac_engine.h"
-#include "diffsac/methods/registry.h"
-#include "methods/tiny_network.h"
+#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/lab/make_estimator.h"
+#include "estimators/tiny_network.h"
 
 using namespace diffsac;
 
@@ -129,13 +129,13 @@ TEST_CASE("rows with either engine estimate the same from shipped networks") {
   for (const Task task : {Task::kLine, Task::kPlane}) {
     const std::string name = ToString(task), checkpoint = DIFFSAC_SOURCE_DIR "/models/" + name + "/model.safetensors";
     const auto make = [&](const std::string& engine) {
-      return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
+      return MakeEstimator(Config::FromString("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
                         task, {});
     };
     const auto fused = make("fused"), libtorch = make("libtorch");
     int same = 0, count = 0;
     for (const Example& example : TinyExamples(task, 10)) {
-      const Estimate a = fused->Estimate(example.problem, 7), b = libtorch->Estimate(example.problem, 7);
+      const Estimate a = fused->Run(example.problem, 7), b = libtorch->Run(example.problem, 7);
       REQUIRE(a.inlier_probabilities.size() == b.inlier_probabilities.size());
       double worst = 0.0;
       for (std::size_t i = 0; i < a.inlier_probabilities.size(); ++i)
@@ -151,9 +151,9 @@ TEST_CASE("rows with either engine estimate the same from shipped networks") {
 TEST_CASE("an engine that a row asks for in vain is an error that says why") {
   const std::string line = DIFFSAC_SOURCE_DIR "/models/line/model.safetensors";
   const auto make = [&](const std::string& engine, const std::string& device) {
-    MethodContext context;
+    EstimatorContext context;
     context.device = device;
-    return MakeMethod(Config::FromString("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
+    return MakeEstimator(Config::FromString("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
                       Task::kLine, context);
   };
   CHECK_NOTHROW(make("auto", "auto"));

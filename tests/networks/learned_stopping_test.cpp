@@ -4,16 +4,16 @@
 
 #include <set>
 
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/networks/ng_ransac.h"
-#include "diffsac/networks/weighted_method.h"
-#include "methods/tiny_network.h"
+#include "diffsac/networks/weighted_estimator.h"
+#include "estimators/tiny_network.h"
 
 namespace diffsac {
 namespace {
 
 // Sets that were solved: a line's set has one solution, and nothing else is solved or fitted.
-int Draws(const LearnedMethod& method, const Example& example, const Prediction& prediction) {
+int Draws(const LearnedEstimator& method, const Example& example, const Prediction& prediction) {
   return method.EstimateFrom(SolverSpace(example.problem), prediction, 3).report.hypotheses;
 }
 
@@ -61,22 +61,22 @@ TEST_CASE("a learned row takes exactly its own sets, whatever the consensus' lim
   auto options = Options();
   options.selection = SetSelection::kGumbel;
   options.consensus.max_iterations = 3;
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Flat(example, 6)) == 6);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 6);
   options.head_sets = 4;
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Flat(example, 6)) == 10);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 10);
   options.extra_sets = 5;
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Flat(example, 6)) == 15);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 15);
   options.guide = SetGuide::kInlierHead;
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Flat(example, 6)) == 11);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 11);
 }
 
 TEST_CASE("a learned search ends when it is confident, and else goes on up to the limit") {
   const auto example = TinyExamples(Task::kLine, 1, 0.2)[0];
   const auto network = TinyNetwork(Task::kLine);
   auto options = ByConfidence(0.5, 1000);
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Perfect(example, 6)) < 6);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Perfect(example, 6)) < 6);
   options.consensus.min_iterations = 4;
-  CHECK(Draws(DiffsacMethod(network, options, 1), example, Perfect(example, 6)) >= 4);
+  CHECK(Draws(DiffsacEstimator(network, options, 1), example, Perfect(example, 6)) >= 4);
   const auto hard = TinyExamples(Task::kLine, 1, 0.9)[0];
   // The last of the sources goes on: the copies, the inlier head or the extra source.
   for (const auto selection : {SetSelection::kMaximum, SetSelection::kGumbel})
@@ -87,9 +87,9 @@ TEST_CASE("a learned search ends when it is confident, and else goes on up to th
         options.head_sets = head;
         options.extra_sets = extra;
         CAPTURE(static_cast<int>(selection), head, extra);
-        CHECK(Draws(DiffsacMethod(network, options, 1), hard, Flat(hard, 6)) == 40);
+        CHECK(Draws(DiffsacEstimator(network, options, 1), hard, Flat(hard, 6)) == 40);
         options.guide = SetGuide::kInlierHead;
-        CHECK(Draws(DiffsacMethod(network, options, 1), hard, Flat(hard, 6)) == 40);
+        CHECK(Draws(DiffsacEstimator(network, options, 1), hard, Flat(hard, 6)) == 40);
       }
 }
 
@@ -104,8 +104,8 @@ TEST_CASE("the sets of a search by confidence begin as those of a budget") {
   }
   const auto prediction = Flat(example, 6);
   const SolverSpace space(example.problem);
-  const auto a = DiffsacMethod(network, budget, 1).EstimateFrom(space, prediction, 3).minimal_sets;
-  const auto b = DiffsacMethod(network, search, 1).EstimateFrom(space, prediction, 3).minimal_sets;
+  const auto a = DiffsacEstimator(network, budget, 1).EstimateFrom(space, prediction, 3).minimal_sets;
+  const auto b = DiffsacEstimator(network, search, 1).EstimateFrom(space, prediction, 3).minimal_sets;
   REQUIRE(a.size() == 15);
   REQUIRE(b.size() == 20);
   CHECK(std::equal(a.begin(), a.end(), b.begin()));
@@ -121,7 +121,7 @@ TEST_CASE("copies that go on take the predictions of earlier steps next") {
   prediction.confidences.assign(2 * points, -1.0f);
   prediction.confidences[3] = prediction.confidences[5] = 1.0f;
   prediction.confidences[points + 8] = prediction.confidences[points + 9] = 1.0f;
-  const auto sets = DiffsacMethod(TinyNetwork(Task::kLine), options, 1)
+  const auto sets = DiffsacEstimator(TinyNetwork(Task::kLine), options, 1)
                         .EstimateFrom(SolverSpace(example.problem), prediction, 3)
                         .minimal_sets;
   REQUIRE(sets.size() == 7);
@@ -136,18 +136,18 @@ TEST_CASE("rows of learned weights take their hypotheses, fewer when they are co
   network.width = 8;
   network.blocks = 1;
   const auto weights = MakeLearnedWeights<NgRansacNetwork>(Task::kLine, network, Rng(1));
-  WeightedMethodOptions options;
+  WeightedEstimatorOptions options;
   options.consensus.refit = Refit::kNone;
-  options.hypotheses = 12;
-  CHECK(Draws(WeightedMethod(weights, options, 1), example, Perfect(example, 0)) == 12);
+  options.max_iterations = 12;
+  CHECK(Draws(WeightedEstimator(weights, options, 1), example, Perfect(example, 0)) == 12);
   options.consensus.stopping = Stopping::kConfidence;
   options.consensus.confidence = 0.5;
-  CHECK(Draws(WeightedMethod(weights, options, 1), example, Perfect(example, 0)) < 12);
+  CHECK(Draws(WeightedEstimator(weights, options, 1), example, Perfect(example, 0)) < 12);
   options.consensus.confidence = 1.0 - 1e-9;
-  CHECK(Draws(WeightedMethod(weights, options, 1), example, Flat(example, 0)) == 12);
-  options.hypotheses = 0;
+  CHECK(Draws(WeightedEstimator(weights, options, 1), example, Flat(example, 0)) == 12);
+  options.max_iterations = 0;
   options.weighted_fit = true;
-  CHECK(Draws(WeightedMethod(weights, options, 1), example, Perfect(example, 0)) == 1);
+  CHECK(Draws(WeightedEstimator(weights, options, 1), example, Perfect(example, 0)) == 1);
 }
 
 }  // namespace diffsac

@@ -16,8 +16,8 @@
 #include "diffsac/core/progress.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/prefetcher.h"
-#include "diffsac/data/recently_used.h"
+#include "diffsac/train/prefetcher.h"
+#include "diffsac/core/lru_cache.h"
 
 namespace diffsac {
 namespace {
@@ -117,7 +117,7 @@ TEST_CASE("recently used files, asked for by many threads") {
   };
   const TemporaryFolder folder;
   for (int i = 0; i < 6; ++i) WriteFileAtomically(folder.File(std::to_string(i)), std::string(100, 'a' + i));
-  RecentlyUsed<Text> files(3);
+  LruCache<Text> files(3);
   std::atomic<int> wrong{0};
   OnThreads(kThreads, [&](int thread) {
     Rng rng = Rng(1).Fork("thread", thread);

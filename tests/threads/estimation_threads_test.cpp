@@ -5,23 +5,23 @@
 #include <vector>
 
 #include "core/temporary_folder.h"
-#include "data/two_view_test_util.h"
-#include "diffsac/consensus/make_source.h"
+#include "generators/two_view_test_util.h"
+#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/data/tasks.h"
-#include "diffsac/eval/outputs.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/report/run_files.h"
 #include "diffsac/eval/runner.h"
 #include "diffsac/geometry/fundamental.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/make_estimator.h"
 
 namespace diffsac {
 namespace {
 
 template <MinimalModel Model>
 ConsensusResult Search(const PointMatrix& points, double threshold, const ConsensusOptions& options, int threads) {
-  UniformSource source(static_cast<int>(points.rows()), Model::kMinimalSize, Rng(1));
+  UniformSampler source(static_cast<int>(points.rows()), Model::kMinimalSize, Rng(1));
   return SampleConsensus<Model>(points, threshold, source, options, Rng(2), {}, threads);
 }
 
@@ -82,18 +82,18 @@ seed: 3
 problems: 24
 data: {type: synthetic_line, num_points: 60, split: test, outlier_ratio: 0.4}
 methods:
-  - {type: lo_ransac, hypotheses: 50}
-  - {type: prosac, hypotheses: 50}
-  - {type: dgsac, hypotheses: 60}
+  - {type: lo_ransac, max_iterations: 50}
+  - {type: prosac, max_iterations: 50}
+  - {type: dgsac, max_iterations: 60}
   - {type: oracle}
   - {type: diffsac, checkpoint: )" + network + R"(, copies: 4, batch: 4}
 )"));
   const auto run = [&](int threads, const std::atomic<bool>* stop) {
     experiment.threads = threads;
-    MethodContext context;
+    EstimatorContext context;
     context.threads = threads;
     return RunExperiment(experiment,
-                         {[&](const Config& row, Task task) { return MakeMethod(row, task, context); }, {}, stop});
+                         {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); }, {}, stop});
   };
   const auto one = run(1, nullptr), all = run(0, nullptr);
   REQUIRE(one.cells.size() == all.cells.size());

@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "diffsac/data/synthetic.h"
-#include "diffsac/data/synthetic_two_view.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/generators/synthetic.h"
+#include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

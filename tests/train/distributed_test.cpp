@@ -8,7 +8,7 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "diffsac/networks/ng_ransac.h"
@@ -49,7 +49,7 @@ ng_ransac: {initialization_iterations: 5, hypotheses: 2, pools: 3}
 train: {iterations: 12, batch_size: 4, warmup_iterations: 5, log_every: 1, validate_every: 12, checkpoint_every: 12,
         learning_rate: 0.001}
 validation: {problems: 8, outlier_ratios: [0.2]}
-inference: {hypotheses: 5}
+inference: {max_iterations: 5}
 )";
 
 TrainRequest Request(const std::string& output, const char* config = kTiny,

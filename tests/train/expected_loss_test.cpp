@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "diffsac/data/synthetic.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/generators/synthetic.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

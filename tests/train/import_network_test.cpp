@@ -6,7 +6,7 @@
 #include "denoiser/test_networks.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/networks/ng_ransac.h"
 #include "train_request.h"
 

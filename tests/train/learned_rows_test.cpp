@@ -7,14 +7,14 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/synthetic.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/generators/synthetic.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/ng_ransac.h"
-#include "diffsac/networks/weighted_method.h"
+#include "diffsac/networks/weighted_estimator.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/trainer.h"
 #include "train/train_request.h"
@@ -37,7 +37,7 @@ const char* kNgRansac = R"(
 method: ng_ransac
 network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, blocks: 2}
 ng_ransac: {initialization_iterations: 30, hypotheses: 2, pools: 4}
-inference: {hypotheses: 5}
+inference: {max_iterations: 5}
 )";
 
 const char* kClnet = R"(
@@ -89,9 +89,9 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
   // The paper's claim: learned weights find better models than uniform sampling at the same budget.
   const auto weights = LoadLearnedWeights<NgRansacNetwork>(
       ReadTrainedConfig(output + "/checkpoints/last.safetensors", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
-  WeightedMethodOptions options;
-  options.hypotheses = 3;
-  const WeightedMethod method(weights, options, 1);
+  WeightedEstimatorOptions options;
+  options.max_iterations = 3;
+  const WeightedEstimator method(weights, options, 1);
   SyntheticOptions data;
   data.outlier_ratio = {0.6, 0.6};
   data.num_points = 50;
@@ -100,7 +100,7 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
   int good = 0, total = 0;
   for (int i = 0; i < 40; ++i) {
     const auto example = dataset->Get(i);
-    for (const auto& set : method.Estimate(example.problem, i).minimal_sets) {
+    for (const auto& set : method.Run(example.problem, i).minimal_sets) {
       good += example.truth.inliers[set[0]] && example.truth.inliers[set[1]];
       ++total;
     }
@@ -138,7 +138,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   const auto dataset = MakeSynthetic(Task::kLine, data, 1);
   double inlier_weight = 0.0, outlier_weight = 0.0;
   int answered = 0;
-  const WeightedMethod method(weights, DefaultWeightedOptions("clnet"), 1);
+  const WeightedEstimator method(weights, DefaultWeightedOptions("clnet"), 1);
   for (int i = 0; i < 40; ++i) {
     const auto example = dataset->Get(i);
     const SolverSpace space(example.problem);
@@ -146,7 +146,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
     const auto prediction = method.Predict({&space, 1}, {&seed, 1})[0];
     for (std::size_t j = 0; j < prediction.weights.size(); ++j)
       (example.truth.inliers[j] ? inlier_weight : outlier_weight) += prediction.weights[j];
-    const auto estimate = method.Estimate(example.problem, seed);
+    const auto estimate = method.Run(example.problem, seed);
     answered += estimate.status == Status::kOk;
     CHECK(estimate.minimal_sets.empty());
   }
@@ -185,21 +185,21 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   const auto path = [](const std::string& run) { return run + "/checkpoints/last.safetensors"; };
   const auto make = [](const std::string& type, const std::string& checkpoint, const std::string& more = "",
                        Task task = Task::kLine, const std::string& override_path = "") {
-    return MakeMethod(
+    return MakeEstimator(
         Config::FromString("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"), task,
         {override_path, "cpu", 1});
   };
   SyntheticOptions data;
   data.outlier_ratio = {0.3, 0.3};
   const auto problem = MakeSynthetic(Task::kLine, data, 1)->Get(0).problem;
-  const auto budget = [&](const std::unique_ptr<Method>& method) {
-    return method->Estimate(problem, 1).report.hypotheses;
+  const auto budget = [&](const std::unique_ptr<RobustEstimator>& method) {
+    return method->Run(problem, 1).report.hypotheses;
   };
   const std::string plain = ", consensus: {refit: none}";
   CHECK(budget(make("ng_ransac", path(ng), plain)) == 20 + 5);  // as in the checkpoint
-  CHECK(budget(make("ng_ransac", path(ng), plain + ", hypotheses: 9")) == 20 + 9);
+  CHECK(budget(make("ng_ransac", path(ng), plain + ", max_iterations: 9")) == 20 + 9);
   CHECK(budget(make("clnet", path(cl), plain)) == 20 + 1);  // one weighted fit
-  CHECK(budget(make("clnet", path(cl), plain + ", hypotheses: 4")) == 20 + 4 + 1);
+  CHECK(budget(make("clnet", path(cl), plain + ", max_iterations: 4")) == 20 + 4 + 1);
   CHECK(make("ng_ransac", "none.safetensors", "", Task::kLine, path(ng)) != nullptr);
   CHECK_THROWS_WITH(make("ng_ransac", "none.safetensors", "", Task::kLine, path(cl)),
                     Catch::Contains("none.safetensors"));
@@ -207,7 +207,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   CHECK_THROWS_WITH(make("diffsac", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'diffsac'"));
   CHECK_THROWS_WITH(make("ng_ransac", path(ng), "", Task::kPlane), Catch::Contains("line") && Catch::Contains("plane"));
   CHECK_THROWS_WITH(make("ng_ransac", path(ng), ", copies: 3"), Catch::Contains("copies"));
-  CHECK_THROWS_WITH(make("clnet", path(cl), ", weighted_fit: false"), Catch::Contains("hypotheses"));
+  CHECK_THROWS_WITH(make("clnet", path(cl), ", weighted_fit: false"), Catch::Contains("max_iterations"));
   CHECK_THROWS_WITH(make("clnett", path(cl)), Catch::Contains("clnet"));
 }
 

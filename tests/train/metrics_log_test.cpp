@@ -5,7 +5,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
-#include "diffsac/eval/gnuplot.h"
+#include "diffsac/report/gnuplot.h"
 
 namespace diffsac {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
-#include "diffsac/data/synthetic_structures.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/generators/synthetic_structures.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/training_source.h"
 #include "train/train_request.h"
@@ -47,11 +47,11 @@ TEST_CASE("a training on several structures is validated by recall, and its chec
   const std::string metrics = ReadFile(output + "/metrics.csv");
   CHECK(metrics.find(",recall_outliers_0.2") != std::string::npos);
   CHECK(metrics.find("mAA") == std::string::npos);
-  MethodContext context;
+  EstimatorContext context;
   context.checkpoint_override = output + "/checkpoints/best.safetensors";
-  const auto row = MakeMethod(Config::FromString("{type: diffsac}"), Task::kLine, context);
+  const auto row = MakeEstimator(Config::FromString("{type: diffsac}"), Task::kLine, context);
   const Example example = Lines(2)->Get(0);
-  const Estimate estimate = row->Estimate(example.problem, 1);
+  const Estimate estimate = row->Run(example.problem, 1);
   REQUIRE(estimate.status == Status::kOk);
   CHECK(estimate.structures.size() == 2);  // found by the features' hypotheses, whatever six steps have taught
 }
@@ -63,15 +63,15 @@ TEST_CASE("each copy of a training item is labelled with one structure, and all 
   const TrainingSource source(*dataset, PointFeatures({}, Task::kLine), labels, 40, 100, 1);
   const TrainingItem item = source.Make(0);
   const auto& truth = item.example->truth;
-  const std::size_t points = truth.labels.size();
+  const std::size_t points = truth.assignment.size();
   std::set<std::int32_t> seen;
   for (std::size_t copy = 0; copy < 40; ++copy) {
     std::set<std::int32_t> own;
     std::size_t labelled = 0;
     for (std::size_t i = 0; i < points; ++i)
-      if (item.labels[copy * points + i] > 0.0f) own.insert(truth.labels[i]), ++labelled;
+      if (item.labels[copy * points + i] > 0.0f) own.insert(truth.assignment[i]), ++labelled;
     REQUIRE(own.size() == 1);
-    CHECK(labelled == static_cast<std::size_t>(std::count(truth.labels.begin(), truth.labels.end(), *own.begin())));
+    CHECK(labelled == static_cast<std::size_t>(std::count(truth.assignment.begin(), truth.assignment.end(), *own.begin())));
     seen.insert(*own.begin());
   }
   CHECK(seen == std::set<std::int32_t>{1, 2, 3});
@@ -80,7 +80,7 @@ TEST_CASE("each copy of a training item is labelled with one structure, and all 
 TEST_CASE("the target distribution of several structures falls with the distance from the nearest") {
   const Example example = Lines(3)->Get(1);
   const auto distances = TruthDistances(example);
-  REQUIRE(distances.size() == example.truth.labels.size());
+  REQUIRE(distances.size() == example.truth.assignment.size());
   std::vector<double> least(distances.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < 3; ++k) {
     const auto own = TruthDistances(OfStructure(example, k));

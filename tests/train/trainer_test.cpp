@@ -8,10 +8,10 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/eval/gnuplot.h"
-#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/report/gnuplot.h"
+#include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "train/train_request.h"
 

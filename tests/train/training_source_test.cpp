@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "diffsac/data/synthetic.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/generators/synthetic.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 

@@ -19,15 +19,15 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
 }
 
 void BindScales(ConsensusOptions& o, OptionsBinder& b) {
-  b.Field("noise", o.noise)
+  b.Field("threshold", o.threshold)
       .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = o.score == ScoreKind::kScales || o.final_score == ScoreKind::kScales ||
-                      o.final_refinement == FinalRefinement::kScales || o.noise == NoiseScale::kEstimated;
+  const bool scales = o.score == ScoreKind::kMarginalised || o.final_score == ScoreKind::kMarginalised ||
+                      o.final_refinement == FinalRefinement::kMarginalised || o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
       .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
   b.Field("greatest_scale", o.greatest_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or noise: estimated")
+      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
       .Help("the greatest one; 0: the scoring threshold");
   b.Require(o.greatest_scale == 0.0 || o.least_scale < o.greatest_scale, "least_scale", "below greatest_scale");
   b.Field("inlier_prior_power", o.inlier_prior_power, AtLeast(0.0))

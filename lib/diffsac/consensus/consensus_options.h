@@ -46,21 +46,21 @@ inline constexpr auto kEnumNames<Refit> = NamesOf<Refit>({{Refit::kNone, "none"}
 /// The model's own nonlinear refinement, where it has one; kept unless the final score falls.
 ///   kNone        "none"
 ///   kRefinement  "lm": with the loss truncated at the threshold
-///   kScales      "lm_scales": with the loss over all scales up to ε (geometry/robust_loss.h)
-enum class FinalRefinement { kNone, kRefinement, kScales };
+///   kMarginalised      "lm_marginalised": with the loss over all scales up to ε (geometry/robust_loss.h)
+enum class FinalRefinement { kNone, kRefinement, kMarginalised };
 template <>
 inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"},
                                                                               {FinalRefinement::kRefinement, "lm"},
-                                                                              {FinalRefinement::kScales, "lm_scales"}});
+                                                                              {FinalRefinement::kMarginalised, "lm_marginalised"}});
 
 /// What an inlier is: for the mask, the stopping rule, local optimisation and refits.
-///   kGiven      "given": a residual of at most ε
-///   kEstimated  "estimated": of at most the threshold that suits the model's own residuals, between least_scale and
+///   kFixed      "fixed": a residual of at most ε
+///   kAdaptive   "adaptive": of at most the threshold that suits the model's own residuals, between least_scale and
 ///               greatest_scale (noise_estimate.h); in the mask, at most ε as well
-enum class NoiseScale { kGiven, kEstimated };
+enum class ThresholdKind { kFixed, kAdaptive };
 template <>
-inline constexpr auto kEnumNames<NoiseScale> = NamesOf<NoiseScale>({{NoiseScale::kGiven, "given"},
-                                                                    {NoiseScale::kEstimated, "estimated"}});
+inline constexpr auto kEnumNames<ThresholdKind> = NamesOf<ThresholdKind>({{ThresholdKind::kFixed, "fixed"},
+                                                                    {ThresholdKind::kAdaptive, "adaptive"}});
 
 struct ConsensusOptions {
   /// Chooses among hypotheses (score.h).
@@ -70,17 +70,17 @@ struct ConsensusOptions {
   double score_threshold_factor = 1.0;
   /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
   int residual_dof = 0;
-  NoiseScale noise = NoiseScale::kGiven;
+  ThresholdKind threshold = ThresholdKind::kFixed;
   /// The smallest and the greatest threshold that a score or refinement over scales, or an estimated noise, reckons
   /// with; in the data's unit. 0: an eighth of the greatest, and the scoring threshold. With both given, and the noise
   /// estimated, ε is what the mask's threshold is at most, and nothing else.
   double least_scale = 0.0;
   double greatest_scale = 0.0;
   /// Each point counts in scores and nonlinear refinement with the probability of being an inlier that is known of it
-  /// before (ConsensusHints::inlier_priors), to this power. 0: alike.
+  /// before (EstimationPriors::inlier_priors), to this power. 0: alike.
   double inlier_prior_power = 0.0;
   /// Fundamental matrices: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix that a model makes
-  /// with guessed cameras, where the images' sizes are known (ConsensusHints::cameras).
+  /// with guessed cameras, where the images' sizes are known (EstimationPriors::cameras).
   double camera_prior = 0.0;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;

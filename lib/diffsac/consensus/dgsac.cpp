@@ -3,7 +3,7 @@
 namespace diffsac {
 
 void DgsacOptions::Bind(OptionsBinder& b) {
-  b.Field("hypotheses", hypotheses, Within(1, 1e6))
+  b.Field("max_iterations", max_iterations, Within(1, 1e6))
       .Help("minimal sets: at most, or exactly so many with stopping: budget");
   b.Field("stopping", stopping).Help("explained, the paper's: once another round explains fewer than γ points better");
   b.Field("explained_change", explained_change, AtLeast(0.0))

@@ -33,14 +33,14 @@ inline constexpr auto kEnumNames<DgsacRefit> = NamesOf<DgsacRefit>({{DgsacRefit:
 /// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
 /// leaves open. Nothing here is a length: no inlier threshold, no noise scale.
 struct DgsacOptions {
-  int hypotheses = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
+  int max_iterations = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
   DgsacStopping stopping = DgsacStopping::kExplained;
   /// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
   /// share.
   double explained_change = 0.01;
   bool guided = true;  ///< false: uniform sets, for comparison.
   int preferred = 5;   ///< T, hypotheses that a point prefers.
-  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `hypotheses`, so that three quarters are
+  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `max_iterations`, so that three quarters are
   /// guided however few they are. The paper draws one for each point that is not explained.
   int round_size = 0;
   double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.

@@ -29,7 +29,7 @@ class DgsacRun {
     std::vector<int> active = rng_.Fork("first_points").Permutation(scorer_.size());
     Eigen::VectorXd explained = Eigen::VectorXd::Zero(scorer_.size());
     stop_ = StopReason::kBudget;
-    for (std::uint64_t round = 0; drawn_ < options_.hypotheses; ++round) {
+    for (std::uint64_t round = 0; drawn_ < options_.max_iterations; ++round) {
       const std::vector<int> firsts = FirstPoints(active, round);
       DrawRound(firsts);
       if (round == 0) guided_from_ = drawn_;
@@ -69,9 +69,9 @@ class DgsacRun {
   /// The points that get a set of their own in this round.
   std::vector<int> FirstPoints(const std::vector<int>& active, std::uint64_t round) const {
     int limit = options_.round_size;
-    if (limit == 0) limit = (options_.hypotheses + kRoundsOfBudget - 1) / kRoundsOfBudget;
+    if (limit == 0) limit = (options_.max_iterations + kRoundsOfBudget - 1) / kRoundsOfBudget;
     const int size = static_cast<int>(active.size());
-    const int count = std::min({size, limit, options_.hypotheses - drawn_});
+    const int count = std::min({size, limit, options_.max_iterations - drawn_});
     if (count == size) return active;
     std::vector<int> chosen(count);
     rng_.Fork("round", round).Distinct(size, count, chosen.data());

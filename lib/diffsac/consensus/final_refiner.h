@@ -160,8 +160,8 @@ class FinalRefiner {
   }
 
   RobustLoss LossAt(const Parameters& start) const {
-    if (options_.final_refinement == FinalRefinement::kScales)
-      return {LossKind::kScales, scales_.greatest, scales_.least};
+    if (options_.final_refinement == FinalRefinement::kMarginalised)
+      return {LossKind::kMarginalised, scales_.greatest, scales_.least};
     return {LossKind::kTruncated, scales_.ThresholdFor(scorer_, start, scales_.score_threshold)};
   }
 

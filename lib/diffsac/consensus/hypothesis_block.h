@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/minimal_solver.h"
 #include "diffsac/consensus/scorer.h"
 #include "diffsac/consensus/sprt.h"
@@ -40,7 +40,7 @@ class HypothesisBlock {
 
   /// Draws sets in place of the last ones, as many as there is room for and `most` at most; false when the source had
   /// fewer.
-  bool Fill(HypothesisSource& source, std::int64_t most) {
+  bool Fill(MinimalSampler& source, std::int64_t most) {
     const std::int64_t count = std::min<std::int64_t>(capacity_, most);
     if (grows_) capacity_ = std::min(2 * capacity_, kLastCapacity);
     sets_ = DrawSets(source, Model::kMinimalSize, count);

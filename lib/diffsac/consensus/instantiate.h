@@ -10,8 +10,8 @@
 #define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                           \
   template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double, double*);   \
   template ConsensusResult SearchCheckedPoints<Model>(                                                                 \
-      const PointMatrix&, double, HypothesisSource&, const ConsensusOptions&, const Rng&, const ConsensusHints&, int); \
-  template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SourceOfRows&,                     \
+      const PointMatrix&, double, MinimalSampler&, const ConsensusOptions&, const Rng&, const EstimationPriors&, int); \
+  template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SamplerOfRows&,                     \
                                                   const ConsensusOptions&, const StructureSearchOptions&, const Rng&,  \
-                                                  const ConsensusHints&);                                              \
+                                                  const EstimationPriors&);                                              \
   template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "diffsac/consensus/degeneracy_recovery.h"
 #include "diffsac/consensus/graph_cut_optimization.h"
 #include "diffsac/consensus/irls.h"
 #include "diffsac/consensus/local_optimization.h"
@@ -31,24 +32,43 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const
   return start;
 }
 
-/// Improves a new best hypothesis in the way that options.local_optimization says. Borrows scorer, score and options.
+/// What is made of each new best hypothesis inside the loop: it is mended where it is degenerate, and optimised in the
+/// way that options.local_optimization says. Borrows scorer, score, options and scales.
 template <MinimalModel Model>
 class LocalOptimizer {
  public:
   LocalOptimizer(const Scorer<Model>& scorer, const Score& score, const ConsensusOptions& options,
                  const NoiseScales& scales, const Rng& rng)
-      : scorer_(scorer), score_(score), options_(options), scales_(scales), rng_(rng) {}
+      : scorer_(scorer),
+        score_(score),
+        options_(options),
+        scales_(scales),
+        rng_(rng),
+        recover_(scorer, score, scales, rng) {}
 
+  /// The best model met, `found` itself when none scores higher. set: what it was solved from; null when it was given.
+  /// Adds what was solved and fitted to *fits.
+  ScoredModel<Model> operator()(const ScoredModel<Model>& found, const int* set, int* fits) {
+    ScoredModel<Model> best = Optimize(set != nullptr ? recover_(found, set, fits) : found, fits);
+    // Optimisation gathers points until a model is as degenerate as they are, so it is asked about once more.
+    if (active() || set == nullptr) {
+      const ScoredModel<Model> mended = recover_(best, nullptr, fits);
+      if (mended.score > best.score) best = Optimize(mended, fits);
+    }
+    return best;
+  }
+
+ private:
   bool active() const { return options_.local_optimization != LocalOptimization::kNone; }
 
   /// The best model met, `start` itself when none scores higher. Fits are added to *fits.
-  ScoredModel<Model> operator()(const ScoredModel<Model>& start, int* fits) {
+  ScoredModel<Model> Optimize(const ScoredModel<Model>& start, int* fits) {
     if (!active()) return start;
     const double threshold = scales_.ThresholdFor(scorer_, start.model, scales_.score_threshold);
     const Rng rng = rng_.Fork("local_optimization", runs_++);
     switch (options_.local_optimization) {
       case LocalOptimization::kInnerSamples:
-        return OptimizeLocally<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
+        return OptimizeByInnerSamples<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
       case LocalOptimization::kReweighted:
         return OptimizeReweighted<Model>(scorer_, score_, MagsacLoss(threshold, scales_.residual_dof),
                                          options_.irls_rounds, start, fits);
@@ -67,12 +87,12 @@ class LocalOptimizer {
     return start;
   }
 
- private:
   const Scorer<Model>& scorer_;
   const Score& score_;
   const ConsensusOptions& options_;
   const NoiseScales& scales_;
   Rng rng_;
+  DegeneracyRecovery<Model> recover_;
   std::optional<GraphCut> graph_cut_;  ///< Made when it is first needed.
   std::uint64_t runs_ = 0;
 };

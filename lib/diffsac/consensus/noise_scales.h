@@ -31,7 +31,7 @@ struct NoiseScales {
 
   /// A score with these constants.
   Score MakeScore(ScoreKind kind, double inlier_prior) const {
-    const double largest = kind == ScoreKind::kScales ? greatest : score_threshold;
+    const double largest = kind == ScoreKind::kMarginalised ? greatest : score_threshold;
     return Score(kind, largest, mixture.sigma, mixture.Odds(inlier_prior), residual_dof, least);
   }
 
@@ -66,7 +66,7 @@ NoiseScales ScalesOf(const PointMatrix& points, double threshold, const Consensu
   scales.mixture = MakeMixture(points, threshold, options.sigma_factor * threshold);
   scales.greatest = options.greatest_scale > 0.0 ? options.greatest_scale / unit : scales.score_threshold;
   scales.least = options.least_scale > 0.0 ? options.least_scale / unit : kLeastScaleShare * scales.greatest;
-  if (options.noise == NoiseScale::kEstimated) {
+  if (options.threshold == ThresholdKind::kAdaptive) {
     const double extent = MakeMixture(points, scales.greatest, scales.greatest).Extent();
     scales.noise.emplace(ThresholdRange{scales.least, scales.greatest, extent}, Model::kMinimalSize);
     // Nothing but the mask asks for ε.

@@ -7,7 +7,7 @@
 
 #include "diffsac/consensus/check_points.h"
 #include "diffsac/consensus/consensus_options.h"
-#include "diffsac/consensus/hypothesis_source.h"
+#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/hyperplane.h"
@@ -22,11 +22,11 @@ struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
   std::vector<std::uint8_t> inliers;  ///< residual ≤ inlier_threshold under the returned model, exactly
-  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.noise is estimated
+  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
   double score = 0.0;  ///< of the returned model, by the score that chose it last
-  /// σ of the inliers' residuals: the likeliest for all residuals where options.noise is estimated, else the inliers'
+  /// σ of the inliers' residuals: the likeliest for all residuals where options.threshold is adaptive, else the inliers'
   /// root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
@@ -39,7 +39,7 @@ struct ConsensusResult {
 };
 
 /// What is known of a problem beside its points: extra hypotheses, and what scores take into account.
-struct ConsensusHints {
+struct EstimationPriors {
   /// Models to score along with the solved ones (already paid for by the caller, so not counted as hypotheses again).
   std::vector<ModelParameters> models;
   /// Weights for one weighted least-squares hypothesis (N values ≥ 0; empty: none); counts as one hypothesis.
@@ -64,15 +64,15 @@ std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_si
 /// that the options make of it is beyond [kLeastScale, kLargestScale]. A model supported by its own minimal set alone
 /// is still kOk. Sets with an index out of range are skipped as degenerate.
 template <MinimalModel Model>
-ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
-                                    const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints = {},
+ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
+                                    const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints = {},
                                     int threads = 1);
 
 /// SearchCheckedPoints of any points. Never throws for bad data: fewer than γ points, non-finite values and degenerate
 /// data give a status.
 template <MinimalModel Model>
-ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
-                                const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints = {},
+ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
+                                const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints = {},
                                 int threads = 1) {
   ConsensusResult failed;
   failed.status = CheckPoints<Model>(points);

@@ -9,14 +9,14 @@
 
 #include "diffsac/consensus/final_refiner.h"
 #include "diffsac/consensus/hypothesis_block.h"
-#include "diffsac/consensus/improvement.h"
+#include "diffsac/consensus/local_optimizer.h"
 #include "diffsac/consensus/sample_consensus.h"
 
 namespace diffsac {
 
 /// What scores take into account of the hints. Priors that are not one number a point say nothing; what is no
 /// probability counts as the nearest one, and what is no number as 0.
-inline ScorePrior PriorOf(const ConsensusHints& hints, const ConsensusOptions& options, Eigen::Index num_points) {
+inline ScorePrior PriorOf(const EstimationPriors& hints, const ConsensusOptions& options, Eigen::Index num_points) {
   ScorePrior prior{{}, hints.cameras};
   if (options.inlier_prior_power > 0.0 && hints.inlier_priors.size() == num_points) {
     const Eigen::ArrayXd probabilities = hints.inlier_priors.unaryExpr(
@@ -38,7 +38,7 @@ class ConsensusSearch {
 
   /// Borrows points and options.
   ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options,
-                  const ConsensusHints& hints, const Rng& rng, int threads)
+                  const EstimationPriors& hints, const Rng& rng, int threads)
       : scales_(scales),
         scorer_(points, PriorOf(hints, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
@@ -51,7 +51,7 @@ class ConsensusSearch {
     if (options.sprt) test_.emplace(points, scales.score_threshold, rng.Fork("sprt"));
   }
 
-  void Consider(const ConsensusHints& hints) {
+  void Consider(const EstimationPriors& hints) {
     for (const ModelParameters& hint : hints.models)
       if (hint.size() == Parameters::SizeAtCompileTime && hint.allFinite()) Consider(Parameters(hint));
     if (hints.fit_weights.size() == 0) return;
@@ -60,7 +60,7 @@ class ConsensusSearch {
     if (Model::Fit(scorer_.points(), hints.fit_weights, &model)) Consider(model);
   }
 
-  void Draw(HypothesisSource& source) {
+  void Draw(MinimalSampler& source) {
     source_ = &source;
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(source, rule_.max_iterations() - result_.iterations);
@@ -145,21 +145,21 @@ class ConsensusSearch {
   const Scorer<Model> scorer_;
   const Score score_;
   BestHypotheses<Model> best_;
-  Improvement<Model> improve_;
+  LocalOptimizer<Model> improve_;
   FinalRefiner<Model> refine_;
   StoppingRule rule_;
   std::optional<SequentialFilter<Model>> test_;
   HypothesisBlock<Model> block_;
   std::vector<int> sets_;  ///< Those that were taken.
-  const HypothesisSource* source_ = nullptr;
+  const MinimalSampler* source_ = nullptr;
   std::vector<std::uint8_t> best_mask_;  ///< Of kGuided.
   int best_inliers_ = 0;
   ConsensusResult result_;  ///< What is known of it so far.
 };
 
 template <MinimalModel Model>
-ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, HypothesisSource& source,
-                                    const ConsensusOptions& options, const Rng& rng, const ConsensusHints& hints,
+ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
+                                    const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints,
                                     int threads) {
   const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options, hints.unit);
   if (!scales.Usable()) return {};

@@ -16,14 +16,14 @@ namespace diffsac {
 
 namespace {
 
-/// Of kScales: the smallest scale, as a share of ε. At the second all scales are one, and the score is MSAC.
+/// Of kMarginalised: the smallest scale, as a share of ε. At the second all scales are one, and the score is MSAC.
 constexpr double kLeastShare = 1e-3, kLargestShare = 0.99;
 
 double Cube(double x) { return x * x * x; }
 
 double Same(double x) { return x; }
 
-/// Constants of kScales: a residual's contribution is a function of its share of ε.
+/// Constants of kMarginalised: a residual's contribution is a function of its share of ε.
 template <class Real>
 struct OverScales {
   Real least, norm;
@@ -60,7 +60,7 @@ inline float InverseRootFromAbove(float x) {
   return guess * (1.5f - 0.5f * x * guess * guess) * (1.0f + 1.8e-3f);
 }
 
-/// Of kScales: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near, and
+/// Of kMarginalised: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near, and
 /// rises with v up to there; the slack of v is made up for in Score::Bound.
 DIFFSAC_VECTOR_CLONES
 float BoundOverScales(const float* squares, const float* weights, int count, float most, float norm) {
@@ -98,7 +98,7 @@ double Score::operator()(double residual) const {
       return std::max(0.0, 1.0 - residual * residual * inverse_threshold_squared_);
     case ScoreKind::kMagsac:
       return FromTable(residual);
-    case ScoreKind::kScales:
+    case ScoreKind::kMarginalised:
       return OverScales<double>{least_share_, scales_norm_}(OverScales<double>::Near(residual * inverse_threshold_));
     case ScoreKind::kGaussianUniform:
       break;
@@ -116,7 +116,7 @@ double Score::Derivative(double residual) const {
     case ScoreKind::kMagsac:
       if (!(residual > 0.0)) return 0.0;
       return -residual * MagsacLoss(threshold_, residual_dof_).ExactWeight(residual) * inverse_threshold_squared_;
-    case ScoreKind::kScales: {
+    case ScoreKind::kMarginalised: {
       const double share = residual * inverse_threshold_;
       if (!(share < 1.0)) return 0.0;
       const double inverse = 1.0 / std::max(share, least_share_);
@@ -146,19 +146,19 @@ double Score::Sum(const double* residuals, int count) const {
   if (kind_ == ScoreKind::kMsac) return SumMsac(residuals, nullptr, count, inverse_threshold_squared_);
   if (kind_ == ScoreKind::kMagsac)
     return SumInLanes(residuals, nullptr, count, Same, [&](double residual) { return FromTable(residual); });
-  if (kind_ == ScoreKind::kScales)
+  if (kind_ == ScoreKind::kMarginalised)
     return SumOverScales(residuals, nullptr, count, inverse_threshold_, {least_share_, scales_norm_});
   return SumGaussianUniform(residuals, count);
 }
 
 double Score::Sum(const double* residuals, const double* weights, int count) const {
   if (kind_ == ScoreKind::kMsac) return SumMsac(residuals, weights, count, inverse_threshold_squared_);
-  if (kind_ == ScoreKind::kScales)
+  if (kind_ == ScoreKind::kMarginalised)
     return SumOverScales(residuals, weights, count, inverse_threshold_, {least_share_, scales_norm_});
   return SumInLanes(residuals, weights, count, Same, [&](double residual) { return (*this)(residual); });
 }
 
-bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == ScoreKind::kScales; }
+bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == ScoreKind::kMarginalised; }
 
 double Score::Bound(const float* squares, const float* weights, int count) const {
   if (kind_ == ScoreKind::kMsac) return MsacBound(squares, weights, count);

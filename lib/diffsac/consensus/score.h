@@ -12,23 +12,23 @@ namespace diffsac {
 ///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian
 ///                     with σ, an outlier uniform; k is the odds of the two densities at r = 0
 ///   kMagsac           Σ 1 − ρ(r)/ρ(ε), the loss ρ of MAGSAC++ marginalised over σ up to ε/k (see magsac.h)
-///   kScales           Σ ∫ max(0, 1 − r²/t²) dt/t², t from `least` to ε, divided by its value for r = 0: MSAC over all
+///   kMarginalised           Σ ∫ max(0, 1 − r²/t²) dt/t², t from `least` to ε, divided by its value for r = 0: MSAC over all
 ///                     scales, each a share 1/t of its octave. Needs no ε that suits the noise: between the two a point
 ///                     counts as 1/r, whatever ε is
-enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac, kScales };
+enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac, kMarginalised };
 
 template <>
 inline constexpr auto kEnumNames<ScoreKind> = NamesOf<ScoreKind>({{ScoreKind::kInlierCount, "inlier_count"},
                                                                   {ScoreKind::kMsac, "msac"},
                                                                   {ScoreKind::kGaussianUniform, "gaussian_uniform"},
                                                                   {ScoreKind::kMagsac, "magsac_pp"},
-                                                                  {ScoreKind::kScales, "scales"}});
+                                                                  {ScoreKind::kMarginalised, "marginalised_msac"}});
 
 /// A score with its constants worked out once.
 class Score {
  public:
   /// threshold: ε, linear. sigma and odds are used by kGaussianUniform only, residual_dof (1 … 6) by kMagsac only,
-  /// least (at least ε: MSAC) by kScales only.
+  /// least (at least ε: MSAC) by kMarginalised only.
   Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof = 1, double least = 0.0);
   /// The contribution of one residual (linear), in [0, 1], never increasing in r.
   double operator()(double residual) const;
@@ -59,7 +59,7 @@ class Score {
   int residual_dof_;
   const double* table_;  ///< Of kMagsac, for residuals 0 … threshold.
   double table_scale_;
-  double least_share_;  ///< Of kScales: of ε.
+  double least_share_;  ///< Of kMarginalised: of ε.
   double inverse_threshold_;
   double scales_norm_;
 };

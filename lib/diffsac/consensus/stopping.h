@@ -25,7 +25,7 @@ inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason:
 ///   kBudget      "budget": after exactly so many draws, unless the source runs out
 ///   kConfidence  "confidence": as soon as uniform draws would have found a better model
 ///   kGuided      "guided": as soon as draws of the source's own probabilities would have
-///                (HypothesisSource::LogMissed), which a good guide's do far sooner
+///                (MinimalSampler::LogMissed), which a good guide's do far sooner
 enum class Stopping { kBudget, kConfidence, kGuided };
 template <>
 inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},

@@ -48,7 +48,7 @@ struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
-  std::vector<std::int32_t> labels;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
+  std::vector<std::int32_t> assignment;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
   int hypotheses = 0;                ///< models solved or fitted, all stages
   int unique_minimal_sets = 0;
   std::int64_t iterations = 0;               ///< minimal sets drawn
@@ -56,7 +56,7 @@ struct StructuresResult {
 };
 
 /// The minimal sets of points `rows` (ascending), as places among these; search: which one, 0 for the first.
-using SourceOfRows = std::function<std::unique_ptr<HypothesisSource>(const std::vector<int>& rows, int search)>;
+using SamplerOfRows = std::function<std::unique_ptr<MinimalSampler>(const std::vector<int>& rows, int search)>;
 
 /// Finds as many structures as the points have. Each choice of one model is a SampleConsensus of its own on the points
 /// that are left: score, local optimisation, refit and what is known of the points (hints) act as they do there. It
@@ -66,8 +66,8 @@ using SourceOfRows = std::function<std::unique_ptr<HypothesisSource>(const std::
 /// options.max_iterations: sets that are drawn, of `sequential` for each search. hints.models join the hypotheses of
 /// the first search, or of all points.
 template <MinimalModel Model>
-StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& source_of,
                                 const ConsensusOptions& options, const StructureSearchOptions& structures,
-                                const Rng& rng, const ConsensusHints& hints = {});
+                                const Rng& rng, const EstimationPriors& hints = {});
 
 }  // namespace diffsac

@@ -21,8 +21,8 @@ inline constexpr double kPreferenceScale = 0.4;
 inline constexpr double kPreferenceReach = 5.0;
 
 /// What is known of some of the points.
-inline ConsensusHints OfRows(const ConsensusHints& hints, const std::vector<int>& rows) {
-  ConsensusHints some = hints;
+inline EstimationPriors OfRows(const EstimationPriors& hints, const std::vector<int>& rows) {
+  EstimationPriors some = hints;
   // A list that is not one number a point is left as it is, for the loop to pass over.
   const auto fits = [&](const Eigen::VectorXd& values) { return rows.empty() || values.size() > rows.back(); };
   if (fits(hints.inlier_priors)) some.inlier_priors = hints.inlier_priors(rows);
@@ -35,9 +35,9 @@ class StructuresSearch {
  public:
   using Parameters = typename Model::Parameters;
 
-  StructuresSearch(const PointMatrix& points, double threshold, const SourceOfRows& source_of,
+  StructuresSearch(const PointMatrix& points, double threshold, const SamplerOfRows& source_of,
                    const ConsensusOptions& options, const StructureSearchOptions& structures, const Rng& rng,
-                   const ConsensusHints& hints)
+                   const EstimationPriors& hints)
       : points_(points),
         threshold_(threshold),
         source_of_(source_of),
@@ -53,8 +53,8 @@ class StructuresSearch {
   }
 
   StructuresResult Run() {
-    found_.labels.assign(static_cast<std::size_t>(points_.rows()), 0);
-    aside_.assign(found_.labels.size(), 0);
+    found_.assignment.assign(static_cast<std::size_t>(points_.rows()), 0);
+    aside_.assign(found_.assignment.size(), 0);
     switch (structures_.search) {
       case StructureSearch::kJLinkage:
       case StructureSearch::kTLinkage:
@@ -83,8 +83,8 @@ class StructuresSearch {
 
   std::vector<int> RowsOf(std::int32_t label) const {
     std::vector<int> rows;
-    for (int i = 0; i < static_cast<int>(found_.labels.size()); ++i)
-      if (found_.labels[i] == label) rows.push_back(i);
+    for (int i = 0; i < static_cast<int>(found_.assignment.size()); ++i)
+      if (found_.assignment[i] == label) rows.push_back(i);
     return rows;
   }
 
@@ -106,10 +106,10 @@ class StructuresSearch {
   }
 
   /// One search on some of the points. draw: with sets of its own, else of the hypotheses that are known.
-  ConsensusResult Search(const std::vector<int>& rows, const ConsensusHints& hints, bool draw, const Rng& rng) {
+  ConsensusResult Search(const std::vector<int>& rows, const EstimationPriors& hints, bool draw, const Rng& rng) {
     const PointMatrix some = points_(rows, Eigen::all);
-    GivenSource none({});
-    std::unique_ptr<HypothesisSource> own;
+    PrecomputedSampler none({});
+    std::unique_ptr<MinimalSampler> own;
     if (draw) own = source_of_(rows, searches_++);
     ConsensusResult result = SampleConsensus<Model>(some, threshold_, own ? *own : none, options_, rng, hints);
     found_.hypotheses += result.hypotheses;
@@ -146,7 +146,7 @@ class StructuresSearch {
       for (std::size_t i = 0; i < left.size(); ++i) {
         if (best.inliers[i] == 0) continue;
         if (structure)
-          found_.labels[left[i]] = static_cast<std::int32_t>(models_.size());
+          found_.assignment[left[i]] = static_cast<std::int32_t>(models_.size());
         else
           aside_[left[i]] = 1;
       }
@@ -163,7 +163,7 @@ class StructuresSearch {
     std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
     for (std::vector<int>& rows : members) {
       if (static_cast<int>(models_.size()) == structures_.most) break;
-      std::erase_if(rows, [&](int i) { return found_.labels[i] != 0; });
+      std::erase_if(rows, [&](int i) { return found_.assignment[i] != 0; });
       if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
       ModelParameters model;
       if (Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) Accept(model);
@@ -176,7 +176,7 @@ class StructuresSearch {
     if (!IsStructure(model, SupportOf(model, kCandidate))) return;
     models_.push_back(model);
     for (const int i : RowsOf(0))
-      if (ResidualOf(model, i) <= threshold_) found_.labels[i] = static_cast<std::int32_t>(models_.size());
+      if (ResidualOf(model, i) <= threshold_) found_.assignment[i] = static_cast<std::int32_t>(models_.size());
   }
 
   PreferenceMatrix Preferences() const {
@@ -197,7 +197,7 @@ class StructuresSearch {
 
   /// The model of these points alone, from `start` (null: from least squares). False where there is none.
   bool Refit(const std::vector<int>& rows, const ModelParameters* start, const Rng& rng, ModelParameters* model) {
-    ConsensusHints own = OfRows(hints_, rows);
+    EstimationPriors own = OfRows(hints_, rows);
     own.models.clear();
     if (start != nullptr) own.models.push_back(*start);
     own.fit_weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(rows.size()));
@@ -220,13 +220,13 @@ class StructuresSearch {
   void Assign() {
     for (Eigen::Index i = 0; i < points_.rows(); ++i) {
       double least = threshold_;
-      found_.labels[i] = 0;
+      found_.assignment[i] = 0;
       for (std::size_t k = 0; k < models_.size(); ++k) {
         const double r = Model::Residual(Parameters(models_[k]), points_.data() + i * points_.cols());
-        const bool nearer = found_.labels[i] == 0 ? r <= least : r < least;
+        const bool nearer = found_.assignment[i] == 0 ? r <= least : r < least;
         if (!nearer) continue;
         least = r;
-        found_.labels[i] = static_cast<std::int32_t>(k + 1);
+        found_.assignment[i] = static_cast<std::int32_t>(k + 1);
       }
     }
   }
@@ -251,7 +251,7 @@ class StructuresSearch {
 
   void Finish() {
     std::vector<std::size_t> sizes(models_.size() + 1, 0), order(models_.size());
-    for (const std::int32_t label : found_.labels) ++sizes[label];
+    for (const std::int32_t label : found_.assignment) ++sizes[label];
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return sizes[a + 1] > sizes[b + 1]; });
@@ -260,7 +260,7 @@ class StructuresSearch {
       found_.models.push_back(models_[order[k]]);
       place[order[k] + 1] = static_cast<std::int32_t>(k + 1);
     }
-    for (std::int32_t& label : found_.labels) label = place[label];
+    for (std::int32_t& label : found_.assignment) label = place[label];
     found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
   }
 
@@ -283,7 +283,7 @@ class StructuresSearch {
     StructureSupport support;
     std::vector<int> inside;
     for (int i = 0; i < static_cast<int>(points_.rows()); ++i) {
-      const std::int32_t label = found_.labels[i];
+      const std::int32_t label = found_.assignment[i];
       if (label != 0 && label != k + 1) continue;
       const double r = ResidualOf(model, i);
       ++support.points;
@@ -312,11 +312,11 @@ class StructuresSearch {
 
   const PointMatrix& points_;
   const double threshold_;
-  const SourceOfRows& source_of_;
+  const SamplerOfRows& source_of_;
   const ConsensusOptions& options_;
   const StructureSearchOptions& structures_;
   const Rng rng_;
-  ConsensusHints hints_;  ///< With the hypotheses that are known.
+  EstimationPriors hints_;  ///< With the hypotheses that are known.
   StructureChance<Model> chance_;
   int searches_ = 0;
   std::vector<std::uint8_t> aside_;  ///< 1 for points of models that are no structure.
@@ -327,9 +327,9 @@ class StructuresSearch {
 }  // namespace structures_internal
 
 template <MinimalModel Model>
-StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SourceOfRows& source_of,
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& source_of,
                                 const ConsensusOptions& options, const StructureSearchOptions& structures,
-                                const Rng& rng, const ConsensusHints& hints) {
+                                const Rng& rng, const EstimationPriors& hints) {
   StructuresResult failed;
   failed.status = CheckPoints<Model>(points);
   if (failed.status != Status::kOk) return failed;

@@ -9,7 +9,7 @@
 #include <exception>
 #include <filesystem>
 
-#include "diffsac/core/left_over.h"
+#include "diffsac/core/temporary_files.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

@@ -5,7 +5,7 @@
 namespace diffsac {
 
 BlockDenoiser::BlockDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
-    : FrameDenoiser(options, columns) {
+    : DenoiserBase(options, columns) {
   const std::int64_t width = options.width;
   const auto make = [&](Rng block_rng) { return MakePointBlock(options.kind, width, options.neighbors, block_rng); };
   input_points_ = AddLinear("input_points", columns.width, width, rng);

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "diffsac/denoiser/frame_denoiser.h"
+#include "diffsac/denoiser/denoiser_base.h"
 
 namespace diffsac {
 
 /// Blocks over the points before and after c_t enters, the encoder shared by all copies and steps; which blocks, the
 /// options' `kind` says. Same inputs and outputs as the paper's network.
-class BlockDenoiser : public FrameDenoiser {
+class BlockDenoiser : public DenoiserBase {
  public:
   BlockDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng);
 };

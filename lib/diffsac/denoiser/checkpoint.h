@@ -6,7 +6,7 @@
 #include <string>
 
 #include "diffsac/denoiser/exponential_moving_average.h"
-#include "diffsac/inference/checkpoint_info.h"
+#include "diffsac/network/checkpoint_info.h"
 
 namespace diffsac {
 

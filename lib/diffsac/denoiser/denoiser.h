@@ -8,7 +8,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/denoiser/point_batch.h"
-#include "diffsac/inference/network_options.h"
+#include "diffsac/network/network_options.h"
 
 namespace diffsac {
 

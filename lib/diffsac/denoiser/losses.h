@@ -2,7 +2,7 @@
 
 #include <torch/types.h>
 
-#include "diffsac/diffusion/prediction.h"
+#include "diffsac/network/prediction.h"
 
 namespace diffsac {
 

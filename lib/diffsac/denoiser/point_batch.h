@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "diffsac/data/point_features.h"
+#include "diffsac/problem/point_features.h"
 
 namespace diffsac {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "diffsac/data/preference_features.h"
+#include "diffsac/problem/preference_features.h"
 
 namespace diffsac {
 namespace {

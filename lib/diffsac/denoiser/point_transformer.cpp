@@ -51,7 +51,7 @@ torch::Tensor ResidualAttentionBlock::Forward(const torch::Tensor& x, const torc
 }
 
 PointTransformer::PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
-    : FrameDenoiser(options, columns) {
+    : DenoiserBase(options, columns) {
   const std::int64_t width = options.width;
   const double standard_deviation = 0.25 * std::sqrt(1.0 / options.width);
   const auto make = [&](Rng block_rng) {

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "diffsac/denoiser/frame_denoiser.h"
+#include "diffsac/denoiser/denoiser_base.h"
 
 namespace diffsac {
 
@@ -51,7 +51,7 @@ class ResidualAttentionBlock : public PointBlock {
 ///
 /// encoder_layers = 0 is the paper's joint network. Otherwise FC(χ) passes through encoder_layers blocks of its own
 /// first, and only `layers` blocks see c_t.
-class PointTransformer : public FrameDenoiser {
+class PointTransformer : public DenoiserBase {
  public:
   PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng);
 };

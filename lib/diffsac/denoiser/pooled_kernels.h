@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "diffsac/inference/kernels.h"
+#include "diffsac/network/kernels.h"
 
 namespace diffsac {
 

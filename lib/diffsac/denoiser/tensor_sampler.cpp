@@ -2,7 +2,7 @@
 
 #include <torch/torch.h>
 
-#include "diffsac/diffusion/reverse_sampler_impl.h"
+#include "diffsac/network/reverse_sampler_impl.h"
 
 namespace diffsac {
 
@@ -10,7 +10,7 @@ template class ReverseSamplerOf<torch::Tensor>;
 template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&, torch::Tensor,
                                     const NoiseFunction&, const StepObserver&, const std::function<TimePoint(double)>&);
 
-std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule) {
+std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule) {
   return MakeReverseSamplerOf<torch::Tensor>(options, schedule);
 }
 

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "diffsac/diffusion/dpm_solver.h"
-#include "diffsac/diffusion/reverse_sampler.h"
+#include "diffsac/network/dpm_solver.h"
+#include "diffsac/network/reverse_sampler.h"
 
 namespace diffsac {
 
@@ -27,6 +27,6 @@ extern template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptio
                                            const std::function<TimePoint(double)>&);
 
 /// Throws Error on bad options, steps > T included.
-std::unique_ptr<ReverseSampler> MakeReverseSampler(const SamplerOptions& options, const NoiseSchedule& schedule);
+std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule);
 
 }  // namespace diffsac

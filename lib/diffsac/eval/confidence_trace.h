@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/data/problem.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/problem/problem.h"
+#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -18,6 +18,6 @@ struct ConfidenceTrace {
 /// Gives the trace of a method that has one, nothing for others. The program supplies it, so that evaluation needs to
 /// know no diffusion method.
 using TraceConfidence =
-    std::function<std::optional<ConfidenceTrace>(const Method& method, const Problem& problem, std::uint64_t seed)>;
+    std::function<std::optional<ConfidenceTrace>(const RobustEstimator& method, const Problem& problem, std::uint64_t seed)>;
 
 }  // namespace diffsac

@@ -7,9 +7,9 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/hdf5_input.h"
-#include "diffsac/data/hdf5_numbers.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/io/hdf5_input.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 namespace {
@@ -134,7 +134,7 @@ class Columns {
     for (const ModelParameters& model : record.structures)
       structures_.insert(structures_.end(), model.data(), model.data() + model.size());
     structures_end_.push_back(static_cast<std::int64_t>(structures_.size() / width_));
-    labels_.insert(labels_.end(), record.labels.begin(), record.labels.end());
+    labels_.insert(labels_.end(), record.assignment.begin(), record.assignment.end());
     labels_end_.push_back(static_cast<std::int64_t>(labels_.size()));
   }
 
@@ -204,7 +204,7 @@ void ReadStructures(const H5::Group& group, std::size_t width, std::vector<Estim
     for (std::size_t at = 0; at < models.size(); at += width)
       (*records)[i].structures.push_back(
           Eigen::Map<const Eigen::VectorXd>(models.data() + at, static_cast<Eigen::Index>(width)));
-    (*records)[i].labels = Slice(labels, labels_end, i);
+    (*records)[i].assignment = Slice(labels, labels_end, i);
   }
 }
 
@@ -274,7 +274,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.log_false_alarms = estimate.log_false_alarms;
   record.inlier_probabilities = estimate.inlier_probabilities;
   record.structures = estimate.structures;
-  record.labels = estimate.labels;
+  record.assignment = estimate.assignment;
   return record;
 }
 

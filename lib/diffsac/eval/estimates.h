@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/problem.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/problem/problem.h"
+#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -31,7 +31,7 @@ struct EstimateRecord {
   std::vector<float> inlier_probabilities;  ///< N values where a network gave some, else empty.
   /// Of rows that look for several structures: as in Estimate.
   std::vector<ModelParameters> structures;
-  std::vector<std::int32_t> labels;
+  std::vector<std::int32_t> assignment;
 };
 
 /// One method on one condition.

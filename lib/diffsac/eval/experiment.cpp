@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "diffsac/core/status.h"
-#include "diffsac/data/dataset_factory.h"
-#include "diffsac/eval/compose.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/compose.h"
 
 namespace diffsac {
 namespace {
@@ -58,9 +58,9 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
                methods);
 }
 
-std::vector<BudgetSeries> SeriesOf(const std::vector<MethodRow>& methods) {
+std::vector<BudgetSeries> SeriesOf(const std::vector<EstimatorRow>& methods) {
   std::vector<BudgetSeries> all;
-  for (const MethodRow& row : methods) {
+  for (const EstimatorRow& row : methods) {
     if (row.series.empty()) continue;
     auto found = std::find_if(all.begin(), all.end(), [&](const BudgetSeries& one) { return one.label == row.series; });
     if (found == all.end()) found = all.insert(all.end(), {row.series, {}});
@@ -71,7 +71,7 @@ std::vector<BudgetSeries> SeriesOf(const std::vector<MethodRow>& methods) {
 
 }  // namespace
 
-bool MethodRow::RunsOn(const std::string& condition) const {
+bool EstimatorRow::RunsOn(const std::string& condition) const {
   return conditions.empty() || std::find(conditions.begin(), conditions.end(), condition) != conditions.end();
 }
 
@@ -95,7 +95,7 @@ void Condition::Bind(OptionsBinder& b) {
   if (label.empty()) label = name;
 }
 
-void MethodRow::Bind(OptionsBinder& b) {
+void EstimatorRow::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("unique; the type when empty");
   b.Field("label", label).Help("in tables and pictures; the name when empty");
   b.Field("series", series).Help("rows of one series are joined in the pictures of budgets");

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/lab/make_estimator.h"
 
 namespace diffsac {
 
@@ -24,7 +24,7 @@ struct Condition {
 };
 
 /// A row of the table.
-struct MethodRow {
+struct EstimatorRow {
   std::string name;                     ///< Unique; `--methods` and the output files use it.
   std::string type;                     ///< For the registry; `oracle` is computed by the runner.
   std::string label;                    ///< In tables and pictures; the name when empty.
@@ -125,7 +125,7 @@ struct ExperimentOptions {
 
   Config data;                        ///< What conditions change; of an experiment that was read it is in them.
   std::vector<Condition> conditions;  ///< One, "all", when empty.
-  std::vector<MethodRow> methods;
+  std::vector<EstimatorRow> methods;
   std::vector<std::pair<std::string, PaperRow>> paper;  ///< By its label.
   /// Scenes that the means over scenes count as one (KITTI's frame steps, say), by the group's name; in names of scenes
   /// `*` stands for any text, `?` for one character.
@@ -146,6 +146,6 @@ ExperimentOptions ReadExperiment(const Config& given);
 std::string WriteExperiment(ExperimentOptions experiment);
 
 /// The experiment with every key of its rows filled in (ResolvedRow), for config.yaml. Throws Error for a wrong row.
-ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context);
+ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const EstimatorContext& context);
 
 }  // namespace diffsac

@@ -6,12 +6,12 @@
 #include <memory>
 #include <ostream>
 
-#include "diffsac/colmap/two_view_geometries.h"
+#include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/typed_options.h"
-#include "diffsac/data/correspondences_dataset.h"
-#include "diffsac/data/pair_filter.h"
-#include "diffsac/data/pair_scenes.h"
+#include "diffsac/datasets/correspondences_dataset.h"
+#include "diffsac/datasets/pair_filter.h"
+#include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -130,7 +130,7 @@ void CheckColmapExport(const ExperimentOptions& experiment, const ColmapExport& 
     throw Error("--export-colmap is for tasks of two views, not for " + ToString(experiment.task));
   if (experiment.methods.size() != 1)
     throw Error("--export-colmap writes the estimates of one row; choose it with --methods: " +
-                Names(experiment.methods, [](const MethodRow& row) { return row.name; }));
+                Names(experiment.methods, [](const EstimatorRow& row) { return row.name; }));
   if (experiment.conditions.size() != 1)
     throw Error("--export-colmap writes the estimates of one condition, but the experiment has " +
                 Names(experiment.conditions, [](const Condition& condition) { return condition.name; }));

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/structures_error.h"
 
 namespace diffsac {

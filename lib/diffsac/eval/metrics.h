@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/data/estimate_error.h"
-#include "diffsac/data/problem.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/problem/estimate_error.h"
+#include "diffsac/problem/problem.h"
+#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -34,7 +34,7 @@ double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 double ShownError(const EstimateError& error, const Tolerance& tolerance);
 const char* ShownUnit(bool structures, const Tolerance& tolerance);
 
-/// Compares an estimate with the truth, as the task's description does (data/task_description.h), and with several true
+/// Compares an estimate with the truth, as the task's description does (problem/task_description.h), and with several true
 /// structures (structures_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);
 

@@ -132,7 +132,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "unique_minimal_sets", median([](const ProblemRecord& r) { return r.report.unique_minimal_sets; })},
       {scene, "all_inlier_sets", Mean(pure)},
       {scene, "ms_features", median([](const ProblemRecord& r) { return r.report.ms_features; })},
-      {scene, "ms_denoise", median([](const ProblemRecord& r) { return r.report.ms_denoise; })},
+      {scene, "ms_network", median([](const ProblemRecord& r) { return r.report.ms_network; })},
       {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},
       {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
   };
@@ -292,7 +292,7 @@ std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results,
 int ReferenceRow(const ExperimentOptions& experiment) {
   int found = -1;
   for (std::size_t i = experiment.methods.size(); i-- > 0;) {
-    const MethodRow& row = experiment.methods[i];
+    const EstimatorRow& row = experiment.methods[i];
     const bool is_reference = experiment.reference.empty() ? row.type == "diffsac" : row.name == experiment.reference;
     if (is_reference) found = static_cast<int>(i);
   }

@@ -14,7 +14,7 @@
 #include "diffsac/eval/metrics.h"
 #include "diffsac/eval/reliability.h"
 #include "diffsac/eval/shard.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -52,7 +52,7 @@ struct Cell {
 struct KeptFit {
   std::size_t condition = 0;
   Example example;
-  diffsac::Estimate estimate;
+  Estimate estimate;
   std::size_t method = 0;
 };
 

@@ -11,11 +11,11 @@
 #include "diffsac/core/progress.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"
-#include "diffsac/methods/known_of_problem.h"
-#include "diffsac/methods/oracle.h"
+#include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/baselines/oracle.h"
 
 namespace diffsac {
 namespace {
@@ -33,12 +33,12 @@ std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& expe
   return datasets;
 }
 
-using Methods = std::vector<std::unique_ptr<Method>>;
+using Estimators = std::vector<std::unique_ptr<RobustEstimator>>;
 
-// Null for the oracle, which is no Method.
-Methods MakeMethods(const ExperimentOptions& experiment, const MethodFactory& make) {
-  Methods methods;
-  for (const MethodRow& row : experiment.methods)
+// Null for the oracle, which is no RobustEstimator.
+Estimators MakeEstimators(const ExperimentOptions& experiment, const EstimatorFactory& make) {
+  Estimators methods;
+  for (const EstimatorRow& row : experiment.methods)
     methods.push_back(row.type == "oracle" ? nullptr : make(row.config, experiment.task));
   return methods;
 }
@@ -49,7 +49,7 @@ std::size_t ProblemCount(const Dataset& dataset, const ExperimentOptions& experi
 }
 
 // The problems of one row on one condition that are this shard's.
-std::vector<std::size_t> RowPositions(const MethodRow& row, const Method* method, std::size_t problems,
+std::vector<std::size_t> RowPositions(const EstimatorRow& row, const RobustEstimator* method, std::size_t problems,
                                       const Shard& shard) {
   if (row.max_problems > 0) problems = std::min(problems, static_cast<std::size_t>(row.max_problems));
   return ShardPositions(problems, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()), shard);
@@ -95,7 +95,7 @@ struct Outcome {
   Reliability of_network, of_ratio;  ///< Empty for rows that give no probabilities.
 };
 
-Outcome OutcomeOf(const ExperimentOptions& experiment, const Method* method, const Example& example,
+Outcome OutcomeOf(const ExperimentOptions& experiment, const RobustEstimator* method, const Example& example,
                   const Estimate& estimate) {
   Outcome outcome{MakeRecord(experiment, example, estimate),
                   experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
@@ -103,7 +103,7 @@ Outcome OutcomeOf(const ExperimentOptions& experiment, const Method* method, con
                   {}};
   if (method == nullptr || !method->GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
   outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
-  const Eigen::VectorXf of_ratio = example.problem.quality.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
+  const Eigen::VectorXf of_ratio = example.problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
   outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
   return outcome;
 }
@@ -123,12 +123,12 @@ struct CellRun {
   const ExperimentOptions& experiment;
   const RunInputs& inputs;
   const Block& examples;
-  const Method* method;  // null: the oracle
+  const RobustEstimator* method;  // null: the oracle
   Progress& progress;
 
   Estimate EstimateOne(const Example& example) const {
     if (method == nullptr) return OracleEstimate(example.problem, example.truth);
-    return method->Estimate(example.problem, ProblemSeed(experiment.seed, example));
+    return method->Run(example.problem, ProblemSeed(experiment.seed, example));
   }
 };
 
@@ -152,7 +152,7 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
       problems.push_back(&example.problem);
       seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
-    const std::vector<Estimate> estimates = run.method->EstimateBatch(problems, seeds);
+    const std::vector<Estimate> estimates = run.method->RunBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i)
       (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
@@ -212,7 +212,7 @@ void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* 
 }
 
 std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets,
-                       const Methods& methods, const Shard& shard) {
+                       const Estimators& methods, const Shard& shard) {
   std::size_t total = 0;
   for (std::size_t c = 0; c < datasets.size(); ++c) {
     const std::size_t problems = ProblemCount(*datasets[c], experiment);
@@ -225,7 +225,7 @@ std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<st
 
 // Small, as a problem may have very many points. A whole number of every row's batches, which see the same problems
 // together whatever the block.
-std::size_t BlockSize(const Methods& methods, std::size_t problems) {
+std::size_t BlockSize(const Estimators& methods, std::size_t problems) {
   constexpr std::size_t kProblems = 256;
   std::size_t size = 1;
   for (const auto& method : methods) {
@@ -246,7 +246,7 @@ void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::
 class ConditionRun {
  public:
   ConditionRun(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
-               const Dataset& dataset, const Methods& methods)
+               const Dataset& dataset, const Estimators& methods)
       : experiment_(experiment),
         inputs_(inputs),
         condition_(condition),
@@ -258,7 +258,7 @@ class ConditionRun {
         fits_(methods.size()) {
     const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      const MethodRow& row = experiment.methods[m];
+      const EstimatorRow& row = experiment.methods[m];
       rows_[m] = {{}, {condition, m, {}, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
       if (row.RunsOn(experiment.conditions[condition].name))
         rows_[m].positions = RowPositions(row, methods[m].get(), problems_, inputs.shard);
@@ -296,7 +296,7 @@ class ConditionRun {
   }
 
   void RunRow(const Block& block, std::size_t m, Progress& progress, ExperimentResults* results) {
-    const MethodRow& row = experiment_.methods[m];
+    const EstimatorRow& row = experiment_.methods[m];
     if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
     const CellRun run{experiment_, inputs_, block, methods_[m].get(), progress};
     RunBlock(run, &rows_[m]);
@@ -317,7 +317,7 @@ class ConditionRun {
   const RunInputs& inputs_;
   const std::size_t condition_;
   const Dataset& dataset_;
-  const Methods& methods_;
+  const Estimators& methods_;
   const std::size_t problems_;
   std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
   std::vector<CellResults> rows_;
@@ -339,7 +339,7 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   results.git_revision = GitRevision();
   results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
-  const auto methods = MakeMethods(experiment, inputs.make_method);
+  const auto methods = MakeEstimators(experiment, inputs.make_method);
   const Config& data = experiment.conditions.front().data;
   if (data.Has("type")) results.dataset = data.Text("type");
   for (std::size_t m = 0; m < methods.size(); ++m)

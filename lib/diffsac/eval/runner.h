@@ -9,11 +9,11 @@
 
 namespace diffsac {
 
-/// Builds the method of a row (methods/registry.h, or a test's own).
-using MethodFactory = std::function<std::unique_ptr<Method>(const Config& row, Task task)>;
+/// Builds the method of a row (lab/make_estimator.h, or a test's own).
+using EstimatorFactory = std::function<std::unique_ptr<RobustEstimator>(const Config& row, Task task)>;
 
 struct RunInputs {
-  MethodFactory make_method;
+  EstimatorFactory make_method;
   TraceConfidence trace;                    ///< May be empty.
   const std::atomic<bool>* stop = nullptr;  ///< Polled before each problem or batch.
   Shard shard = {};                         ///< Only these problems; pictures of examples are kept by the first shard.

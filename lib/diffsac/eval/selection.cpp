@@ -22,7 +22,7 @@ std::vector<std::string> PathsOf(const Condition& condition) {
   return paths;
 }
 
-std::string CheckpointOf(const MethodRow& row) {
+std::string CheckpointOf(const EstimatorRow& row) {
   return row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
 }
 
@@ -45,13 +45,13 @@ void RemoveCondition(const std::string& name, ExperimentOptions* experiment) {
 /// Rows whose conditions are all gone; one that names none is for all of those that are left.
 void RemoveRowsFor(const std::string& condition, ExperimentOptions* experiment) {
   std::vector<std::string> kept;
-  for (MethodRow& row : experiment->methods) {
+  for (EstimatorRow& row : experiment->methods) {
     if (std::erase(row.conditions, condition) > 0 && row.conditions.empty())
       experiment->left_out.push_back(row.label + " (none of its conditions is left)");
     else
       kept.push_back(row.name);
   }
-  if (!kept.empty()) SelectMethods(kept, experiment);
+  if (!kept.empty()) SelectEstimators(kept, experiment);
   if (kept.empty()) experiment->methods.clear();
 }
 
@@ -79,7 +79,7 @@ void LeaveOutData(ExperimentOptions* experiment) {
 
 void LeaveOutRows(ExperimentOptions* experiment) {
   std::vector<std::string> kept;
-  for (const MethodRow& row : experiment->methods) {
+  for (const EstimatorRow& row : experiment->methods) {
     const std::string checkpoint = CheckpointOf(row);
     if (checkpoint.empty() || IsThere(checkpoint))
       kept.push_back(row.name);
@@ -87,15 +87,15 @@ void LeaveOutRows(ExperimentOptions* experiment) {
       experiment->left_out.push_back(row.label + " (needs " + checkpoint + ")");
   }
   if (kept.empty()) experiment->methods.clear();
-  SelectMethods(kept, experiment);
+  SelectEstimators(kept, experiment);
 }
 
 }  // namespace
 
-void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment) {
+void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* experiment) {
   if (names.empty()) return;
   std::vector<std::string> known;
-  for (const MethodRow& row : experiment->methods) known.push_back(row.name);
+  for (const EstimatorRow& row : experiment->methods) known.push_back(row.name);
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
@@ -103,7 +103,7 @@ void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* exp
   const auto lost = [&](const std::string& name) {
     return !name.empty() && std::find(names.begin(), names.end(), name) == names.end();
   };
-  std::erase_if(experiment->methods, [&](const MethodRow& row) { return lost(row.name); });
+  std::erase_if(experiment->methods, [&](const EstimatorRow& row) { return lost(row.name); });
   FigureOptions& figures = experiment->figures;
   for (std::string* name : {&experiment->reference, &figures.qualitative_method})
     if (lost(*name)) name->clear();
@@ -123,7 +123,7 @@ std::vector<std::string> DataPaths(const ExperimentOptions& experiment) {
 
 std::vector<std::string> Checkpoints(const ExperimentOptions& experiment) {
   std::vector<std::string> all;
-  for (const MethodRow& row : experiment.methods) {
+  for (const EstimatorRow& row : experiment.methods) {
     const std::string checkpoint = CheckpointOf(row);
     if (!checkpoint.empty()) AddOnce(checkpoint, &all);
   }
@@ -140,8 +140,8 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
   return !experiment->conditions.empty() && !experiment->methods.empty();
 }
 
-ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const MethodContext& context) {
-  for (MethodRow& row : experiment.methods)
+ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const EstimatorContext& context) {
+  for (EstimatorRow& row : experiment.methods)
     row.config = ResolvedRow(row.config, experiment.task, context);
   return experiment;
 }

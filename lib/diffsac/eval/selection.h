@@ -9,7 +9,7 @@ namespace diffsac {
 
 /// Keeps the named rows, in the experiment's order, and forgets what refers to others. Throws Error naming the nearest
 /// row for an unknown name.
-void SelectMethods(const std::vector<std::string>& names, ExperimentOptions* experiment);
+void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* experiment);
 
 /// The files and folders that the conditions' data is read from; none for generated data.
 std::vector<std::string> DataPaths(const ExperimentOptions& experiment);

@@ -55,7 +55,7 @@ void Visit(ProblemRecord& record, Fields& fields) {
   fields.Count(record.report.hypotheses);
   fields.Count(record.report.unique_minimal_sets);
   fields.Number(record.report.ms_features);
-  fields.Number(record.report.ms_denoise);
+  fields.Number(record.report.ms_network);
   fields.Number(record.report.ms_consensus);
   fields.Number(record.report.ms_total);
   fields.Number(record.error.misclassified);

@@ -4,16 +4,16 @@
 #include <cmath>
 #include <set>
 
-#include "diffsac/data/solver_space.h"
-#include "diffsac/data/tasks.h"
-#include "diffsac/eval/assignment.h"
+#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/eval/linear_assignment.h"
 
 namespace diffsac {
 namespace {
 
 bool KnowsStructures(const Example& example) {
   return !example.truth.structures.empty() &&
-         static_cast<Eigen::Index>(example.truth.labels.size()) == example.problem.points.rows();
+         static_cast<Eigen::Index>(example.truth.assignment.size()) == example.problem.points.rows();
 }
 
 std::int32_t MostOf(std::span<const std::int32_t> labels) {
@@ -23,8 +23,8 @@ std::int32_t MostOf(std::span<const std::int32_t> labels) {
 // The points of each structure of the truth.
 std::vector<std::vector<int>> Members(const GroundTruth& truth) {
   std::vector<std::vector<int>> members(truth.structures.size());
-  for (std::size_t i = 0; i < truth.labels.size(); ++i) {
-    const std::int32_t label = truth.labels[i];
+  for (std::size_t i = 0; i < truth.assignment.size(); ++i) {
+    const std::int32_t label = truth.assignment[i];
     if (label > 0 && static_cast<std::size_t>(label) <= members.size())
       members[static_cast<std::size_t>(label) - 1].push_back(static_cast<int>(i));
   }
@@ -72,12 +72,12 @@ EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& proble
   EstimatedStructures found;
   if (estimate.status == Status::kOk && estimate.structures.empty()) {
     found.models = {estimate.model};
-    found.labels.assign(estimate.inliers.begin(), estimate.inliers.end());
+    found.assignment.assign(estimate.inliers.begin(), estimate.inliers.end());
   } else if (estimate.status == Status::kOk) {
     found.models = estimate.structures;
-    found.labels = estimate.labels;
+    found.assignment = estimate.assignment;
   }
-  if (found.labels.size() != size) found.labels.assign(size, 0);
+  if (found.assignment.size() != size) found.assignment.assign(size, 0);
   return found;
 }
 
@@ -117,18 +117,18 @@ double StructureRecall(const std::vector<ModelParameters>& found, const Example&
 void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error) {
   if (!KnowsStructures(example)) return;
   const EstimatedStructures found = StructuresOf(estimate, example.problem);
-  error->misclassified = Misclassification(found.labels, example.truth.labels);
+  error->misclassified = Misclassification(found.assignment, example.truth.assignment);
   error->recall = StructureRecall(found.models, example);
 }
 
 StructureShares StructureSharesOf(const std::vector<std::vector<int>>& sets, const GroundTruth& truth) {
   if (sets.empty() || truth.structures.empty()) return {};
-  const std::set<std::int32_t> known(truth.labels.begin(), truth.labels.end());
+  const std::set<std::int32_t> known(truth.assignment.begin(), truth.assignment.end());
   std::set<std::int32_t> seen;
   int pure = 0;
   for (const std::vector<int>& set : sets) {
     if (set.empty()) continue;
-    const auto label = [&](int i) { return truth.labels[static_cast<std::size_t>(i)]; };
+    const auto label = [&](int i) { return truth.assignment[static_cast<std::size_t>(i)]; };
     const std::int32_t first = label(set.front());
     if (first <= 0 || !std::all_of(set.begin(), set.end(), [&](int i) { return label(i) == first; })) continue;
     ++pure;

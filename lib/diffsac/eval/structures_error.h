@@ -5,16 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "diffsac/data/estimate_error.h"
-#include "diffsac/data/problem.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/problem/estimate_error.h"
+#include "diffsac/problem/problem.h"
+#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
 /// What an estimate says of several structures.
 struct EstimatedStructures {
   std::vector<ModelParameters> models;
-  std::vector<std::int32_t> labels;  ///< N values: 0 for a point of none, k ≥ 1 for one of models[k − 1].
+  std::vector<std::int32_t> assignment;  ///< N values: 0 for a point of none, k ≥ 1 for one of models[k − 1].
 };
 
 /// Those of an estimate; one, with its inliers, of a row that looks for one model alone, none of a failure.

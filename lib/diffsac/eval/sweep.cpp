@@ -152,7 +152,7 @@ class ProblemNumbers {
 void AddRow(const std::vector<const RowAtPoint*>& alike, const SweepPoint& point, const std::vector<std::size_t>& axes,
             const std::vector<ExperimentResults>& results, ProblemNumbers* numbers, ExperimentResults* joined) {
   const RowAtPoint& first = *alike.front();
-  MethodRow row = results[first.point].experiment.methods[first.method];
+  EstimatorRow row = results[first.point].experiment.methods[first.method];
   for (const std::size_t axis : axes) {
     row.name += " " + point.parts[axis];
     row.label += ", " + point.parts[axis];

@@ -10,15 +10,15 @@ namespace diffsac {
 ///   kTruncated  ρ(s) = min(s, c²)                       MSAC's; an outlier has no pull at all
 ///   kHuber      ρ(s) = s for s ≤ c², else 2 c √s − c²   (Huber, 1964)
 ///   kCauchy     ρ(s) = c² log(1 + s / c²)
-///   kScales     ρ(s) ∝ ∫ min(s/t², 1) dt/t², t from `least` to c: the truncated loss over all scales, each a share
+///   kMarginalised     ρ(s) ∝ ∫ min(s/t², 1) dt/t², t from `least` to c: the truncated loss over all scales, each a share
 ///               1/t of its octave. s for s ≤ least², then falling off in weight as √s⁻³; no pull beyond c.
-enum class LossKind { kTrivial, kTruncated, kHuber, kCauchy, kScales };
+enum class LossKind { kTrivial, kTruncated, kHuber, kCauchy, kMarginalised };
 
 /// ρ with ρ(0) = 0, ρ'(0) = 1, never decreasing, and ρ(s) ≤ s.
 struct RobustLoss {
   LossKind kind = LossKind::kTrivial;
   double scale = 1.0;
-  double least = 0.0;  ///< Of kScales, in (0, scale): the smallest scale.
+  double least = 0.0;  ///< Of kMarginalised, in (0, scale): the smallest scale.
 
   /// ρ(s). A residual that is not a number counts as an infinite one.
   double Value(double s) const {
@@ -30,7 +30,7 @@ struct RobustLoss {
         return s <= square ? s : 2.0 * scale * std::sqrt(s) - square;
       case LossKind::kCauchy:
         return square * std::log1p(s / square);
-      case LossKind::kScales:
+      case LossKind::kMarginalised:
         return ScalesValue(s < square ? s : square);
       case LossKind::kTrivial:
         break;
@@ -49,7 +49,7 @@ struct RobustLoss {
         return s <= square ? 1.0 : scale / std::sqrt(s);
       case LossKind::kCauchy:
         return square / (square + s);
-      case LossKind::kScales:
+      case LossKind::kMarginalised:
         return s < square ? Slope(scale / std::max(std::sqrt(s), least)) / Slope(scale / least) : 0.0;
       case LossKind::kTrivial:
         break;

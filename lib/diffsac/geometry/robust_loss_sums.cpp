@@ -68,7 +68,7 @@ void WeightsOverScales(const double* residuals, const double* weights, int count
 
 double SumLoss(const RobustLoss& loss, const double* residuals, const double* weights, int count) {
   if (loss.kind == LossKind::kTruncated) return SumTruncated(residuals, weights, count, loss.scale * loss.scale);
-  if (loss.kind == LossKind::kScales)
+  if (loss.kind == LossKind::kMarginalised)
     return SumOverScales(residuals, weights, count, OverScales(loss)) * (loss.scale * loss.scale);
   double sum = 0.0;
   for (int i = 0; i < count; ++i) sum += weights[i] * loss.Value(residuals[i] * residuals[i]);
@@ -78,7 +78,7 @@ double SumLoss(const RobustLoss& loss, const double* residuals, const double* we
 void LossWeights(const RobustLoss& loss, const double* residuals, const double* weights, int count, double* out) {
   if (loss.kind == LossKind::kTruncated) {
     TruncatedWeights(residuals, weights, count, loss.scale * loss.scale, out);
-  } else if (loss.kind == LossKind::kScales) {
+  } else if (loss.kind == LossKind::kMarginalised) {
     WeightsOverScales(residuals, weights, count, OverScales(loss), out);
   } else {
     for (int i = 0; i < count; ++i) out[i] = weights[i] * loss.Weight(residuals[i] * residuals[i]);

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "diffsac/denoiser/initialize.h"
-#include "diffsac/methods/learned_row.h"
-#include "diffsac/networks/weighted_method.h"
+#include "diffsac/lab/registered_learned_estimator.h"
+#include "diffsac/networks/weighted_estimator.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
@@ -203,7 +203,7 @@ torch::Tensor ClnetNetwork::Weights(const PointBatch& batch) {
 
 namespace {
 
-const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kClnet(
+const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kClnet(
     "clnet", "A weighted fit of the points that progressive pruning keeps (docs/clnet.md).",
     DefaultWeightedOptions("clnet"), LoadWeightsOfRow<ClnetNetwork>);
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "diffsac/denoiser/tensor_sampler.h"
-#include "diffsac/methods/diffsac_model.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/networks/diffsac_network.h"
 
 namespace diffsac {

@@ -3,7 +3,7 @@
 #include <torch/torch.h>
 
 #include "diffsac/denoiser/losses.h"
-#include "diffsac/methods/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/networks/diffsac_denoising.h"
 
 namespace diffsac {

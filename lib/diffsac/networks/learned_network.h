@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/methods/learned_model.h"
+#include "diffsac/estimators/learned_model.h"
 
 namespace diffsac {
 

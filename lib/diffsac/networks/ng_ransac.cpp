@@ -3,8 +3,8 @@
 #include <torch/torch.h>
 
 #include "diffsac/denoiser/initialize.h"
-#include "diffsac/methods/learned_row.h"
-#include "diffsac/networks/weighted_method.h"
+#include "diffsac/lab/registered_learned_estimator.h"
+#include "diffsac/networks/weighted_estimator.h"
 
 namespace diffsac {
 namespace nn = torch::nn;
@@ -41,7 +41,7 @@ torch::Tensor NgRansacNetwork::Weights(const PointBatch& batch) { return LogWeig
 
 namespace {
 
-const RegisteredLearnedMethod<WeightedMethod, WeightedMethodOptions, LearnedWeights> kNgRansac(
+const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kNgRansac(
     "ng_ransac", "Minimal sets drawn with learned weights (docs/ng_ransac.md).", DefaultWeightedOptions("ng_ransac"),
     LoadWeightsOfRow<NgRansacNetwork>);
 

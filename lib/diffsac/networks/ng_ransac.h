@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/point_features.h"
+#include "diffsac/problem/point_features.h"
 #include "diffsac/denoiser/context_block.h"
 #include "diffsac/networks/weight_network.h"
 

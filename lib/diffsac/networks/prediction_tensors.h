@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diffsac/denoiser/point_batch.h"
-#include "diffsac/methods/learned_method.h"
+#include "diffsac/estimators/learned_estimator.h"
 
 namespace diffsac {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "diffsac/denoiser/point_batch.h"
-#include "diffsac/inference/checkpoint_info.h"
-#include "diffsac/methods/learned_method.h"
-#include "diffsac/methods/registry.h"
+#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/estimators/learned_estimator.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/networks/learned_network.h"
 
 namespace diffsac {
@@ -52,10 +52,10 @@ std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained,
   return weights;
 }
 
-/// The same for a row (methods/learned_row.h).
+/// The same for a row (lab/registered_learned_estimator.h).
 template <class Network>
 std::shared_ptr<const LearnedWeights> LoadWeightsOfRow(const TrainedConfig& trained, const LearnedOptions&,
-                                                       const MethodContext& context) {
+                                                       const EstimatorContext& context) {
   return LoadLearnedWeights<Network>(trained, DeviceFromString(context.device));
 }
 

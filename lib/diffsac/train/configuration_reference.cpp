@@ -4,9 +4,9 @@
 
 #include "diffsac/core/option_reference.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/dataset_registry.h"
+#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/eval/experiment.h"
-#include "diffsac/methods/method_registry.h"
+#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/train/learner.h"
 
 namespace diffsac {
@@ -116,9 +116,9 @@ void AddRows(OptionReference* reference) {
       2, "Rows of an experiment (`methods`)",
       "`type` chooses, the other keys are the type's. A row with a network has a `checkpoint`, whose group\n"
       "`inference` has the defaults of the row's other keys.");
-  const auto& methods = Registry<MethodEntry>::Instance();
+  const auto& methods = Registry<EstimatorEntry>::Instance();
   for (const std::string& name : methods.Names()) {
-    const MethodEntry& entry = methods.Find(name, "");
+    const EstimatorEntry& entry = methods.Find(name, "");
     const std::vector<std::string> tasks = TaskNames();
     const auto first = std::find_if(tasks.begin(), tasks.end(), [&](const std::string& task) {
       try {

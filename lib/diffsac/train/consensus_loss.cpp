@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

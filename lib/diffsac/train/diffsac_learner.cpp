@@ -8,7 +8,7 @@
 
 #include "diffsac/denoiser/forward_process.h"
 #include "diffsac/denoiser/losses.h"
-#include "diffsac/methods/diffsac_method.h"
+#include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/distributed.h"
@@ -125,7 +125,7 @@ class Autocast {
   c10::DeviceType type_;
 };
 
-class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacMethod, DiffsacTraining> {
+class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacEstimator, DiffsacTraining> {
  public:
   DiffsacLearner(const TrainConfig& options, const DiffsacTraining& own, const torch::Device& device, int threads)
       : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {

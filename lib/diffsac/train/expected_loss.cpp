@@ -8,8 +8,8 @@
 #include <numeric>
 #include <utility>
 
-#include "diffsac/data/solver_space.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

@@ -6,7 +6,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/denoiser/network_tensors.h"

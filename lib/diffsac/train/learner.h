@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "diffsac/core/registry.h"
-#include "diffsac/data/point_features.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/training_source.h"
 
@@ -49,7 +49,7 @@ class Learner {
   virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                        const std::vector<double>& shares) = 0;
   /// The estimator with the averaged network, for validation; valid as long as the learner.
-  virtual std::unique_ptr<Method> AveragedMethod() const = 0;
+  virtual std::unique_ptr<RobustEstimator> AveragedEstimator() const = 0;
 };
 
 /// The learner of options.method. threads: of estimates in training and validation. Throws Error for bad options.

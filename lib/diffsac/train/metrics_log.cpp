@@ -10,7 +10,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/eval/gnuplot.h"
+#include "diffsac/report/gnuplot.h"
 #include "diffsac/train/training_report.h"
 
 namespace diffsac {

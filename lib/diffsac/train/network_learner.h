@@ -15,7 +15,7 @@ class NetworkLearner : public Learner {
   torch::nn::Module& network() override { return *network_->module; }
   torch::nn::Module& averaged() override { return *averaged_->module; }
   const PointFeatures& features() const override { return network_->features; }
-  std::unique_ptr<Method> AveragedMethod() const override {
+  std::unique_ptr<RobustEstimator> AveragedEstimator() const override {
     return std::make_unique<Row>(averaged_, own_.inference, threads_);
   }
 

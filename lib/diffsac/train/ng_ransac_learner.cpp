@@ -5,9 +5,9 @@
 #include <cstring>
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/data/labels.h"
+#include "diffsac/problem/labels.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/task_dispatch.h"
+#include "diffsac/estimators/task_dispatch.h"
 #include "diffsac/networks/ng_ransac.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
@@ -64,7 +64,7 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
     std::sort(set, set + Model::kMinimalSize);
   const SolverSpace space(problem);
-  GivenSource source(sets);
+  PrecomputedSampler source(sets);
   return EstimateOf(space, SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 

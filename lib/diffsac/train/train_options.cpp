@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/core/resources.h"
-#include "diffsac/data/tasks.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/validation.h"
 

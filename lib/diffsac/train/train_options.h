@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/labels.h"
-#include "diffsac/data/point_features.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/labels.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/problem.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/train/training_source.h"
 

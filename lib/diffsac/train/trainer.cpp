@@ -14,7 +14,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/progress.h"
 #include "diffsac/core/run_directory.h"
-#include "diffsac/data/prefetcher.h"
+#include "diffsac/train/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/networks/learned_network.h"
@@ -165,7 +165,7 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
 std::vector<double> Trainer::Validate() {
   average_->CopyTo(learner_->averaged());
   const int threads = torch::get_num_threads();
-  std::vector<double> accuracies = validation_->Run(*learner_->AveragedMethod());
+  std::vector<double> accuracies = validation_->Run(*learner_->AveragedEstimator());
   torch::set_num_threads(threads);  // Inference on a CPU takes one for each call.
   return accuracies;
 }

@@ -10,7 +10,7 @@
 #include "diffsac/core/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
-#include "diffsac/inference/checkpoint_info.h"
+#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/train/trainer.h"
 
 namespace diffsac {

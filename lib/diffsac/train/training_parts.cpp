@@ -1,5 +1,5 @@
 #include "diffsac/core/status.h"
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/train/training_source.h"
 
 namespace diffsac {

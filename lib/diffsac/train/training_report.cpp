@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "diffsac/eval/html_page.h"
-#include "diffsac/eval/svg_axes.h"
-#include "diffsac/eval/svg_chart.h"
+#include "diffsac/report/html_page.h"
+#include "diffsac/report/svg_axes.h"
+#include "diffsac/report/svg_chart.h"
 #include "diffsac/train/metrics_log.h"
 
 namespace diffsac {

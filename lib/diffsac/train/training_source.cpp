@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
-#include "diffsac/data/pair_filter.h"
-#include "diffsac/data/repeated_structures.h"
+#include "diffsac/datasets/pair_filter.h"
+#include "diffsac/datasets/repeated_structures.h"
 
 namespace diffsac {
 namespace {
@@ -37,9 +37,9 @@ std::vector<int> AllRows(Eigen::Index count) {
 std::vector<int> PointsWithin(const Problem& problem, double max_ratio, int fewest) {
   const int count = static_cast<int>(problem.points.rows());
   std::vector<int> kept;
-  if (problem.quality.size() == count)
+  if (problem.match_ratio.size() == count)
     for (int i = 0; i < count; ++i)
-      if (problem.quality[i] <= max_ratio) kept.push_back(i);
+      if (problem.match_ratio[i] <= max_ratio) kept.push_back(i);
   return static_cast<int>(kept.size()) < fewest ? AllRows(count) : kept;
 }
 
@@ -124,7 +124,7 @@ void TwoViewTrainingOptions::Bind(OptionsBinder& b) {
   b.Field("augment", augment)
       .Help("both images mirrored and turned together, one turned a little more, the images exchanged");
   b.Field("repeats", repeats, Within(0.0, 1.0))
-      .Help("share of the items in which groups of correct matches become wrong ones (data/repeated_structures.h)");
+      .Help("share of the items in which groups of correct matches become wrong ones (datasets/repeated_structures.h)");
   b.Require(max_points == 0 || max_points >= 16, "max_points", "0 or at least 16");
 }
 

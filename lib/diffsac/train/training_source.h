@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/data/labels.h"
-#include "diffsac/data/point_features.h"
-#include "diffsac/data/problem.h"
+#include "diffsac/problem/labels.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 
@@ -34,7 +34,7 @@ struct TwoViewTrainingOptions {
   /// Both images mirrored and turned together, one turned a little more, the images exchanged: minimal sets stay what
   /// they are, so that one pair stands for many cameras and motions.
   bool augment = false;
-  /// Share of the items in which groups of correct matches become wrong ones (data/repeated_structures.h).
+  /// Share of the items in which groups of correct matches become wrong ones (datasets/repeated_structures.h).
   double repeats = 0.0;
   void Bind(OptionsBinder& b);
 };

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "diffsac/core/status.h"
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/lab/dataset_factory.h"
 
 namespace diffsac {
 namespace {
@@ -54,7 +54,7 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
                            : "mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }
 
-std::vector<double> Validation::Run(const Method& method) const {
+std::vector<double> Validation::Run(const RobustEstimator& method) const {
   std::vector<double> results;
   for (const auto& group : examples_) {
     double sum = 0.0;
@@ -66,7 +66,7 @@ std::vector<double> Validation::Run(const Method& method) const {
         problems.push_back(&group[i].problem);
         seeds.push_back(Rng(seed_).Fork("validation", i).Seed());
       }
-      const auto estimates = method.EstimateBatch(problems, seeds);
+      const auto estimates = method.RunBatch(problems, seeds);
       for (std::size_t i = 0; i < estimates.size(); ++i)
         sum += AccuracyOf(MeasureError(estimates[i], group[first + i]), tolerance_);
     }

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/eval/metrics.h"
-#include "diffsac/methods/method.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/train/train_options.h"
 
 namespace diffsac {
@@ -20,7 +20,7 @@ class Validation {
  public:
   /// Throws Error for data of another task or without examples.
   explicit Validation(const TrainConfig& options);
-  std::vector<double> Run(const Method& method) const;
+  std::vector<double> Run(const RobustEstimator& method) const;
   /// A heading for each value of Run: "mAA@10deg", "mAA@0.5deg_outliers_0.7".
   const std::vector<std::string>& names() const { return names_; }
 

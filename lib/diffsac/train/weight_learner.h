@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "diffsac/networks/weighted_method.h"
+#include "diffsac/networks/weighted_estimator.h"
 #include "diffsac/train/network_learner.h"
 
 namespace diffsac {
@@ -14,7 +14,7 @@ template <class Network, class Own>
 struct WeightTraining : LearnerOptions {
   typename Network::Options network;
   Own learning;
-  WeightedMethodOptions inference = DefaultWeightedOptions(Network::kMethod);
+  WeightedEstimatorOptions inference = DefaultWeightedOptions(Network::kMethod);
 
   explicit WeightTraining(Task) {}
   const PointFeaturesOptions& features() const override { return network.features; }
@@ -28,11 +28,11 @@ struct WeightTraining : LearnerOptions {
 
 /// The learner of such a method, but for its loss.
 template <class Network, class Own>
-class WeightLearner : public NetworkLearner<LearnedWeights, WeightedMethod, WeightTraining<Network, Own>> {
+class WeightLearner : public NetworkLearner<LearnedWeights, WeightedEstimator, WeightTraining<Network, Own>> {
  public:
   using Training = WeightTraining<Network, Own>;
   WeightLearner(const TrainConfig& options, const Training& own, const torch::Device& device, int threads)
-      : NetworkLearner<LearnedWeights, WeightedMethod, Training>(
+      : NetworkLearner<LearnedWeights, WeightedEstimator, Training>(
             options, own, device, threads,
             [&](Task task, const Rng& rng) { return MakeLearnedWeights<Network>(task, own.network, rng); }) {}
 };

@@ -7,7 +7,7 @@
 int main() {
   diffsac::PointMatrix points(10, 2);
   points << 0, 1, 1, 1.5, 2, 2, 3, 2.5, 4, 3, 5, 3.5, 6, 4, 1, 9, 7, 0, 8, 9;
-  diffsac::ExhaustiveSource source(10, diffsac::Line::kMinimalSize);
+  diffsac::ExhaustiveSampler source(10, diffsac::Line::kMinimalSize);
   const auto result = diffsac::SampleConsensus<diffsac::Line>(points, 0.1, source, {}, diffsac::Rng(1));
   if (result.status != diffsac::Status::kOk) return 1;
   const double slope = -result.model[0] / result.model[1];

@@ -1,7 +1,7 @@
 // What registers itself in an installed library is there: a dataset by its name.
 #include <cstdio>
 
-#include "diffsac/data/dataset_factory.h"
+#include "diffsac/lab/dataset_factory.h"
 
 int main() {
   const auto dataset = diffsac::MakeDataset(diffsac::Config::FromString("type: synthetic_line\nnum_points: 30\n"), 1);

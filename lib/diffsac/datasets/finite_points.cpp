@@ -1,0 +1,24 @@
+#include "diffsac/datasets/finite_points.h"
+
+#include <vector>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/datasets/pair_filter.h"
+
+namespace diffsac {
+
+Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std::string& where) {
+  const PointMatrix& points = example.problem.points;
+  if (points.allFinite()) return example;
+  std::vector<int> finite;
+  for (int i = 0; i < points.rows(); ++i)
+    if (points.row(i).allFinite()) finite.push_back(i);
+  const auto bad = static_cast<std::size_t>(points.rows()) - finite.size();
+  const std::string text =
+      where + ": " + std::to_string(bad) + " of " + std::to_string(points.rows()) + " points are not finite";
+  if (non_finite == NonFinitePoints::kError) throw Error(text + " (non_finite: drop leaves such points out)");
+  LogWarning(text + " and are left out");
+  return WithRows(example, finite);
+}
+
+}  // namespace diffsac

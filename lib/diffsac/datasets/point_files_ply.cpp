@@ -1,0 +1,309 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/datasets/point_files.h"
+#include "diffsac/io/text_scan.h"
+
+namespace diffsac {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the byte order of the machine is assumed below");
+
+enum class Scalar { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+enum class Encoding { kAscii, kLittleEndian, kBigEndian };
+
+std::optional<Scalar> ScalarFromName(std::string_view name) {
+  struct Name {
+    std::string_view name;
+    Scalar type;
+  };
+  static constexpr std::array<Name, 16> kNames = {{{"char", Scalar::kInt8},
+                                                   {"int8", Scalar::kInt8},
+                                                   {"uchar", Scalar::kUint8},
+                                                   {"uint8", Scalar::kUint8},
+                                                   {"short", Scalar::kInt16},
+                                                   {"int16", Scalar::kInt16},
+                                                   {"ushort", Scalar::kUint16},
+                                                   {"uint16", Scalar::kUint16},
+                                                   {"int", Scalar::kInt32},
+                                                   {"int32", Scalar::kInt32},
+                                                   {"uint", Scalar::kUint32},
+                                                   {"uint32", Scalar::kUint32},
+                                                   {"float", Scalar::kFloat},
+                                                   {"float32", Scalar::kFloat},
+                                                   {"double", Scalar::kDouble},
+                                                   {"float64", Scalar::kDouble}}};
+  for (const Name& known : kNames)
+    if (known.name == name) return known.type;
+  return std::nullopt;
+}
+
+struct Property {
+  std::string name;
+  Scalar type = Scalar::kFloat;
+  std::optional<Scalar> list_count;   // the type of the list's length; none for a single value
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Encoding encoding = Encoding::kAscii;
+  std::vector<Element> elements;
+};
+
+// Reads the header line by line; what is left of the text is the data.
+class HeaderReader {
+ public:
+  HeaderReader(const std::string& path, std::string_view text) : path_(path), rest_(text) {}
+
+  Header Read() {
+    std::string_view line = NextLine();
+    if (line != "ply") Fail("not a PLY file: expected 'ply' in the first line");
+    bool has_format = false;
+    for (;;) {
+      line = NextLine();
+      const auto words = SplitWords(line, " \t");
+      if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+      if (words[0] == "end_header") break;
+      if (words[0] == "format") {
+        ReadFormat(words);
+        has_format = true;
+      } else if (words[0] == "element") {
+        ReadElement(words);
+      } else if (words[0] == "property") {
+        ReadProperty(words);
+      } else {
+        Fail("unknown PLY header line '" + std::string(line.substr(0, 60)) + "'");
+      }
+    }
+    if (!has_format) Fail("PLY header without a format line");
+    return std::move(header_);
+  }
+
+  std::string_view rest() const { return rest_; }
+  int line() const { return line_; }
+
+ private:
+  using Words = std::vector<std::string_view>;
+
+  [[noreturn]] void Fail(const std::string& message) const {
+    throw Error(path_ + ":" + std::to_string(line_) + ": " + message);
+  }
+
+  std::string_view NextLine() {
+    std::string_view line;
+    ++line_;
+    if (!TakeLine(&rest_, &line)) Fail("truncated PLY header: no end_header");
+    return line;
+  }
+
+  void ReadFormat(const Words& words) {
+    const std::string_view name = words.size() > 1 ? words[1] : "";
+    if (name == "ascii") {
+      header_.encoding = Encoding::kAscii;
+    } else if (name == "binary_little_endian") {
+      header_.encoding = Encoding::kLittleEndian;
+    } else if (name == "binary_big_endian") {
+      header_.encoding = Encoding::kBigEndian;
+    } else {
+      Fail("unknown PLY format '" + std::string(name) + "': expected ascii, binary_little_endian or binary_big_endian");
+    }
+  }
+
+  void ReadElement(const Words& words) {
+    Element element;
+    if (words.size() == 3) {
+      element.name = words[1];
+      const auto result = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
+      if (result.ec == std::errc() && result.ptr == words[2].data() + words[2].size()) {
+        header_.elements.push_back(std::move(element));
+        return;
+      }
+    }
+    Fail("expected 'element <name> <count>'");
+  }
+
+  Scalar TypeOf(std::string_view word) const {
+    const auto type = ScalarFromName(word);
+    if (!type) Fail("unknown PLY type '" + std::string(word) + "'");
+    return *type;
+  }
+
+  void ReadProperty(const Words& words) {
+    if (header_.elements.empty()) Fail("PLY property before any element");
+    const bool list = words.size() == 5 && words[1] == "list";
+    if (!list && words.size() != 3) Fail("expected 'property <type> <name>' or 'property list <type> <type> <name>'");
+    Property property;
+    property.name = words.back();
+    property.type = TypeOf(words[words.size() - 2]);
+    if (list) property.list_count = TypeOf(words[2]);
+    header_.elements.back().properties.push_back(std::move(property));
+  }
+
+  std::string path_;
+  std::string_view rest_;
+  int line_ = 0;
+  Header header_;
+};
+
+// Reads one value after another.
+class ValueReader {
+ public:
+  ValueReader(const std::string& path, Encoding encoding, std::string_view data, int line)
+      : path_(path), encoding_(encoding), data_(data), line_(line) {}
+
+  /// `what` stands in messages.
+  double Read(Scalar type, const std::string& what) {
+    return encoding_ == Encoding::kAscii ? ReadWord(what) : ReadBinary(type, what);
+  }
+
+  std::size_t left() const { return data_.size(); }
+
+ private:
+  double ReadWord(const std::string& what) {
+    std::size_t start = 0;
+    while (start < data_.size() && std::string_view(" \t\r\n").find(data_[start]) != std::string_view::npos)
+      line_ += data_[start++] == '\n';
+    data_.remove_prefix(start);
+    if (data_.empty()) throw Error(path_ + ": truncated: the file ends at " + what);
+    const std::size_t end = std::min(data_.find_first_of(" \t\r\n"), data_.size());
+    double value = 0.0;
+    if (!ParseNumber(data_.substr(0, end), &value))
+      throw Error(path_ + ":" + std::to_string(line_ + 1) + ": expected a number, found '" +
+                  std::string(data_.substr(0, std::min<std::size_t>(end, 40))) + "'");
+    data_.remove_prefix(end);
+    return value;
+  }
+
+  template <class T>
+  double Take(const std::string& what) {
+    if (data_.size() < sizeof(T)) throw Error(path_ + ": truncated: the file ends at " + what);
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), data_.data(), sizeof(T));
+    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.end());
+    data_.remove_prefix(sizeof(T));
+    return static_cast<double>(std::bit_cast<T>(bytes));
+  }
+
+  double ReadBinary(Scalar type, const std::string& what) {
+    switch (type) {
+      case Scalar::kInt8:
+        return Take<std::int8_t>(what);
+      case Scalar::kUint8:
+        return Take<std::uint8_t>(what);
+      case Scalar::kInt16:
+        return Take<std::int16_t>(what);
+      case Scalar::kUint16:
+        return Take<std::uint16_t>(what);
+      case Scalar::kInt32:
+        return Take<std::int32_t>(what);
+      case Scalar::kUint32:
+        return Take<std::uint32_t>(what);
+      case Scalar::kFloat:
+        return Take<float>(what);
+      case Scalar::kDouble:
+        return Take<double>(what);
+    }
+    return 0.0;
+  }
+
+  std::string path_;
+  Encoding encoding_;
+  std::string_view data_;
+  int line_;   // of the lines before the current one
+};
+
+// The position of a property, -1 when absent. A coordinate cannot be a list.
+int FindCoordinate(const std::string& path, const Element& element, const char* name) {
+  for (std::size_t i = 0; i < element.properties.size(); ++i) {
+    if (element.properties[i].name != name) continue;
+    if (element.properties[i].list_count) throw Error(path + ": the vertex property " + name + " is a list");
+    return static_cast<int>(i);
+  }
+  return -1;
+}
+
+class PlyReader {
+ public:
+  PlyReader(const std::string& path, std::string_view text) : path_(path), header_reader_(path, text) {}
+
+  PointMatrix Read() {
+    const Header header = header_reader_.Read();
+    ValueReader values(path_, header.encoding, header_reader_.rest(), header_reader_.line());
+    for (const Element& element : header.elements) {
+      if (element.name == "vertex") return ReadVertices(element, &values);
+      if (element.properties.empty()) continue;
+      for (std::uint64_t i = 0; i < element.count; ++i) ReadRow(element, i, &values);
+    }
+    throw Error(path_ + ": no element 'vertex' in this PLY file");
+  }
+
+ private:
+  PointMatrix ReadVertices(const Element& element, ValueReader* values) {
+    std::vector<int> columns;
+    for (const char* name : {"x", "y", "z"}) {
+      const int column = FindCoordinate(path_, element, name);
+      if (column >= 0) columns.push_back(column);
+      if (column < 0 && name[0] != 'z') throw Error(path_ + ": the element 'vertex' has no property " + name);
+    }
+    std::vector<double> flat;
+    // A wrong count must not reserve more than the file can hold.
+    flat.reserve(columns.size() * std::min<std::uint64_t>(element.count, values->left()));
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      ReadRow(element, i, values);
+      for (int column : columns) flat.push_back(row_[column]);
+    }
+    const auto width = static_cast<Eigen::Index>(columns.size());
+    return Eigen::Map<const PointMatrix>(flat.data(), static_cast<Eigen::Index>(element.count), width);
+  }
+
+  // Fills row_ with the single values of one line of an element; lists are skipped.
+  void ReadRow(const Element& element, std::uint64_t index, ValueReader* values) {
+    const std::string what =
+        element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
+    row_.assign(element.properties.size(), 0.0);
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const Property& property = element.properties[p];
+      if (!property.list_count) {
+        row_[p] = values->Read(property.type, what);
+        continue;
+      }
+      const double length = values->Read(*property.list_count, what);
+      if (!(length >= 0.0)) throw Error(path_ + ": a list of negative length at " + what);
+      for (double i = 0.0; i < length; ++i) values->Read(property.type, what);
+    }
+  }
+
+  std::string path_;
+  HeaderReader header_reader_;
+  std::vector<double> row_;
+};
+
+}  // namespace
+
+PointSet ReadPlyPoints(const std::string& path) {
+  const std::string content = ReadFile(path);
+  const std::filesystem::path file(path);
+  PointSet set;
+  set.name = file.filename().string();
+  set.scene = std::filesystem::absolute(file).parent_path().filename().string();
+  set.points = PlyReader(path, content).Read();
+  return set;
+}
+
+}  // namespace diffsac

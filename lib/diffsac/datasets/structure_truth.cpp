@@ -1,0 +1,54 @@
+#include "diffsac/datasets/structure_truth.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "diffsac/datasets/dominant_plane.h"
+#include "diffsac/generators/structure_sizes.h"
+#include "diffsac/geometry/homography.h"
+
+namespace diffsac {
+namespace {
+
+// Empty where the matches fix none. A wrong label far off would lead the fit to all matches astray, so that the start
+// is what most of them follow.
+ModelParameters FitPlane(const PointMatrix& points, double loss_px) {
+  const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
+  if (points.rows() < kFewestOnPlane || !Homography::Determined(points)) return {};
+  const auto start = FitDominantPlane(points, loss_px, kFewestOnPlane, Rng(0).Fork("structure"));
+  Matrix3Parameters model;
+  if (start) {
+    model = *start;
+  } else if (!Homography::Fit(points, weights, &model)) {
+    return {};
+  }
+  Homography::Refine(points, weights, {LossKind::kHuber, loss_px}, &model);
+  return model;
+}
+
+}  // namespace
+
+void FitStructures(const Problem& problem, double loss_px, GroundTruth* truth) {
+  truth->structures.clear();
+  std::vector<std::vector<int>> rows;
+  for (std::size_t i = 0; i < truth->assignment.size(); ++i) {
+    const std::int32_t label = truth->assignment[i];
+    if (label <= 0) continue;
+    rows.resize(std::max(rows.size(), static_cast<std::size_t>(label)));
+    rows[label - 1].push_back(static_cast<int>(i));
+  }
+  for (const std::vector<int>& plane : rows) {
+    truth->structures.push_back(FitPlane(problem.points(plane, Eigen::all), loss_px));
+    if (truth->structures.back().size() > 0) continue;
+    for (const int i : plane) truth->assignment[i] = 0;
+  }
+  ArrangePlanes(truth);
+}
+
+void ArrangePlanes(GroundTruth* truth) {
+  ArrangeStructures(kFewestOnPlane, truth);
+  truth->homography.reset();
+  if (!truth->structures.empty()) truth->homography = AsMatrix(Matrix3Parameters(truth->model));
+}
+
+}  // namespace diffsac

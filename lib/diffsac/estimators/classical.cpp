@@ -1,0 +1,86 @@
+#include "diffsac/estimators/classical.h"
+
+#include <span>
+#include <utility>
+
+#include "diffsac/consensus/model_hooks.h"
+#include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimators/point_rows.h"
+#include "diffsac/estimators/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+std::span<const double> Span(const Eigen::VectorXd& values) {
+  return {values.data(), static_cast<std::size_t>(values.size())};
+}
+
+/// The source of one problem's sets. Every set, where the row asks for that and the budget holds them.
+std::unique_ptr<MinimalSampler> SourceOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
+                                           const Rng& rng) {
+  const PointMatrix& points = space.points();
+  const Eigen::VectorXd& quality = space.problem().match_ratio;
+  const int size = static_cast<int>(points.rows());
+  if (options.exhaustive && Combinations(size, set_size) <= options.max_iterations)
+    return std::make_unique<ExhaustiveSampler>(size, set_size);
+  const bool has_quality = quality.size() == size;
+  MinimalSamplerOptions sampling = options.sampling;
+  if (sampling.sampler == MinimalSamplerKind::kProsac && !has_quality) sampling.sampler = MinimalSamplerKind::kUniform;
+  // Two names, because published tables were drawn with them.
+  const Rng sets_rng =
+      sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets") : rng.Fork("consensus").Fork("minimal_sets");
+  return MakeMinimalSampler(sampling, points, set_size, sets_rng,
+                              has_quality ? Span(quality) : std::span<const double>());
+}
+
+template <MinimalModel Model>
+Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
+  ConsensusOptions consensus = options.consensus;
+  consensus.max_iterations = options.max_iterations;
+  if (options.structures.Several()) {
+    const auto source_of = [&](const std::vector<int>& rows, int search) {
+      const PointRows part(space, rows);
+      return SourceOf(part.space(), Model::kMinimalSize, options, search == 0 ? rng : rng.Fork("search", search));
+    };
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, consensus, options.structures,
+                                            rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
+  }
+  const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
+                                                      rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
+}
+
+}  // namespace
+
+void ClassicalOptions::Bind(OptionsBinder& b) {
+  b.Field("max_iterations", max_iterations, Within(1, 1e7))
+      .Help("minimal sets: exactly so many, at most with stopping: confidence");
+  b.Field("sampling", sampling).Help("what draws minimal sets");
+  consensus.max_iterations = max_iterations;
+  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("structures", structures).Help("whether several models are looked for, and how");
+  b.Require(consensus.max_iterations == max_iterations, "consensus.max_iterations",
+            "nothing; this row's budget is `max_iterations`");
+  b.Require(consensus.min_iterations <= max_iterations, "consensus.min_iterations", "at most `max_iterations`");
+}
+
+ClassicalOptions LoRansacOptions(Task task) {
+  ClassicalOptions options;
+  options.consensus.score = ScoreKind::kMsac;
+  options.consensus.local_optimization = LocalOptimization::kInnerSamples;
+  options.consensus.refit = Refit::kIterated;
+  options.consensus.refit_rounds = 5;
+  options.consensus.refit_threshold_factor = 1.2;
+  options.consensus.final_score = ScoreKind::kMsac;
+  if (DispatchTask(task, []<MinimalModel Model>() { return HasRefine<Model>; }))
+    options.consensus.final_refinement = FinalRefinement::kRefinement;
+  return options;
+}
+
+Estimate ClassicalEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    return EstimateModel<Model>(space, options_, Rng(seed));
+  });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+
+#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
+#include "diffsac/core/options.h"
+#include "diffsac/estimators/robust_estimator.h"
+
+namespace diffsac {
+
+/// Options of the methods that search over minimal sets without learning.
+struct ClassicalOptions {
+  /// Minimal sets, of `structures.search: sequential` for each search: exactly so many with `consensus.stopping:
+  /// budget`, at most so many otherwise (it stands for consensus.max_iterations). The exhaustive method takes every one
+  /// of them, unless there are more than this: then it takes this many random ones, as its report's budget shows.
+  int max_iterations = 1000;
+  bool exhaustive = false;  ///< Set by the method's type, not by a key.
+  /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
+  MinimalSamplerOptions sampling;
+  ConsensusOptions consensus;
+  StructureSearchOptions structures;
+  void Bind(OptionsBinder& b);
+};
+
+/// MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003), and the model's own nonlinear refinement
+/// where it has one: the defaults of the row `lo_ransac`, which those of the others but `ransac` change.
+ClassicalOptions LoRansacOptions(Task task);
+
+/// Sample consensus without learning: the rows `ransac`, `lo_ransac`, `prosac`, `napsac`, `p_napsac`, `gc_ransac`,
+/// `magsac_pp` and `exhaustive`, registered with their defaults in classical.cpp. Throws Error for wrong options.
+class ClassicalEstimator : public RobustEstimator {
+ public:
+  explicit ClassicalEstimator(const ClassicalOptions& options) : options_(options) { CheckOptions(options); }
+  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+
+ private:
+  ClassicalOptions options_;
+};
+
+}  // namespace diffsac

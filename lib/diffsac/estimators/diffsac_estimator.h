@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimators/diffsac_options.h"
+#include "diffsac/estimators/learned_estimator.h"
+
+namespace diffsac {
+
+/// Confidences over the reverse steps, for pictures: entry s holds κ × N values of ĉ_0 after network call s.
+struct ConfidenceSteps {
+  std::vector<double> timesteps;
+  std::vector<std::vector<float>> confidences;
+  int copies = 0;
+};
+
+/// The paper's estimator: κ denoised confidence vectors → top-γ minimal sets → sample consensus → refit.
+///
+/// A prediction's confidences are the final ĉ_0 of the κ copies and then, where the options use them, those of earlier
+/// steps, latest first; its weights are the inlier head's probabilities.
+class DiffsacEstimator : public LearnedEstimator {
+ public:
+  /// threads: of a batch (LibTorch, where it computes the network, uses its own). Throws Error for options that the
+  /// network cannot serve.
+  DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options, int threads);
+  bool GivesProbabilities() const override { return true; }
+
+  /// Runs the reverse process on one problem and keeps every step; nothing for points that cannot be estimated from,
+  /// or where sets are drawn without it.
+  std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
+
+ protected:
+  bool NetworkBatches() const override { return inference_->Batches(); }
+  void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+             std::span<Prediction> predictions) const override;
+  std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override;
+
+ private:
+  std::unique_ptr<MinimalSampler> Copies(const Guidance& guide) const;
+  std::unique_ptr<MinimalSampler> Head(const Guidance& guide, const char* stream) const;
+  std::unique_ptr<MinimalSampler> Extra(const Guidance& guide) const;
+
+  std::shared_ptr<const DiffsacModel> network_;
+  DiffsacOptions options_;
+  std::unique_ptr<DiffsacInference> inference_;
+};
+
+}  // namespace diffsac

@@ -1,0 +1,32 @@
+#include "diffsac/estimators/estimation_priors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace diffsac {
+namespace {
+
+Eigen::Matrix3d GuessedCamera(const ImageSize& size) {
+  Eigen::Matrix3d camera = Eigen::Matrix3d::Identity();
+  camera(0, 0) = camera(1, 1) = kGuessedFocal * std::max(size.width, size.height);
+  camera(0, 2) = 0.5 * (size.width - 1);
+  camera(1, 2) = 0.5 * (size.height - 1);
+  return camera;
+}
+
+}  // namespace
+
+double InlierProbabilityOfRatio(double ratio) { return 0.05 + 0.9 / (1.0 + std::exp((ratio - 0.79) / 0.06)); }
+
+EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOptions& options) {
+  EstimationPriors hints;
+  hints.unit = space.unit();
+  const Problem& problem = space.problem();
+  if (options.camera_prior > 0.0 && problem.size1.known() && problem.size2.known())
+    hints.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
+  if (options.inlier_prior_power > 0.0 && problem.match_ratio.size() == problem.points.rows())
+    hints.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  return hints;
+}
+
+}  // namespace diffsac

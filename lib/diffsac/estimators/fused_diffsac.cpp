@@ -1,0 +1,189 @@
+#include "diffsac/estimators/fused_diffsac.h"
+
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/status.h"
+#include "diffsac/network/confidence_rows.h"
+#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/estimators/point_prior.h"
+
+namespace diffsac {
+namespace {
+
+using Workspace = FusedDenoiser::Workspace;
+
+/// Workspaces that calls leave for those that follow.
+class Workspaces {
+ public:
+  std::unique_ptr<Workspace> Take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<Workspace>();
+    auto work = std::move(free_.back());
+    free_.pop_back();
+    return work;
+  }
+  /// Large ones are given up: one large problem should not hold memory for ever.
+  void GiveBack(std::unique_ptr<Workspace> work) {
+    constexpr std::size_t kMostFloats = std::size_t{1} << 20;
+    if (work->context.capacity() > kMostFloats) return;
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(work));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Workspace>> free_;
+};
+
+class FusedDiffsac : public DiffsacModel {
+ public:
+  FusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options)
+      : learned_(trained.task, options.features), options_(options), schedule_(options.schedule) {
+    SafetensorsFile file = OpenCheckpoint(trained.checkpoint);
+    const FeatureColumns columns(learned_.features.width(), learned_.features.first_preference());
+    denoiser_ = std::make_unique<FusedDenoiser>(options, columns, &file);
+    learned_.facts = trained.facts;
+    learned_.facts.parameters = denoiser_->parameters();
+  }
+
+  const LearnedModel& learned() const override { return learned_; }
+  const NetworkOptions& network_options() const override { return options_; }
+  std::unique_ptr<DiffsacInference> Prepare(const DenoisingOptions& options) const override;
+
+  const NoiseSchedule& schedule() const { return schedule_; }
+  const FusedDenoiser& denoiser() const { return *denoiser_; }
+
+ private:
+  LearnedModel learned_;
+  NetworkOptions options_;
+  NoiseSchedule schedule_;
+  std::unique_ptr<FusedDenoiser> denoiser_;
+};
+
+/// One problem on its way back from noise. Its noise is that of all its points, of which only some may be decoded.
+class Denoising {
+ public:
+  Denoising(const FusedDiffsac& network, const DenoisingOptions& options, std::uint64_t seed, Workspace* work)
+      : network_(network), options_(options), rng_(seed), work_(work), points_(work->points) {
+    const int limit = options.max_decoded_points;
+    if (limit <= 0 || limit >= points_) return;
+    kept_ = LikeliestPoints(Eigen::Map<const Eigen::VectorXf>(work->logits.data(), points_), limit);
+    network.denoiser().Keep(kept_, work);
+  }
+
+  void Run(const ConfidenceSampler& sampler, Denoised* result) {
+    const auto call = [&](const ConfidenceRows& c_t, double t) { return Call(c_t, t); };
+    const auto keep = [&](int, double t, const ConfidenceRows&, const ConfidenceRows& c0) { Keep(t, c0, result); };
+    if (network_.network_options().direct) {
+      result->confidences = OfAllPoints(Direct(result));
+      return;
+    }
+    const ConfidenceRows last = sampler.Sample(
+        call, Noise("c_T", 0), [&](int step) { return Noise("step_noise", step); }, keep);
+    result->confidences = OfAllPoints(last);
+  }
+
+ private:
+  /// ĉ_0 without diffusion: one call on nothing.
+  ConfidenceRows Direct(Denoised* result) {
+    const double last = network_.network_options().schedule.steps - 1;
+    const ConfidenceRows one = Call({Eigen::ArrayXf::Zero(work_->points)}, last, 1);
+    const ConfidenceRows all{one.values.replicate(options_.copies, 1)};
+    Keep(last, all, result);
+    return all;
+  }
+
+  ConfidenceRows Call(const ConfidenceRows& c_t, double t) { return Call(c_t, t, options_.copies); }
+  ConfidenceRows Call(const ConfidenceRows& c_t, double t, int copies) {
+    const bool conditioned = network_.network_options().denoiser.self_conditioning;
+    ConfidenceRows out{Eigen::ArrayXf(c_t.values.size())};
+    network_.denoiser().Denoise(c_t.values.data(), copies, t, previous_.size() > 0 ? previous_.data() : nullptr, work_,
+                                out.values.data());
+    if (network_.network_options().loss == DiffusionLossKind::kBce)
+      network_.denoiser().kernels().confidence(out.values.data(), static_cast<std::size_t>(out.values.size()));
+    if (conditioned) previous_ = out.values;
+    return out;
+  }
+
+  void Keep(double t, const ConfidenceRows& prediction, Denoised* result) const {
+    if (!options_.keep_steps) return;
+    result->steps.push_back(OfAllPoints(prediction));
+    result->times.push_back(t);
+  }
+
+  ConfidenceRows Noise(const char* name, int step) const {
+    const Rng rng = rng_.Fork(name, static_cast<std::uint64_t>(step));
+    ConfidenceRows noise{Eigen::ArrayXf(static_cast<Eigen::Index>(options_.copies) * work_->points)};
+    float* out = noise.values.data();
+    for (int k = 0; k < options_.copies; ++k)
+      for (int i = 0; i < work_->points; ++i)
+        *out++ =
+            static_cast<float>(rng.NormalAt(static_cast<std::uint64_t>(k) * points_ + (kept_.empty() ? i : kept_[i])));
+    return noise;
+  }
+
+  std::vector<float> OfAllPoints(const ConfidenceRows& decoded) const {
+    const float* values = decoded.values.data();
+    if (kept_.empty()) return {values, values + decoded.values.size()};
+    std::vector<float> all(static_cast<std::size_t>(options_.copies) * points_,
+                           -std::numeric_limits<float>::infinity());
+    for (int k = 0; k < options_.copies; ++k)
+      for (const int i : kept_) all[static_cast<std::size_t>(k) * points_ + i] = *values++;
+    return all;
+  }
+
+  const FusedDiffsac& network_;
+  const DenoisingOptions& options_;
+  Rng rng_;
+  Workspace* work_;
+  int points_;
+  std::vector<int> kept_;    ///< Places of the decoded points; empty: all are.
+  Eigen::ArrayXf previous_;  ///< The last ĉ_0, for self-conditioning.
+};
+
+class FusedInference : public DiffsacInference {
+ public:
+  FusedInference(const FusedDiffsac& network, const DenoisingOptions& options)
+      : network_(network), options_(options), sampler_(MakeConfidenceSampler(options.sampler, network.schedule())) {}
+
+  bool Batches() const override { return false; }
+  std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,
+                            int threads) const override {
+    std::vector<Denoised> results(features.size());
+    ParallelFor(static_cast<std::int64_t>(features.size()), threads,
+                [&](std::int64_t b) { results[b] = RunOne(*features[b], seeds[b]); });
+    return results;
+  }
+
+ private:
+  Denoised RunOne(const FeatureSet& features, std::uint64_t seed) const {
+    auto work = workspaces_.Take();
+    network_.denoiser().Encode(features.values.data(), static_cast<int>(features.values.rows()), work.get());
+    Denoised result;
+    result.weights = work->logits;
+    network_.denoiser().kernels().sigmoid(result.weights.data(), result.weights.size());
+    if (options_.copies > 0) Denoising(network_, options_, seed, work.get()).Run(*sampler_, &result);
+    workspaces_.GiveBack(std::move(work));
+    return result;
+  }
+
+  const FusedDiffsac& network_;
+  DenoisingOptions options_;
+  std::unique_ptr<ConfidenceSampler> sampler_;
+  mutable Workspaces workspaces_;
+};
+
+std::unique_ptr<DiffsacInference> FusedDiffsac::Prepare(const DenoisingOptions& options) const {
+  return std::make_unique<FusedInference>(*this, options);
+}
+
+}  // namespace
+
+std::shared_ptr<const DiffsacModel> LoadFusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options) {
+  return std::make_shared<FusedDiffsac>(trained, options);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "diffsac/network/fused_denoiser.h"
+#include "diffsac/estimators/diffsac_model.h"
+
+namespace diffsac {
+
+/// The network of a checkpoint in plain C++, for architectures that FusedDenoiser has. Throws Error naming the file.
+std::shared_ptr<const DiffsacModel> LoadFusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options);
+
+}  // namespace diffsac

@@ -1,0 +1,225 @@
+#include "diffsac/estimators/learned_estimator.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/status.h"
+#include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimators/point_rows.h"
+#include "diffsac/estimators/task_dispatch.h"
+
+namespace diffsac {
+namespace {
+
+PointFeatures FeaturesOf(const LearnedModel& network, int preference_draws) {
+  auto options = network.feature_options;
+  if (preference_draws > 0) options.preference_draws = preference_draws;
+  return PointFeatures(options, network.task);
+}
+
+/// What was said of some of `count` points.
+Prediction RowsOf(const Prediction& whole, const std::vector<int>& rows, Eigen::Index count) {
+  Prediction part;
+  if (!whole.weights.empty())
+    for (const int i : rows) part.weights.push_back(whole.weights[i]);
+  for (std::size_t first = 0; first < whole.confidences.size(); first += static_cast<std::size_t>(count))
+    for (const int i : rows) part.confidences.push_back(whole.confidences[first + static_cast<std::size_t>(i)]);
+  return part;
+}
+
+}  // namespace
+
+Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source) {
+  const Eigen::VectorXd network =
+      Eigen::Map<const Eigen::VectorXf>(of_network.data(), static_cast<Eigen::Index>(of_network.size())).cast<double>();
+  if (problem.match_ratio.size() != problem.points.rows() || source == PriorSource::kNetwork) return network;
+  const Eigen::VectorXd of_ratio = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  if (source == PriorSource::kRatio) return of_ratio;
+  return (of_ratio.array() * network.array()).sqrt();
+}
+
+void LearnedOptions::BindShared(OptionsBinder& b) {
+  b.Field("feature_hypotheses", feature_hypotheses)
+      .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
+  b.Field("preference_draws", preference_draws, Within(0, 1e5))
+      .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
+  b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
+  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("structures", structures).Help("whether several models are looked for, and how");
+  b.Field("inlier_prior_of", inlier_prior_of)
+      .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
+      .Help("whose probabilities weigh the points in scores; both: their geometric mean");
+}
+
+LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads)
+    : network_(std::move(network)),
+      options_(options),
+      threads_(threads),
+      model_(ModelFromString(network_->task, options_.model)),
+      features_(FeaturesOf(*network_, options_.preference_draws)) {}
+
+Estimate LearnedEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
+  return EstimateOne(problem, seed);
+}
+
+Estimate LearnedEstimator::EstimateOne(const Problem& problem, std::uint64_t seed) const {
+  const auto start = EstimatorClock::now();
+  const SolverSpace space(problem);
+  Estimate estimate;
+  estimate.status = Check(space);
+  if (estimate.status != Status::kOk) return estimate;
+  const Timed timed = PredictTimed({&space, 1}, {&seed, 1});
+  estimate = EstimateFrom(space, timed.predictions.front(), seed);
+  estimate.report.ms_features = timed.ms_features;
+  estimate.report.ms_network = timed.ms_network;
+  estimate.report.ms_total = MillisecondsSince(start);
+  return estimate;
+}
+
+std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const Problem* const> problems,
+                                                              std::span<const std::uint64_t> seeds) const {
+  const auto start = EstimatorClock::now();
+  std::vector<Estimate> estimates(problems.size());
+  if (!NetworkBatches()) {
+    ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
+                [&](std::int64_t i) { estimates[i] = EstimateOne(*problems[i], seeds[i]); });
+    return estimates;
+  }
+  std::vector<SolverSpace> spaces;
+  std::vector<std::uint64_t> fit_seeds;
+  std::vector<std::size_t> places;  // of those that can be estimated from
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    SolverSpace space(*problems[i]);
+    estimates[i].status = Check(space);
+    if (estimates[i].status != Status::kOk) continue;
+    spaces.push_back(std::move(space));
+    fit_seeds.push_back(seeds[i]);
+    places.push_back(i);
+  }
+  if (places.empty()) return estimates;
+  const Timed timed = PredictTimed(spaces, fit_seeds);
+  ParallelFor(static_cast<std::int64_t>(places.size()), threads_, [&](std::int64_t b) {
+    estimates[places[b]] = EstimateFrom(spaces[b], timed.predictions[b], fit_seeds[b]);
+  });
+  const double share = 1.0 / static_cast<double>(places.size());  // times of a batch are shared equally
+  const double ms_total = MillisecondsSince(start);
+  for (const std::size_t place : places) {
+    auto& report = estimates[place].report;
+    report.ms_features = timed.ms_features * share;
+    report.ms_network = timed.ms_network * share;
+    report.ms_total = ms_total * share;
+  }
+  return estimates;
+}
+
+std::vector<FeatureSet> LearnedEstimator::ComputeFeatures(std::span<const SolverSpace> spaces,
+                                                       std::span<const std::uint64_t> seeds) const {
+  std::vector<FeatureSet> sets(spaces.size());
+  ParallelFor(static_cast<std::int64_t>(spaces.size()), threads_,
+              [&](std::int64_t b) { sets[b] = features_.Compute(spaces[b], Rng(seeds[b]).Fork("features")); });
+  return sets;
+}
+
+LearnedEstimator::Timed LearnedEstimator::PredictTimed(std::span<const SolverSpace> spaces,
+                                                 std::span<const std::uint64_t> seeds) const {
+  Timed timed;
+  const auto start = EstimatorClock::now();
+  auto sets = ComputeFeatures(spaces, seeds);
+  timed.ms_features = MillisecondsSince(start);
+
+  const auto network_start = EstimatorClock::now();
+  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
+  const std::size_t part = network_->problems_a_call > 0 ? network_->problems_a_call : spaces.size();
+  const std::span<Prediction> predictions(timed.predictions);
+  ParallelFor(static_cast<std::int64_t>((spaces.size() + part - 1) / part), threads_, [&](std::int64_t p) {
+    const std::size_t begin = part * static_cast<std::size_t>(p), count = std::min(part, spaces.size() - begin);
+    Infer(spaces.subspan(begin, count), seeds.subspan(begin, count), predictions.subspan(begin, count));
+  });
+  timed.ms_network = MillisecondsSince(network_start);
+  return timed;
+}
+
+std::vector<Prediction> LearnedEstimator::Predict(std::span<const SolverSpace> spaces,
+                                               std::span<const std::uint64_t> seeds) const {
+  return PredictTimed(spaces, seeds).predictions;
+}
+
+EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Prediction& prediction) const {
+  EstimationPriors hints = PriorsOfProblem(space, options_.consensus);
+  if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
+    hints.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
+  if (options_.feature_hypotheses) hints.models = prediction.features.models;
+  if (options_.weighted_fit)
+    hints.fit_weights =
+        Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
+  return hints;
+}
+
+std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidance& whole,
+                                                                  const std::vector<int>& rows) const {
+  /// A source with what it may borrow.
+  class SamplerOfPart : public MinimalSampler {
+   public:
+    SamplerOfPart(const Guidance& whole, const std::vector<int>& rows)
+        : points_(whole.space, rows), prediction_(RowsOf(whole.prediction, rows, whole.space.points().rows())) {}
+    void Make(const LearnedEstimator& method, const Guidance& whole) {
+      source_ = method.MakeSampler({points_.space(), prediction_, whole.set_size, whole.rng});
+    }
+    bool Next(std::span<int> set) override { return source_->Next(set); }
+
+   private:
+    PointRows points_;
+    Prediction prediction_;
+    std::unique_ptr<MinimalSampler> source_;
+  };
+  auto source = std::make_unique<SamplerOfPart>(whole, rows);
+  source->Make(*this, whole);
+  return source;
+}
+
+template <MinimalModel Model>
+Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction,
+                                           const Rng& rng) const {
+  const EstimationPriors hints = PriorsOf(space, prediction);
+  if (options_.structures.Several()) {
+    const auto source_of = [&](const std::vector<int>& rows, int search) {
+      return MakeSamplerOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
+                              rows);
+    };
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, options_.consensus,
+                                            options_.structures, rng.Fork("consensus"), hints));
+  }
+  const auto source = MakeSampler({space, prediction, Model::kMinimalSize, rng});
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, options_.consensus,
+                                                      rng.Fork("consensus"), hints));
+}
+
+Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,
+                                              std::uint64_t seed) const {
+  const auto start = EstimatorClock::now();
+  const Rng rng(seed);
+  Estimate estimate =
+      DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
+  estimate.report.hypotheses += prediction.features.hypotheses;
+  estimate.inlier_probabilities = prediction.weights;
+  estimate.report.ms_consensus = MillisecondsSince(start);
+  return estimate;
+}
+
+void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
+  for (const RowKey& key : keys) {
+    if (key.acts || !row.Has(key.key)) continue;
+    if (key.neutral != nullptr && row.Text(key.key) == key.neutral) continue;
+    throw Error(row.Where(key.key) + ": changes nothing in this row: " + key.reason);
+  }
+}
+
+void CheckSharedKeys(const Config& row, const LearnedModel& network) {
+  const bool preference = network.feature_options.Has(PointFeature::kPreference);
+  const char* features = "the network sees no preference features";
+  CheckRowKeys(
+      row, {{"feature_hypotheses", preference, features, "false"}, {"preference_draws", preference, features, "0"}});
+}
+
+}  // namespace diffsac

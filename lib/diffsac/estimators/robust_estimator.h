@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/problem/problem.h"
+
+namespace diffsac {
+
+/// What an estimate cost. Every model that was solved or scored counts, local optimisation and features included.
+struct EstimateReport {
+  int hypotheses = 0;
+  int unique_minimal_sets = 0;
+  double ms_features = 0.0;
+  double ms_network = 0.0;
+  double ms_consensus = 0.0;
+  double ms_total = 0.0;
+  std::int64_t draws = 0;  ///< Minimal sets drawn; 0 for methods that do not tell.
+};
+
+/// The result of one robust estimator on one problem.
+struct Estimate {
+  Status status = Status::kNoModel;
+  ModelParameters model;              ///< Empty unless status is ok.
+  std::vector<std::uint8_t> inliers;  ///< N values: residual <= inlier_threshold under `model`.
+  /// Of these, in the data's unit: the problem's, or less where a method finds the noise itself.
+  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();
+  /// log10 of the number of models that chance would give with as many inliers (LogFalseAlarmsOf; of several
+  /// structures: as those of the first); NaN without a model.
+  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();
+  double score = 0.0;  ///< Of the score that chose the model.
+  /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
+  double noise_scale = std::numeric_limits<double>::quiet_NaN();
+  /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
+  /// proportion to that (`ng_ransac`, `clnet`); empty: none.
+  std::vector<float> inlier_probabilities;
+  /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none
+  /// or do not tell.
+  std::vector<std::vector<int>> minimal_sets;
+  /// Of estimators that look for several structures, the models that were found, that of most points first, which is `model`
+  /// too; `inliers` are those of any of them. Empty for others, and where nothing was found.
+  std::vector<ModelParameters> structures;
+  /// The points' assignment to `structures`, N values: 0 for a point of none of them, k ≥ 1 for one of structures[k − 1].
+  std::vector<std::int32_t> assignment;
+  EstimateReport report;
+  /// Whether points without any structure would give a model like this: it is better not relied upon.
+  bool MayBeChance() const { return log_false_alarms > 0.0; }
+};
+
+/// What a learned estimator's network was made by.
+struct TrainingFacts {
+  std::int64_t parameters = 0;
+  std::int64_t samples = 0;      ///< Problems that these weights were trained on: steps times the batch.
+  std::int64_t run_samples = 0;  ///< The same of the whole run, of which they are the best.
+  std::string start;             ///< The network that the run began with, by its folder's name; empty: none.
+};
+
+/// Estimates models from points that are only partly right. Thread-safe: `Run` is const and all randomness comes from
+/// `seed`.
+class RobustEstimator {
+ public:
+  virtual ~RobustEstimator() = default;
+  /// Never throws for bad data; the status says what was wrong.
+  Estimate Run(const Problem& problem, std::uint64_t seed) const;
+  /// Same results as one by one (bit for bit, or within the stated tolerance for a network's outputs).
+  std::vector<Estimate> RunBatch(std::span<const Problem* const> problems,
+                                               std::span<const std::uint64_t> seeds) const;
+  /// Problems that a batch should hold; 1 when batching brings nothing.
+  virtual int PreferredBatch() const { return 1; }
+  /// Whether `inlier_probabilities` mean what they say, rather than be only in proportion to it.
+  virtual bool GivesProbabilities() const { return false; }
+  /// Nothing for estimators that don't learn.
+  virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
+
+ private:
+  virtual Estimate DoRun(const Problem& problem, std::uint64_t seed) const = 0;
+  /// By default one by one.
+  virtual std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
+                                                         std::span<const std::uint64_t> seeds) const;
+};
+
+}  // namespace diffsac

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <chrono>
+#include <utility>
+
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structures.h"
+#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/estimators/robust_estimator.h"
+
+namespace diffsac {
+
+using EstimatorClock = std::chrono::steady_clock;
+
+inline double MillisecondsSince(EstimatorClock::time_point start) {
+  return std::chrono::duration<double, std::milli>(EstimatorClock::now() - start).count();
+}
+
+/// The estimate of a row that does all its work in the consensus stage, with its time: DispatchTask of a body that is
+/// called with the problem's SolverSpace and returns an Estimate. Points that cannot be estimated from do not reach it.
+template <class Body>
+Estimate TimedEstimate(const Problem& problem, const Body& body) {
+  const auto start = EstimatorClock::now();
+  const SolverSpace space(problem);
+  Estimate estimate;
+  estimate.status = CheckSpace(space, {problem.task});
+  if (estimate.status == Status::kOk)
+    estimate = DispatchTask(problem.task, [&]<MinimalModel Model>() { return body.template operator()<Model>(space); });
+  estimate.report.ms_consensus = estimate.report.ms_total = MillisecondsSince(start);
+  return estimate;
+}
+
+/// What consensus found in the problem's space, without times.
+inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
+  Estimate estimate;
+  estimate.status = result.status;
+  estimate.model = std::move(result.model);
+  estimate.inliers = std::move(result.inliers);
+  estimate.score = result.score;
+  estimate.inlier_threshold = space.unit() * result.inlier_threshold;
+  estimate.noise_scale = space.unit() * result.noise_scale;
+  estimate.minimal_sets = std::move(result.first_sets);
+  estimate.report.hypotheses = result.hypotheses;
+  estimate.report.unique_minimal_sets = result.unique_minimal_sets;
+  estimate.report.draws = result.iterations;
+  return estimate;
+}
+
+/// The same of several structures; `score` is the number of points that they explain.
+inline Estimate EstimateOf(StructuresResult found) {
+  Estimate estimate;
+  estimate.status = found.status;
+  estimate.minimal_sets = std::move(found.first_sets);
+  estimate.report.hypotheses = found.hypotheses;
+  estimate.report.unique_minimal_sets = found.unique_minimal_sets;
+  estimate.report.draws = found.iterations;
+  if (found.status != Status::kOk) return estimate;
+  estimate.model = found.models.front();
+  for (const std::int32_t label : found.assignment) {
+    estimate.inliers.push_back(label > 0);
+    estimate.score += label > 0;
+  }
+  estimate.structures = std::move(found.models);
+  estimate.assignment = std::move(found.assignment);
+  return estimate;
+}
+
+/// Makes *estimate a success with `model`: its inliers at the threshold, their number as the score.
+template <MinimalModel Model>
+void AcceptModel(const SolverSpace& space, const typename Model::Parameters& model, Estimate* estimate) {
+  estimate->status = Status::kOk;
+  estimate->model = model;
+  estimate->inliers = InlierMask<Model>(space.points(), model, space.threshold());
+  estimate->score = 0.0;
+  for (std::uint8_t inlier : estimate->inliers) estimate->score += inlier;
+}
+
+}  // namespace diffsac

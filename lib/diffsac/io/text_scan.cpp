@@ -1,0 +1,36 @@
+#include "diffsac/io/text_scan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+namespace diffsac {
+
+bool ParseNumber(std::string_view word, double* value) {
+  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), *value);
+  return !word.empty() && result.ec == std::errc() && result.ptr == word.data() + word.size();
+}
+
+std::vector<std::string_view> SplitWords(std::string_view line, std::string_view separators) {
+  std::vector<std::string_view> words;
+  for (;;) {
+    const std::size_t start = line.find_first_not_of(separators);
+    if (start == std::string_view::npos) return words;
+    line.remove_prefix(start);
+    const std::size_t end = std::min(line.find_first_of(separators), line.size());
+    words.push_back(line.substr(0, end));
+    line.remove_prefix(end);
+  }
+}
+
+bool TakeLine(std::string_view* text, std::string_view* line) {
+  if (text->empty()) return false;
+  const std::size_t end = std::min(text->find('\n'), text->size());
+  *line = text->substr(0, end);
+  text->remove_prefix(std::min(end + 1, text->size()));
+  if (line->ends_with('\r')) line->remove_suffix(1);
+  return true;
+}
+
+}  // namespace diffsac

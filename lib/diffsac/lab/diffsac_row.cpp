@@ -1,0 +1,20 @@
+#include <memory>
+
+#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/registered_learned_estimator.h"
+
+namespace diffsac {
+namespace {
+
+std::shared_ptr<const DiffsacModel> Load(const TrainedConfig& trained, const DiffsacOptions& options,
+                                         const EstimatorContext& context) {
+  return LoadDiffsac(trained, options.engine, context.device);
+}
+
+const RegisteredLearnedEstimator<DiffsacEstimator, DiffsacOptions, DiffsacModel> kDiffsac(
+    "diffsac", "Minimal sets guided by confidences that a diffusion process draws.", DiffsacOptions(), Load);
+
+}  // namespace
+
+}  // namespace diffsac

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/core/registry.h"
+#include "diffsac/core/typed_options.h"
+#include "diffsac/lab/make_estimator.h"
+
+namespace diffsac {
+
+/// Calls `defaults`, whose Error says of a task that the row does not estimate it; with the place of the row's type.
+template <class Defaults>
+auto DefaultsAt(const Config& row, const Defaults& defaults) {
+  try {
+    return defaults();
+  } catch (const Error& error) {
+    throw Error(row.Where("type") + ": " + error.what());
+  }
+}
+
+/// A type of row. It is registered at the end of the file that estimates; see RegisteredEstimator, and
+/// lab/registered_learned_estimator.h for rows with a network.
+struct EstimatorEntry {
+  static constexpr const char* kKind = "method type";
+  std::string help;  ///< One line for the documentation.
+  /// All throw Error for a task that it does not estimate; the first two for wrong options, with file, line and key.
+  std::function<std::unique_ptr<RobustEstimator>(const Config&, Task, const EstimatorContext&)> make;
+  std::function<std::string(const Config&, Task, const EstimatorContext&)> resolve;  ///< Every key as YAML.
+  std::function<std::vector<OptionDescription>(Task)> describe;
+  std::type_index options = typeid(void);
+};
+
+/// A row that does not learn:
+/// ```
+/// const RegisteredEstimator<TheilSenOptions> kTheilSen(
+///     "theil_sen", "The median of ...", [](Task task) { ...; return TheilSenOptions(); },
+///     [](const TheilSenOptions& options) { return std::make_unique<TheilSenEstimator>(options); });
+/// ```
+/// defaults: of a task; throws Error for one that it does not estimate. make: called with what was read.
+template <class Options>
+struct RegisteredEstimator : Registered<EstimatorEntry> {
+  using Defaults = std::function<Options(Task)>;
+  using Make = std::function<std::unique_ptr<RobustEstimator>(const Options&)>;
+  RegisteredEstimator(const std::string& type, const std::string& help, Defaults defaults, Make make)
+      : Registered<EstimatorEntry>(type, EntryOf(type, help, std::move(defaults), std::move(make))) {}
+
+ private:
+  static EstimatorEntry EntryOf(const std::string& type, const std::string& help, Defaults defaults, Make make) {
+    const auto read = [type, defaults](const Config& config, Task task) {
+      return ReadOptions(config, TypedOptions<Options>{type, DefaultsAt(config, [&] { return defaults(task); })});
+    };
+    EstimatorEntry entry;
+    entry.help = help;
+    entry.make = [read, make = std::move(make)](const Config& config, Task task, const EstimatorContext&) {
+      return make(read(config, task).options);
+    };
+    entry.resolve = [read](const Config& config, Task task, const EstimatorContext&) {
+      return WriteOptions(read(config, task));
+    };
+    entry.describe = [defaults](Task task) { return DescribeOptions(defaults(task)); };
+    entry.options = typeid(Options);
+    return entry;
+  }
+};
+
+}  // namespace diffsac

@@ -1,0 +1,72 @@
+#include "diffsac/problem/absolute_pose_task.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/problem/coordinates.h"
+#include "diffsac/geometry/pose.h"
+
+namespace diffsac {
+namespace {
+
+Eigen::Vector3d CentreOf(const AbsolutePose::Parameters& pose) {
+  return -RotationOf(pose).transpose() * TranslationOf(pose);
+}
+
+}  // namespace
+
+bool AbsolutePoseTask::Accepts(const Problem& problem) {
+  if (!problem.cameras) return false;
+  const Eigen::Matrix3d& k = problem.cameras->K1;
+  return k.allFinite() && k(0, 0) > 0.0 && k(1, 1) > 0.0 && k.determinant() != 0.0;
+}
+
+PointMatrix AbsolutePoseTask::Normalize(const Problem& problem, double* unit) {
+  const Eigen::Matrix3d& k = problem.cameras->K1;
+  const Eigen::Matrix3d inverse = k.inverse();
+  *unit = 0.5 * (k(0, 0) + k(1, 1));
+  PointMatrix points = problem.points;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d ray = inverse * Eigen::Vector3d(points(i, 3), points(i, 4), 1.0);
+    points(i, 3) = ray[0] / ray[2];
+    points(i, 4) = ray[1] / ray[2];
+  }
+  return points;
+}
+
+PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
+  PointMatrix coordinates = space.points();
+  coordinates.leftCols(3) = CentredCoordinates(coordinates.leftCols(3));
+  return coordinates;
+}
+
+std::vector<std::uint8_t> AbsolutePoseTask::InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose) {
+  const SolverSpace space(problem);
+  return InlierMask<AbsolutePose>(space.points(), pose, space.threshold());
+}
+
+EstimateError AbsolutePoseTask::Error(const ModelParameters* model, const std::vector<std::uint8_t>&,
+                                      const Example& example) {
+  EstimateError error;
+  error.failed = model == nullptr;
+  if (example.truth.model.size() != AbsolutePose::Parameters::SizeAtCompileTime) return error;
+  const AbsolutePose::Parameters truth = example.truth.model;
+  error.rotation_deg = kWorstRotationDeg;
+  error.translation_deg = kWorstTranslationDeg;
+  error.offset = std::numeric_limits<double>::infinity();
+  if (!error.failed) {
+    const AbsolutePose::Parameters pose = *model;
+    const Eigen::Vector3d middle = example.problem.points.leftCols(3).colwise().mean().transpose();
+    error.rotation_deg = RotationAngleDegrees(RotationOf(pose), RotationOf(truth));
+    error.offset = (CentreOf(pose) - CentreOf(truth)).norm();
+    error.translation_deg = std::atan2(error.offset, (CentreOf(truth) - middle).norm()) * 180.0 / std::numbers::pi;
+  }
+  error.angle_deg = std::max(error.rotation_deg, error.translation_deg);
+  return error;
+}
+
+}  // namespace diffsac

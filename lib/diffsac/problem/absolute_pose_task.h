@@ -1,0 +1,37 @@
+#pragma once
+
+#include "diffsac/problem/chance_share.h"
+#include "diffsac/problem/task_description.h"
+#include "diffsac/geometry/absolute_pose.h"
+
+namespace diffsac {
+
+template <>
+inline constexpr const char* kModelName<AbsolutePose> = "absolute_pose";
+
+/// The pose of one image in a known scene. Points are X Y Z u v: a point of the scene and its image in pixels, without
+/// lens distortion; cameras->K1 is the calibration; the inlier threshold is in pixels. Solved in normalised
+/// coordinates, K⁻¹ (u, v, 1).
+struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
+  static bool Accepts(const Problem& problem);
+  static PointMatrix Normalize(const Problem& problem, double* unit);
+  /// The scene about its median by its spread, and the normalised image.
+  static PointMatrix FeatureCoordinates(const SolverSpace& space);
+  static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
+                                         const Problem&) {
+    return RigidMotion{RotationOf(model), TranslationOf(model)};
+  }
+  static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return DiscShare(ImageExtent(problem.size1, ImagePoints(problem)), threshold);
+  }
+  /// rotation_deg; offset, the distance of the camera's centre from the true one, in the scene's unit; translation_deg,
+  /// the angle under which the middle of the scene's points sees that distance; angle_deg, the larger of the two
+  /// angles. A failure is 180°, 90° and infinite.
+  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
+                             const Example& example);
+  /// N values: 1 for points within the inlier threshold under this pose.
+  static std::vector<std::uint8_t> InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose);
+};
+
+}  // namespace diffsac

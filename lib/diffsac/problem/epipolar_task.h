@@ -1,0 +1,52 @@
+#pragma once
+
+#include "diffsac/problem/chance_share.h"
+#include "diffsac/problem/two_view_task.h"
+
+namespace diffsac {
+
+/// The error of the pose that E chooses with the estimate's inliers by cheirality, E null for a failure. Both errors as
+/// in the CVPR 2020 RANSAC tutorial: the translation's sign does not count, a pose that cannot be chosen (fewer than 5
+/// inliers, none before both cameras) is a failure of 180° and 90°. Where the true translation is zero its error is 0.
+EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const std::vector<std::uint8_t>& inliers,
+                                const Example& example);
+
+/// The pose that E chooses with the inliers by cheirality, in a problem with cameras; nothing with fewer than 5
+/// inliers, or where none is before both cameras.
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const std::vector<std::uint8_t>& inliers,
+                                        const Problem& problem);
+
+/// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
+EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
+
+/// What fundamental and essential matrices share. `Description` adds
+///   EssentialOf(model, cameras)   E of a model, for its poses
+template <class Description, class Own, class... Others>
+struct EpipolarTask : TwoViewTask<Own, Others...> {
+  /// Of the pose where it and the calibration are known, else of the true inliers where these are (of labels, say).
+  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
+                             const Example& example) {
+    const Problem& problem = example.problem;
+    if (example.truth.pose && problem.cameras) {
+      if (model == nullptr) return EpipolarPoseError(nullptr, inliers, example);
+      const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(*model), *problem.cameras);
+      return EpipolarPoseError(&essential, inliers, example);
+    }
+    if (model == nullptr) return EpipolarInlierError(nullptr, example);
+    const Matrix3Parameters fundamental = Description::PixelModel(*model, problem);
+    return EpipolarInlierError(&fundamental, example);
+  }
+  static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                         const Problem& problem) {
+    if (!problem.cameras) return std::nullopt;
+    return EpipolarPose(Description::EssentialOf(ModelMatrix(model), *problem.cameras), inliers, problem);
+  }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return EpipolarBandShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
+  }
+  static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
+    return EpipolarEquations(space.points(), truth);
+  }
+};
+
+}  // namespace diffsac

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "diffsac/problem/epipolar_task.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/pose.h"
+
+namespace diffsac {
+
+template <>
+inline constexpr const char* kModelName<Essential> = "essential";
+
+/// Two calibrated views, solved in normalised coordinates, K⁻¹ times pixels.
+struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
+  static const std::optional<Eigen::Matrix3d>& TrueMatrix(const GroundTruth& truth) { return truth.essential; }
+  /// A calibration, whose matrices are finite and can be inverted, of positive focal length.
+  static bool Accepts(const Problem& problem);
+  static PointMatrix Normalize(const Problem& problem, double* unit) {
+    *unit = problem.cameras->MeanFocal();
+    return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);
+  }
+  static PointMatrix FeatureCoordinates(const SolverSpace& space) {
+    return space.is_normalized() ? space.points() : MatchCoordinates(space.problem());
+  }
+  static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair&) { return model; }
+  static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
+    if (!problem.cameras) return model;
+    return AsParameters(FundamentalFromEssential(ModelMatrix(model), problem.cameras->K1, problem.cameras->K2));
+  }
+};
+
+}  // namespace diffsac

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/problem/problem.h"
+#include "diffsac/geometry/rigid_motion.h"
+
+namespace diffsac {
+
+/// E = [t]× R.
+Eigen::Matrix3d EssentialFromMotion(const RigidMotion& motion);
+
+/// The motion without its length: t of unit length (zero stays zero).
+RelativePose PoseOf(const RigidMotion& motion);
+
+/// Fills E and F of a pair of images from what is there: E from the motion or from F and the calibration, F from E and
+/// the calibration. What is already known stays.
+void CompleteTruth(const Problem& problem, GroundTruth* truth);
+
+/// The distance in pixels of each correspondence from what the source knows: the transfer error |H x1 − x2| where a
+/// homography is known, else the Sampson distance to F; empty when neither is known. Infinite where it is not a number.
+Eigen::VectorXd TruthDistances(const Problem& problem, const GroundTruth& truth);
+
+/// Makes the pair a problem of `task`: model and pose from what the source knows, true inliers from its labels or,
+/// without labels, from TruthDistances and the threshold (ε, pixels). What is not known stays empty.
+void SetTask(Task task, double inlier_threshold_px, Example* pair);
+
+}  // namespace diffsac

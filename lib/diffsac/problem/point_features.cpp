@@ -1,0 +1,171 @@
+#include "diffsac/problem/point_features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/core/status.h"
+#include "diffsac/problem/coordinates.h"
+#include "diffsac/problem/neighborhood_features.h"
+#include "diffsac/problem/preference_features.h"
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+namespace {
+
+using FeatureMatrix = decltype(FeatureSet::values);
+
+// Mean and spread of matching ratios over all mutual matches of real pairs (docs/generators.md).
+constexpr double kRatioMean = 0.7, kRatioSpread = 0.25;
+
+// Each image's descriptor with unit root mean square; one of zeros stays.
+void WriteDescriptors(const Problem& problem, int size, int first, FeatureMatrix* values) {
+  if (problem.descriptors.rows() != problem.points.rows() || problem.descriptors.cols() != 2 * size)
+    throw Error("features: coordinates_descriptors needs " + std::to_string(2 * size) +
+                " descriptor values a match, the data has " + std::to_string(problem.descriptors.cols()) +
+                (problem.descriptors.size() == 0 ? " (descriptors.h5, read with 'descriptors: true')" : ""));
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i)
+    for (int image = 0; image < 2; ++image) {
+      const auto descriptor = problem.descriptors.row(i).segment(image * size, size);
+      const float norm = descriptor.norm();
+      const float scale = norm > 0.0f ? std::sqrt(static_cast<float>(size)) / norm : 0.0f;
+      values->row(i).segment(first + image * size, size) = scale * descriptor;
+    }
+}
+
+// Which columns the kinds ask for, in their fixed order.
+struct Columns {
+  bool coordinates, ratio, neighborhood, descriptors, preference;
+};
+
+Columns ColumnsOf(const PointFeaturesOptions& options) {
+  const bool ratio = options.Has(PointFeature::kRatio), descriptors = options.Has(PointFeature::kDescriptors);
+  return {options.Has(PointFeature::kCoordinates) || ratio || descriptors, ratio,
+          options.Has(PointFeature::kNeighborhood), descriptors, options.Has(PointFeature::kPreference)};
+}
+
+}  // namespace
+
+void PointFeaturesOptions::Bind(OptionsBinder& b) {
+  b.Field("kinds", kinds)
+      .Help(
+          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
+          "descriptors are for two views");
+  const bool descriptors = Has(PointFeature::kDescriptors), preference = Has(PointFeature::kPreference);
+  b.Field("use_calibration", use_calibration)
+      .OnlyIf(kinds != std::vector{PointFeature::kPreference}, "other kinds than [preference]")
+      .Help("two views: coordinates of the calibrated camera where it is known; else by the images' sizes");
+  b.Field("descriptor_size", descriptor_size, Within(1, 4096))
+      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
+      .Help("values of one descriptor (128 for SIFT: the paper's 260 columns)");
+  b.Field("descriptors_required", descriptors_required)
+      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
+      .Help("a problem without descriptors is an error; else its columns are 0");
+  b.Field("preference_draws", preference_draws, Within(1, 1e5))
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("minimal sets that are drawn");
+  b.Field("preference_kept", preference_kept, Within(1, 4096))
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("how many of the best-scored are kept as columns");
+  b.Field("preference_from", preference_from)
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help("`uniform`: random sets; `napsac`: a point and its neighbours, for structures that lie apart");
+  b.Field("preference_choice", preference_choice)
+      .OnlyIf(preference, "kinds: [preference]")
+      .Help(
+          "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
+          "structure takes all columns");
+  b.Require(!kinds.empty(), "kinds",
+            "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
+}
+
+bool PointFeaturesOptions::Has(PointFeature kind) const {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {
+  const Columns columns = ColumnsOf(options_);
+  if (!IsTwoView(task) && (columns.ratio || columns.neighborhood || columns.descriptors))
+    throw Error(
+        "features: coordinates_ratio, neighborhood and coordinates_descriptors are for two views, not for task " +
+        ToString(task));
+  if (!IsTwoView(task) && !options_.use_calibration)
+    throw Error("features: use_calibration is for two views, not for task " + ToString(task));
+}
+
+int PointFeatures::width() const {
+  const Columns columns = ColumnsOf(options_);
+  return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0) +
+         (columns.neighborhood ? kNeighborhoodColumns : 0) + (columns.descriptors ? 2 * options_.descriptor_size : 0) +
+         (columns.preference ? kColumnsPerHypothesis * options_.preference_kept : 0);
+}
+
+int PointFeatures::first_descriptor() const {
+  const Columns columns = ColumnsOf(options_);
+  if (!columns.descriptors) return -1;
+  return PointDimension(task_) + (columns.ratio ? 1 : 0) + (columns.neighborhood ? kNeighborhoodColumns : 0);
+}
+
+int PointFeatures::first_neighborhood() const {
+  const Columns columns = ColumnsOf(options_);
+  if (!columns.neighborhood) return -1;
+  return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0);
+}
+
+int PointFeatures::first_preference() const {
+  return options_.Has(PointFeature::kPreference) ? width() - kColumnsPerHypothesis * options_.preference_kept : -1;
+}
+
+FeatureSet PointFeatures::Compute(const SolverSpace& space, Rng rng) const {
+  const Problem& problem = space.problem();
+  std::vector<int> sets;
+  if (ColumnsOf(options_).preference && problem.points.rows() >= MinimalSetSize(task_)) {
+    MinimalSamplerOptions draws;
+    if (options_.preference_from == PreferenceDraws::kNapsac) draws.sampler = MinimalSamplerKind::kNapsac;
+    const auto source = MakeMinimalSampler(draws, space.points(), MinimalSetSize(task_), rng.Fork("preference"));
+    sets = DrawSets(*source, MinimalSetSize(task_), options_.preference_draws);
+  }
+  return ComputeFromSets(space, sets);
+}
+
+FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::vector<int>& sets) const {
+  const Problem& problem = space.problem();
+  const Columns columns = ColumnsOf(options_);
+  FeatureSet features;
+  features.values.resize(problem.points.rows(), width());
+  if (problem.points.rows() == 0) return features;
+  int column = 0;
+  PointMatrix coordinates;
+  if (columns.coordinates || columns.neighborhood)
+    coordinates =
+        options_.use_calibration
+            ? DispatchDescription(task_, [&]<class Description>() { return Description::FeatureCoordinates(space); })
+            : MatchCoordinates(problem, false);
+  if (columns.coordinates) {
+    features.values.leftCols(coordinates.cols()) = coordinates.cast<float>();
+    column += PointDimension(task_);
+  }
+  if (columns.ratio) {
+    const bool known = problem.match_ratio.size() == problem.points.rows();
+    features.values.col(column).setZero();
+    if (known) features.values.col(column) = ((problem.match_ratio.array() - kRatioMean) / kRatioSpread).cast<float>();
+    ++column;
+  }
+  if (columns.neighborhood) {
+    features.values.middleCols(column, kNeighborhoodColumns) = NeighborhoodFeatures(coordinates, problem.match_ratio);
+    column += kNeighborhoodColumns;
+  }
+  if (columns.descriptors) {
+    if (!options_.descriptors_required && problem.descriptors.size() == 0)
+      features.values.middleCols(column, 2 * options_.descriptor_size).setZero();
+    else
+      WriteDescriptors(problem, options_.descriptor_size, column, &features.values);
+    column += 2 * options_.descriptor_size;
+  }
+  if (columns.preference)
+    AddPreference(space, sets, {options_.preference_kept, options_.preference_choice}, column, &features);
+  return features;
+}
+
+}  // namespace diffsac

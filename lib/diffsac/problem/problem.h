@@ -1,0 +1,129 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/problem/image_pair.h"
+#include "diffsac/geometry/points.h"
+#include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/rigid_motion.h"
+
+namespace diffsac {
+
+/// What is estimated. The tasks are listed, and described, in problem/tasks.h.
+enum class Task : int;
+
+/// "line", "plane", "homography", "fundamental", "essential", "absolute_pose".
+std::string ToString(Task task);
+/// All of these.
+std::vector<std::string> TaskNames();
+/// Throws Error for an unknown name.
+Task TaskFromString(const std::string& name);
+/// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E, 3 for
+/// poses.
+int MinimalSetSize(Task task);
+/// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels),
+/// 5 for absolute poses (X Y Z u v).
+int PointDimension(Task task);
+/// Whether the points are matches of two images.
+bool IsTwoView(Task task);
+/// Whether the task's tables are about errors in pixels, not in degrees.
+bool ErrorInPixels(Task task);
+
+/// Calibration matrices of the two images.
+struct CameraPair {
+  Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d K2 = Eigen::Matrix3d::Identity();
+  double MeanFocal() const { return diffsac::MeanFocal(K1, K2); }
+};
+
+/// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
+struct Problem {
+  Task task{};                    ///< By default the first, lines.
+  PointMatrix points;             ///< N × PointDimension(task), in the data's unit; two views: pixels.
+  double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
+  /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
+  Eigen::VectorXd match_ratio = {};
+  /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
+  std::optional<CameraPair> cameras = {};
+  ImageSize size1 = {}, size2 = {};  ///< Two views: of the images, where they are known.
+  /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
+  DescriptorMatrix descriptors = {};
+};
+
+/// Whether the problem has what its task needs beside its points: the essential matrix, cameras.
+bool HasItsNeeds(const Problem& problem);
+
+/// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
+/// model (all equal; collinear for planes). Who goes on to estimate has a SolverSpace, and asks CheckSpace.
+Status CheckProblem(const Problem& problem);
+
+/// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
+PointMatrix ImagePoints(const Problem& problem);
+
+/// The motion that a model says: of the second camera seen from the first, |t| = 1, chosen by cheirality of the inliers
+/// (E, and F where the calibration is known), or world-to-camera (absolute pose). Nothing for other tasks, and where no
+/// choice is possible.
+std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                          const Problem& problem);
+
+/// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
+/// (LogFalseAlarms of consensus/false_alarms.h); above 0 the problem may have no model at all. threshold: what an
+/// inlier is, in the data's unit.
+double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold);
+
+/// What only labels, metrics and the oracle may see; each part is empty where it is unknown.
+struct GroundTruth {
+  // What estimates of the problem's task are measured against.
+  ModelParameters model;                  ///< Of the task. E in normalised coordinates.
+  std::optional<RelativePose> pose = {};  ///< Two views: of the second camera seen from the first; |t| = 1, or t = 0.
+  std::vector<std::uint8_t> inliers;      ///< N values, 1 for a true inlier.
+
+  // What the source of a pair of images knows, whatever the task; SetTask (problem/pair_truth.h) makes the above of it.
+  // Matrices act on homogeneous column vectors, scale and sign are arbitrary.
+  std::optional<RigidMotion> motion = {};           ///< x_camera2 = R x_camera1 + t, t in the unit of the source.
+  std::optional<Eigen::Matrix3d> essential = {};    ///< x2ᵀ E x1 = 0 in coordinates K⁻¹ x.
+  std::optional<Eigen::Matrix3d> fundamental = {};  ///< x2ᵀ F x1 = 0 in pixels.
+  std::optional<Eigen::Matrix3d> homography = {};   ///< x2 ~ H x1 in pixels.
+  /// N values: 0 an outlier, k ≥ 1 an inlier of structure k (1 alone, or one number a plane).
+  std::vector<std::int32_t> assignment = {};
+  /// Where several models are true at once: structure k of `assignment` at place k − 1. Then `inliers` are those of any of
+  /// them, and `model` is that of most points. Empty: one model, or none.
+  std::vector<ModelParameters> structures = {};
+};
+
+/// One item of a dataset, or one pair of images of a scene.
+struct Example {
+  std::uint64_t index = 0;  ///< Position in the dataset.
+  /// Unique in the dataset (or the scene that is read), stable. With the scene it decides what estimators draw.
+  std::string id;
+  /// PointDigest of points that were drawn, not read: by another seed or other options the same id is another problem.
+  std::string digest;
+  std::string scene;           ///< Group for per-scene means ("all" for synthetic data).
+  std::string image1, image2;  ///< Two views: the names of the images; empty where there are none.
+  Problem problem;
+  GroundTruth truth;
+};
+
+/// Eight hexadecimal digits that differ where points do.
+std::string PointDigest(const PointMatrix& points);
+
+/// What a problem is called in results: its id, with its digest where it has one. Results of problems of the same scene
+/// and name can be compared.
+std::string ProblemName(const Example& example);
+
+/// A finite or endless (size() < 0) random-access source of examples. `Get` is thread-safe and depends on index alone.
+class Dataset {
+ public:
+  virtual ~Dataset() = default;
+  virtual Task task() const = 0;
+  virtual std::int64_t size() const = 0;
+  virtual Example Get(std::uint64_t index) const = 0;
+  /// Where the files of a scene are; empty for data that has none, and for other scenes.
+  virtual std::string FolderOf(const std::string& scene) const;
+};
+
+}  // namespace diffsac

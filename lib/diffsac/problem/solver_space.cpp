@@ -1,0 +1,18 @@
+#include "diffsac/problem/solver_space.h"
+
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+
+SolverSpace::SolverSpace(const Problem& problem) : problem_(problem) {
+  DispatchDescription(problem.task, [&]<class Description>() {
+    is_accepted_ = Description::Accepts(problem);
+    if constexpr (requires { Description::Normalize(problem, &unit_); }) {
+      if (!is_accepted_ || problem.points.cols() != Description::Model::kDimension) return;
+      normalized_ = Description::Normalize(problem, &unit_);
+      is_normalized_ = true;
+    }
+  });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,98 @@
+#include "diffsac/problem/tasks.h"
+
+#include "diffsac/consensus/check_points.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+template <class... Types>
+std::vector<std::string> Names(TypeList<Types...>) {
+  return {kModelName<Types>...};
+}
+
+// "a, b or c"
+std::string OneOf(const std::vector<std::string>& names) {
+  std::string text = names.front();
+  for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
+}
+
+// Its place, or -1.
+int Find(const std::vector<std::string>& names, const std::string& name) {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == name) return static_cast<int>(i);
+  return -1;
+}
+
+// For the documentation: "Of `fundamental`: fundamental or fundamental8".
+std::string TasksWithSeveral() {
+  std::string text;
+  for (const std::string& task : TaskNames())
+    if (const auto names = ModelNames(TaskFromString(task)); names.size() > 1)
+      text += (text.empty() ? "Of `" : "; of `") + task + "`: " + OneOf(names);
+  return text;
+}
+
+}  // namespace
+
+std::string ToString(Task task) { return ToString<Task>(task); }
+
+std::vector<std::string> TaskNames() { return NamesOf<Task>(); }
+
+Task TaskFromString(const std::string& name) {
+  const std::vector<std::string> names = TaskNames();
+  const int place = Find(names, name);
+  if (place < 0) throw Error("unknown task '" + name + "': expected " + OneOf(names));
+  return static_cast<Task>(place);
+}
+
+int MinimalSetSize(Task task) {
+  return DispatchTask(task, []<class Model>() { return Model::kMinimalSize + 0; });
+}
+
+int PointDimension(Task task) {
+  return DispatchTask(task, []<class Model>() { return Model::kDimension + 0; });
+}
+
+bool IsTwoView(Task task) {
+  return DispatchDescription(task, []<class Description>() { return bool{Description::kTwoView}; });
+}
+
+bool ErrorInPixels(Task task) {
+  return DispatchDescription(task, []<class Description>() { return bool{Description::kErrorInPixels}; });
+}
+
+std::vector<std::string> ModelNames(Task task) {
+  return DispatchDescription(task, []<class Description>() { return Names(typename Description::Models()); });
+}
+
+TaskModel ModelFromString(Task task, const std::string& name) {
+  if (name.empty()) return {task, 0};
+  const std::vector<std::string> names = ModelNames(task);
+  const int place = Find(names, name);
+  if (place < 0) throw Error("model '" + name + "' is none of task " + ToString(task) + ": expected " + OneOf(names));
+  return {task, place};
+}
+
+void BindModel(OptionsBinder& b, Task task, std::string* model) {
+  const std::vector<std::string> names = ModelNames(task);
+  b.Field("model", *model)
+      .Help("by which of the task's models minimal sets are solved; empty: its own. " + TasksWithSeveral());
+  b.Require(model->empty() || Find(names, *model) >= 0, "model", OneOf(names) + " for task " + ToString(task));
+}
+
+std::string ToString(const TaskModel& model) {
+  return DispatchModel(model, []<class Model>() { return std::string(kModelName<Model>); });
+}
+
+Status CheckSpace(const SolverSpace& space, const TaskModel& model) {
+  if (!space.is_accepted()) return Status::kDegenerate;
+  return DispatchModel(model, [&]<MinimalModel Model>() { return CheckPoints<Model>(space.points()); });
+}
+
+int MinimalSetSize(const TaskModel& model) {
+  return DispatchModel(model, []<class Model>() { return Model::kMinimalSize + 0; });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "diffsac/problem/coordinates.h"
+#include "diffsac/problem/task_description.h"
+#include "diffsac/geometry/two_view.h"
+
+namespace diffsac {
+
+/// What homographies, fundamental and essential matrices share: matches of two images, in pixels, and a 3 × 3 matrix.
+///
+/// A description derived from it has two members more:
+///   TrueMatrix(truth)             which of the matrices that the source of a pair knows is the task's
+///   PixelModel(model, problem)    the matrix by which Model::Residual of matches in pixels is in pixels, for what is
+///                                 measured there (datasets/repeated_structures.h, the errors without a pose)
+template <class Own, class... Others>
+struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
+  static constexpr bool kTwoView = true;
+  static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
+  static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
+  static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }
+};
+
+/// Of matches in the solver's coordinates, each image's normalised to centroid 0 and root mean square distance √2: two
+/// transfer equations a match (homography), or the epipolar one.
+LinearEquations HomographyEquations(const PointMatrix& points, const GroundTruth& truth);
+LinearEquations EpipolarEquations(const PointMatrix& points, const GroundTruth& truth);
+
+/// The error of a direction in degrees, either sign; 0 where the true one is zero.
+double TranslationErrorDegrees(const Eigen::Vector3d& estimate, const Eigen::Vector3d& truth);
+
+/// AsMatrix of parameters behind type erasure.
+inline Eigen::Matrix3d ModelMatrix(const ModelParameters& model) { return AsMatrix(Matrix3Parameters(model)); }
+
+}  // namespace diffsac

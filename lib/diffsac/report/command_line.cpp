@@ -1,0 +1,199 @@
+#include "diffsac/report/command_line.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <ostream>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
+#include "diffsac/core/status.h"
+#include "diffsac/report/compare_runs.h"
+#include "diffsac/report/merge.h"
+#include "diffsac/report/missing_networks.h"
+#include "diffsac/report/run_files.h"
+#include "diffsac/report/results_page.h"
+#include "diffsac/report/plots.h"
+#include "diffsac/report/html_report.h"
+#include "diffsac/report/markdown_report.h"
+#include "diffsac/report/run_sweep.h"
+#include "diffsac/eval/selection.h"
+#include "diffsac/eval/sweep.h"
+#include "diffsac/estimators/diffsac_engine.h"
+
+namespace diffsac {
+
+namespace {
+
+// As YAML reads any text.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
+ExperimentOptions ReadRequest(const EvalRequest& request) {
+  Config config = Config::FromFile(request.config_path);
+  for (const std::string& assignment : request.assignments) config.Set(assignment);
+  if (request.seed >= 0) config.Set("seed=" + std::to_string(request.seed));
+  if (request.context.threads > 0) config.Set("threads=" + std::to_string(request.context.threads));
+  if (!request.data_root.empty()) config.Set("data_root=" + Quoted(request.data_root));
+  ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
+  SelectEstimators(request.methods, &experiment);
+  if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
+  return experiment;
+}
+
+namespace {
+
+// What shards must have in common beside the experiment.
+std::string Setup(const EvalRequest& request) {
+  return "checkpoint: " + request.context.checkpoint_override + "\ndevice: " + request.context.device + "\n";
+}
+
+std::string Folder(const EvalRequest& request, const ExperimentOptions& experiment, const Shard& shard) {
+  if (!request.output.empty()) return request.output;
+  const std::string part = "-shard-" + std::to_string(shard.index) + "-of-" + std::to_string(shard.count);
+  return "runs/" + experiment.name + (shard.whole() ? "" : part);
+}
+
+void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
+                std::ostream& out) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
+  if (!results.partial) DrawExamples(results, folder);
+  KeepEstimates(results, folder);
+  WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
+  out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
+      << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
+}
+
+void WriteWhole(const ExperimentResults& results, const EvalRequest& request, const std::string& folder,
+                std::ostream& out) {
+  const Report report = MakeReport(results);
+  WriteResults(report, folder);
+  KeepEstimates(results, folder);
+  if (!results.partial) DrawFigures(report, folder);
+  WriteReport(report, folder);
+  EndResults(report, folder);
+  if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
+  out << MarkdownReport(report) << std::endl;
+}
+
+Shard ShardOf(const EvalRequest& request) {
+  if (request.group) return {request.group->rank + 1, request.group->size};
+  return request.shard.empty() ? Shard() : ShardFromText(request.shard);
+}
+
+ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, const Shard& shard,
+                      const TraceConfidence& trace, const std::atomic<bool>& stop) {
+  EstimatorContext context = request.context;
+  if (request.group && experiment.threads == 0) experiment.threads = request.group->threads;
+  context.threads = experiment.threads;
+  return RunExperiment(
+      experiment, {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); }, trace, &stop, shard});
+}
+
+// At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
+bool JoinShards(const WorkGroup& group, const std::string& setup, ExperimentResults* results) {
+  const std::vector<std::string> texts = group.gather(ShardRecords(*results, setup));
+  const bool estimates = results->experiment.estimates;
+  const std::vector<std::string> files =
+      estimates ? group.gather(EstimatesToBytes(EstimatesOf(*results))) : std::vector<std::string>();
+  if (group.rank != 0) return false;
+  std::vector<ShardContent> shards;
+  for (std::size_t r = 0; r < texts.size(); ++r) {
+    const std::string process = "process " + std::to_string(r);
+    shards.push_back(ReadShardRecords(texts[r], process));
+    if (estimates) AddEstimates(EstimatesFromBytes(files[r], process), process, &shards.back().results);
+  }
+  ExperimentResults joined = MergeShards(std::move(shards), true);
+  joined.fits = std::move(results->fits);
+  joined.traces = std::move(results->traces);
+  *results = std::move(joined);
+  return true;
+}
+
+void CheckRequest(const EvalRequest& request) {
+  if (request.group.has_value() && (!request.merge.empty() || !request.shard.empty()))
+    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
+  const bool shared = request.group.has_value() || !request.shard.empty();
+  if (shared && (request.train_missing || request.update || !request.page.empty()))
+    throw Error("--train-missing, --update and --page are for one process that does all of the work");
+}
+
+// Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
+bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, ExperimentOptions* experiment,
+               std::ostream& out, int* code) {
+  const bool main = !request.group || request.group->rank == 0;
+  *code = kExitOk;
+  if (request.needs) {
+    for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
+    return false;
+  }
+  if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment), request.training_device, stop)) {
+    *code = kExitInterrupted;
+    return false;
+  }
+  const bool something = LeaveOutMissing(!request.context.checkpoint_override.empty(), experiment);
+  if (something) {
+    for (const std::string& what : experiment->left_out) LogWarning("left out: " + what);
+  } else if (main) {
+    out << experiment->name << ": skipped, nothing of it is here: " << experiment->left_out.front() << std::endl;
+  }
+  return something;
+}
+
+}  // namespace
+
+int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
+             std::ostream& out) {
+  CheckRequest(request);
+  CheckDevice(request.context.device);  // before an earlier run's results are touched
+  if (!request.merge.empty()) {
+    MergeFolders(request.merge, request.output, out);
+    return kExitOk;
+  }
+  if (!request.compare.empty()) {
+    CompareFolders(request.compare, request.output, out);
+    return kExitOk;
+  }
+  if (IsSweep(request) && !request.colmap.database.empty())
+    throw Error("--export-colmap is for one run, and a sweep is several");
+  if (IsSweep(request)) return EvaluateSweep(request, trace, stop, out);
+  ExperimentOptions experiment = ReadRequest(request);
+  int code = kExitOk;
+  if (!MakeReady(request, stop, &experiment, out, &code)) return code;
+  CheckColmapExport(experiment, request.colmap);
+  const Shard shard = ShardOf(request);
+  const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
+  if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
+    out << experiment.name << ": made already, in " << folder << std::endl;
+    return kExitOk;
+  }
+  std::optional<RunLock> lock;
+  std::optional<RunDirectory> run;
+  if (!request.group || request.group->rank == 0) {
+    lock.emplace(folder);
+    // Before the work, so that a read-only folder is not found out afterwards.
+    BeginResults(folder);
+    run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),
+                experiment.seed);
+    RemoveFile(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
+  }
+  ExperimentResults results = Run(request, experiment, shard, trace, stop);
+  if (request.group.has_value() && !JoinShards(*request.group, Setup(request), &results))
+    return results.partial ? kExitInterrupted : kExitOk;
+  if (request.shard.empty())
+    WriteWhole(results, request, folder, out);
+  else
+    WriteShard(results, Setup(request), folder, out);
+  if (!results.partial) ExportColmap(results, request.colmap, out);
+  if (results.partial) LogWarning("interrupted: partial results are in " + folder);
+  return results.partial ? kExitInterrupted : kExitOk;
+}
+
+}  // namespace diffsac

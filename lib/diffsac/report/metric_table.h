@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/report/report.h"
+
+namespace diffsac {
+
+/// One column of numbers: a metric of one condition and scene ("mean" and kAllPairs included).
+struct MetricColumn {
+  std::string heading;
+  std::size_t condition = 0;
+  std::string scene = "mean";
+  std::string metric;
+  int digits = 3;
+  bool higher_is_better = true;
+  std::optional<double> PaperValue::*paper = nullptr;  ///< The paper's value for it, null where it gives none.
+};
+
+/// What a table of metrics shows: a row for each method.
+struct MetricTable {
+  std::string heading;
+  std::vector<MetricColumn> columns;
+  bool costs = false;      ///< Hypotheses and milliseconds beside the numbers.
+  bool intervals = false;  ///< Each number is followed by its interval where it has one.
+};
+
+/// `one` for each condition, under the condition's label ("0.5", or "0.5: unit").
+void AddConditions(const ExperimentResults& results, const MetricColumn& one, const std::string& unit,
+                   MetricTable* table);
+
+/// Whether the competing rows of a condition are of the same problems, or of some of them.
+bool RowsShareProblems(const ExperimentResults& results, std::size_t condition);
+
+/// The rows of methods that ran, then the paper's. The best value of a column is marked where its rows share their
+/// problems; references (EstimatorRow::Competes) and the paper's values are left out of that.
+Table FillTable(const Report& report, const MetricTable& shown);
+
+}  // namespace diffsac

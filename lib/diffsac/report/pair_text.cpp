@@ -1,0 +1,105 @@
+#include "diffsac/report/pair_text.h"
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diffsac/eval/estimates.h"
+#include "diffsac/eval/format.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "  F = " and below it two more lines of three numbers.
+std::string MatrixText(const std::string& name, const double* row_by_row) {
+  std::string text;
+  for (int r = 0; r < 3; ++r) {
+    text += r == 0 ? "  " + name + " = " : std::string(name.size() + 5, ' ');
+    for (int c = 0; c < 3; ++c) text += Format(" %14.7g", row_by_row[3 * r + c]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string PoseText(const RigidMotion& pose) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.rotation;
+  const Eigen::AngleAxisd turn(pose.rotation);
+  return MatrixText("R", rotation.data()) +
+         Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n", turn.angle() * 180.0 / std::numbers::pi,
+                turn.axis()[0], turn.axis()[1], turn.axis()[2]) +
+         Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n", pose.translation[0],
+                pose.translation[1], pose.translation[2]);
+}
+
+std::string TimesText(const PairTimes& times, const EstimateReport& report) {
+  std::string text = Format("milliseconds: keypoints %.3g, matching %.3g", times.keypoints, times.matching);
+  if (report.ms_features > 0.0) text += Format(", features %.3g", report.ms_features);
+  if (report.ms_network > 0.0) text += Format(", network %.3g", report.ms_network);
+  text += Format(", consensus %.3g; estimate in all %.3g", report.ms_consensus, report.ms_total);
+  if (times.first_call > 0.0) text += Format(" (the first call, which makes ready, %.3g)", times.first_call);
+  return text + "\n";
+}
+
+std::string LetterOf(Task task) { return ErrorInPixels(task) ? "H" : task == TaskFromString("essential") ? "E" : "F"; }
+
+std::size_t InlierCount(const Estimate& estimate) {
+  return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+}
+
+Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json PoseJson(const RigidMotion& pose) {
+  Json rotation = Json::array();
+  for (int r = 0; r < 3; ++r) rotation.push_back({pose.rotation(r, 0), pose.rotation(r, 1), pose.rotation(r, 2)});
+  return {{"R", rotation}, {"t", {pose.translation[0], pose.translation[1], pose.translation[2]}}};
+}
+
+}  // namespace
+
+std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times) {
+  const std::size_t inliers = InlierCount(estimate);
+  const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
+  std::string text = pair.id + ": " + std::to_string(matches) + " matches\n";
+  if (estimate.status != Status::kOk)
+    return text + "no " + ToString(pair.problem.task) + " matrix: " + std::string(ToString(estimate.status)) + "\n" +
+           TimesText(times, estimate.report);
+  text += ToString(pair.problem.task) + " matrix: " + std::to_string(inliers) + " inliers";
+  if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
+  if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
+  text += "\n" + MatrixText(LetterOf(pair.problem.task), estimate.model.data());
+  if (const auto pose = PoseOfEstimate(estimate.model, estimate.inliers, pair.problem)) text += PoseText(*pose);
+  return text + TimesText(times, estimate.report);
+}
+
+std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times) {
+  const EstimateRecord record = RecordOf(pair, estimate);
+  const EstimateReport& report = estimate.report;
+  Json model = Json::array();
+  for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
+  const Json json = {{"pair", pair.id},
+                     {"task", ToString(pair.problem.task)},
+                     {"status", std::string(ToString(record.status))},
+                     {"may_be_chance", estimate.MayBeChance()},
+                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"model", model},
+                     {"pose", record.pose ? PoseJson(*record.pose) : Json(nullptr)},
+                     {"matches", record.points},
+                     {"inliers", record.inliers},
+                     {"noise_scale_px", FiniteJson(record.noise_scale)},
+                     {"ms",
+                      {{"keypoints", times.keypoints},
+                       {"matching", times.matching},
+                       {"features", report.ms_features},
+                       {"network", report.ms_network},
+                       {"consensus", report.ms_consensus},
+                       {"estimate", report.ms_total},
+                       {"first_call", times.first_call}}}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace diffsac

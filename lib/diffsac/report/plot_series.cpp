@@ -1,0 +1,124 @@
+#include "diffsac/report/plot_series.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace diffsac {
+namespace {
+
+CurvePoint AccuracyAt(const Report& report, std::size_t condition, std::size_t method, double x) {
+  CurvePoint point{x, report.Metric(condition, method, "mean", AccuracyMetric(report.results))};
+  if (const Cell* cell = report.results.Find(condition, method)) {
+    point.low = report.Of(*cell).accuracy.low;
+    point.high = report.Of(*cell).accuracy.high;
+  }
+  return point;
+}
+
+CurveKind KindOf(const EstimatorRow& row) {
+  if (row.type == "oracle") return CurveKind::kCeiling;
+  if (!row.Competes()) return CurveKind::kReference;
+  return row.type == "diffsac" ? CurveKind::kStrong : CurveKind::kMethod;
+}
+
+/// The points of one series of budgets, by their cost.
+std::vector<CurvePoint> SeriesPoints(const Report& report, std::size_t condition, const std::string& cost,
+                                     const BudgetSeries& series) {
+  const auto& methods = report.results.experiment.methods;
+  std::vector<CurvePoint> points;
+  for (const std::string& name : series.methods) {
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      if (methods[m].name != name) continue;
+      const CurvePoint point = AccuracyAt(report, condition, m, report.Metric(condition, m, "mean", cost));
+      // The axis is logarithmic: what cost nothing has no place on it.
+      if (point.x > 0.0 && !std::isnan(point.y)) points.push_back(point);
+    }
+  }
+  std::sort(points.begin(), points.end(), [](const CurvePoint& a, const CurvePoint& b) { return a.x < b.x; });
+  return points;
+}
+
+std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const std::string& cost) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  std::vector<Curve> curves;
+  double low = 1e300, high = 0.0;
+  for (const BudgetSeries& series : experiment.figures.budget) {
+    Curve curve{series.label, curves.empty() ? CurveKind::kStrong : CurveKind::kMethod, curves.size(),
+                SeriesPoints(report, condition, cost, series)};
+    if (curve.points.empty()) continue;
+    low = std::min(low, curve.points.front().x);
+    high = std::max(high, curve.points.back().x);
+    curves.push_back(std::move(curve));
+  }
+  for (std::size_t m = 0; m < experiment.methods.size() && !curves.empty(); ++m) {
+    const double ceiling = AccuracyAt(report, condition, m, 0.0).y;
+    if (experiment.methods[m].type == "oracle" && !std::isnan(ceiling))
+      curves.push_back({experiment.methods[m].label, CurveKind::kCeiling, curves.size(), {{low, ceiling}, {high, ceiling}}});
+  }
+  return curves;
+}
+
+ConfidenceInterval Height(const Report& report, std::size_t condition, std::size_t method, const ErrorOf& error_of) {
+  const Cell* cell = report.results.Find(condition, method);
+  if (cell == nullptr) return {std::nan(""), std::nan(""), std::nan("")};
+  if (!error_of) return report.Of(*cell).accuracy;
+  const Tolerance tolerance = report.results.experiment.tolerance();
+  return BootstrapMean(SceneAccuracies(*cell, tolerance, error_of), BootstrapRng(report.results));
+}
+
+}  // namespace
+
+std::vector<Curve> ConditionCurves(const Report& report) {
+  std::vector<Curve> curves;
+  const ExperimentOptions& experiment = report.results.experiment;
+  for (std::size_t m = 0; m < experiment.methods.size(); ++m) {
+    const EstimatorRow& row = experiment.methods[m];
+    Curve curve{row.label, KindOf(row), curves.size(), {}};
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const CurvePoint point = AccuracyAt(report, c, m, experiment.conditions[c].value.value_or(std::nan("")));
+      if (!std::isnan(point.x) && !std::isnan(point.y)) curve.points.push_back(point);
+    }
+    if (curve.points.size() >= 2) curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+std::vector<CostPanel> CostPanels(const Report& report, const std::string& cost) {
+  std::vector<CostPanel> panels;
+  for (std::size_t c = 0; c < report.results.experiment.conditions.size(); ++c) {
+    CostPanel panel{c, CostCurves(report, c, cost)};
+    if (!panel.curves.empty()) panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
+std::vector<std::size_t> BarRows(const ExperimentOptions& experiment) {
+  std::vector<std::size_t> rows;
+  for (const std::string& name : experiment.figures.bars) rows.push_back(experiment.RowOf(name));
+  return rows;
+}
+
+std::vector<BarCluster> BarClusters(const Report& report, const std::vector<std::size_t>& rows) {
+  const ExperimentResults& results = report.results;
+  std::vector<BarCluster> clusters;
+  const bool poses = JudgesPoses(results) && !JudgesStructures(results);
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
+    const std::string label = results.experiment.conditions[c].label;
+    const auto add = [&](const std::string& name, const ErrorOf& error_of) {
+      BarCluster cluster{name, {}};
+      for (const std::size_t row : rows) cluster.bars.push_back(Height(report, c, row, error_of));
+      const bool known = std::any_of(cluster.bars.begin(), cluster.bars.end(),
+                                     [](const ConfidenceInterval& bar) { return !std::isnan(bar.mean); });
+      if (known) clusters.push_back(std::move(cluster));
+    };
+    if (poses) {
+      add(label + ", R", [](const EstimateError& error) { return error.rotation_deg; });
+      add(label + ", t", [](const EstimateError& error) { return error.translation_deg; });
+    } else {
+      add(label, {});
+    }
+  }
+  return clusters;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "diffsac/report/report.h"
+
+namespace diffsac {
+
+/// A point of a curve; `low` and `high` are its 95 % interval, NaN where there is none.
+struct CurvePoint {
+  double x = 0.0;
+  double y = 0.0;
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// How a curve is drawn: an estimator, one that the reader should see first, the oracle's ceiling, another reference;
+/// or points without a line.
+enum class CurveKind { kMethod, kStrong, kCeiling, kReference, kPoints };
+
+struct Curve {
+  std::string label;
+  CurveKind kind = CurveKind::kMethod;
+  std::size_t colour = 0;  ///< SeriesColour.
+  std::vector<CurvePoint> points;
+};
+
+/// mAA against the conditions' values, a curve a method; only curves of two points and more.
+std::vector<Curve> ConditionCurves(const Report& report);
+
+/// mAA of one condition against a cost, a curve a series of budgets, and the ceiling over the whole axis.
+struct CostPanel {
+  std::size_t condition = 0;
+  std::vector<Curve> curves;
+};
+/// The panels that have something to show; `cost` is a metric.
+std::vector<CostPanel> CostPanels(const Report& report, const std::string& cost);
+
+/// One cluster of bars, one a row.
+struct BarCluster {
+  std::string label;
+  std::vector<ConfidenceInterval> bars;
+};
+/// The rows of `figures.bars`.
+std::vector<std::size_t> BarRows(const ExperimentOptions& experiment);
+/// mAA of the rows: lines and planes a cluster a condition; poses two a condition, rotation and translation.
+std::vector<BarCluster> BarClusters(const Report& report, const std::vector<std::size_t>& rows);
+
+}  // namespace diffsac

@@ -1,0 +1,107 @@
+#include "diffsac/report/plots.h"
+
+#include <iterator>
+
+#include "diffsac/report/gnuplot.h"
+#include "diffsac/report/plot_series.h"
+#include "diffsac/report/plot_texts.h"
+
+namespace diffsac {
+namespace {
+
+std::string Block(const std::string& name, const std::vector<CurvePoint>& points) {
+  std::string text = "$" + name + " << EOD\n";
+  for (const CurvePoint& point : points) text += GnuplotNumber(point.x) + " " + GnuplotNumber(point.y) + "\n";
+  return text + "EOD\n";
+}
+
+// Colours repeat after seven series; the marks do not before fourteen.
+std::string SeriesStyle(std::size_t index, bool strong) {
+  static constexpr int kMarks[] = {7, 5, 9, 11, 13, 15, 3, 4, 6, 12, 8, 10, 14, 2};
+  return "with linespoints lc rgb \"" + std::string(SeriesColour(index)) + "\" lw " + (strong ? "3" : "2") + " pt " +
+         std::to_string(kMarks[index % std::size(kMarks)]) + " ps 1.2";
+}
+
+constexpr int kKeyWidth = 260;  // In pixels.
+constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
+constexpr const char* kReferenceStyle = "with lines dt 3 lw 2 lc rgb \"#666666\"";
+
+std::string StyleOf(const Curve& curve) {
+  if (curve.kind == CurveKind::kCeiling) return kCeilingStyle;
+  if (curve.kind == CurveKind::kReference) return kReferenceStyle;
+  return SeriesStyle(curve.colour, curve.kind == CurveKind::kStrong);
+}
+
+std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& curves) {
+  std::string blocks, command = "plot ";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::string name = prefix + std::to_string(i);
+    blocks += Block(name, curves[i].points);
+    command += (i == 0 ? "" : ", \\\n  ") + ("$" + name) + " using 1:2 " + StyleOf(curves[i]) + " title " +
+               GnuplotText(curves[i].label);
+  }
+  return blocks + command + "\n";
+}
+
+// `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
+bool PlotCost(const Report& report, const std::string& folder, const std::string& cost, const std::string& x_label,
+              const std::string& name) {
+  const ExperimentResults& results = report.results;
+  const std::vector<CostPanel> panels = CostPanels(report, cost);
+  std::size_t richest = 0;
+  for (std::size_t i = 0; i < panels.size(); ++i)
+    if (panels[i].curves.size() > panels[richest].curves.size()) richest = i;
+  if (panels.empty()) return false;
+  const int count = static_cast<int>(panels.size()), width = 80 + 380 * count + kKeyWidth;
+  const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
+  std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(PlotTitle(results)) +
+                       " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
+                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + AccuracyAxes(results, x_label) +
+                       "set logscale x\nset yrange [0:1]\n";
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const Condition& condition = results.experiment.conditions[panels[i].condition];
+    script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 2\n" : "unset key\n") +
+              ("set title " + GnuplotText(results.experiment.condition_label + ": " + condition.label)) + "\n" +
+              PlotCommand(name + std::to_string(panels[i].condition) + "_", panels[i].curves);
+  }
+  return DrawPicture(folder, name, script + "unset multiplot\n", width, 480);
+}
+
+}  // namespace
+
+bool PlotCurve(const Report& report, const std::string& folder) {
+  const ExperimentResults& results = report.results;
+  const std::vector<Curve> curves = ConditionCurves(report);
+  if (curves.empty()) return false;
+  const std::string script = "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
+                             AccuracyAxes(results, results.experiment.condition_label) +
+                             "set key outside right center samplen 2 spacing 1.2\nset yrange [0:1]\n" +
+                             "set offsets graph 0.02, graph 0.02, 0, 0\n" + PlotCommand("curve", curves);
+  return DrawPicture(folder, "curve", script, 960, 560);
+}
+
+bool PlotBudget(const Report& report, const std::string& folder) {
+  return PlotCost(report, folder, "hypotheses", "hypotheses (models solved or scored)", "budget");
+}
+
+bool PlotTime(const Report& report, const std::string& folder) {
+  return PlotCost(report, folder, "ms_total", "milliseconds (median)", "time");
+}
+
+void DrawExamples(const ExperimentResults& results, const std::string& folder) {
+  PlotFits(results, folder);
+  PlotMatches(results, folder);
+  for (const KeptTrace& kept : results.traces)
+    PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
+}
+
+void DrawFigures(const Report& report, const std::string& folder) {
+  if (report.results.experiment.figures.curve) PlotCurve(report, folder);
+  PlotBars(report, folder);
+  PlotBudget(report, folder);
+  PlotTime(report, folder);
+  PlotReliability(report.results, folder);
+  DrawExamples(report.results, folder);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,231 @@
+#include "diffsac/report/run_files.h"
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+#include "diffsac/core/files.h"
+#include "diffsac/eval/format.h"
+#include "diffsac/report/markdown_report.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string NumberText(double value) {
+  if (!std::isfinite(value)) return "";
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.9g", value);
+  return text;
+}
+
+Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json KnownJson(const std::optional<double>& value) { return value ? NumberJson(*value) : Json(nullptr); }
+
+Json IntervalJson(const ConfidenceInterval& interval) {
+  return {{"mean", NumberJson(interval.mean)}, {"low", NumberJson(interval.low)}, {"high", NumberJson(interval.high)}};
+}
+
+// How much better the reference is on the same problems; null for itself and without ground truth.
+Json DifferenceJson(const ExperimentOptions& experiment, const CellReport& cell) {
+  if (!cell.reference_minus_this) return nullptr;
+  Json json = {{"reference", experiment.methods[ReferenceRow(experiment)].name}};
+  json.update(IntervalJson(*cell.reference_minus_this));
+  return json;
+}
+
+// The experiment's comparisons, each condition's.
+void AddComparisons(const Report& report, const std::string& metric, const Differences& differences, Json* list) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const auto& difference = differences[i][c];
+      if (!difference) continue;
+      Json json = {{"a", experiment.compare[i].a},
+                   {"b", experiment.compare[i].b},
+                   {"condition", experiment.conditions[c].name},
+                   {"metric", metric}};
+      json.update(IntervalJson(*difference));
+      list->push_back(std::move(json));
+    }
+  }
+}
+
+Json ComparisonsJson(const Report& report) {
+  Json list = Json::array();
+  AddComparisons(report, AccuracyMetric(report.results), report.differences, &list);
+  AddComparisons(report, kSetsMetric, report.set_differences, &list);
+  return list;
+}
+
+Json CellJson(const ExperimentResults& results, const Cell& cell, const CellReport& report) {
+  const ExperimentOptions& experiment = results.experiment;
+  Json scenes = Json::object();
+  for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
+  const EstimatorRow& row = experiment.methods[cell.method];
+  Json json = {{"condition", experiment.conditions[cell.condition].name},
+               {"method", row.name},
+               {"type", row.type},
+               {"label", row.label},
+               {"metrics", scenes},
+               {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
+               {"reference_minus_this", DifferenceJson(experiment, report)}};
+  if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
+  return json;
+}
+
+Json PaperJson(const ExperimentResults& results) {
+  Json rows = Json::object();
+  for (const auto& [label, row] : results.experiment.paper)
+    for (const auto& [condition, value] : row.values) {
+      Json& json =
+          rows[label][condition] = {{"mAA", KnownJson(value.accuracy)}, {"median_deg", KnownJson(value.median_deg)}};
+      if (!value.rotation && !value.translation) continue;
+      json["mAA_R"] = KnownJson(value.rotation);
+      json["mAA_t"] = KnownJson(value.translation);
+      json["median_R_deg"] = KnownJson(value.median_rotation_deg);
+      json["median_t_deg"] = KnownJson(value.median_translation_deg);
+    }
+  return rows;
+}
+
+// An error that is unknown is empty, one of no end is "inf".
+std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
+
+std::string RecordText(const ProblemRecord& record) {
+  const EstimateError& error = record.error;
+  const EstimateReport& report = record.report;
+  std::string text(ToString(record.status));
+  for (const double value : {error.angle_deg, error.offset, error.rotation_deg, error.translation_deg, error.error_px})
+    text += "," + ErrorText(value);
+  text += "," + std::to_string(record.inliers) + "," + std::to_string(report.hypotheses);
+  for (const double value : {report.ms_features, report.ms_network, report.ms_consensus, report.ms_total})
+    text += "," + NumberText(value);
+  return text + "," + std::to_string(record.points) + "," + std::to_string(error.failed) + "," +
+         std::to_string(report.unique_minimal_sets) + "," + NumberText(record.all_inlier_sets);
+}
+
+// Where several structures are judged.
+constexpr const char* kStructureNames = ",misclassified,recall,one_structure_sets,structures_in_sets,structures,draws";
+
+std::string StructuresText(const ProblemRecord& record) {
+  std::string text;
+  for (const double value :
+       {record.error.misclassified, record.error.recall, record.one_structure_sets, record.structures_in_sets})
+    text += "," + NumberText(value);
+  return text + "," + std::to_string(record.structures) + "," + std::to_string(record.report.draws);
+}
+
+// σ and the pose; empty values for what is not known.
+constexpr const char* kNoEstimate = ",,,,,,,";
+
+std::string EstimateText(const EstimateRecord& estimate) {
+  std::string text = NumberText(estimate.noise_scale);
+  if (!estimate.pose) return text + kNoEstimate;
+  Eigen::Quaterniond q(estimate.pose->rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
+  for (const double value : estimate.pose->translation) text += "," + NumberText(value);
+  return text;
+}
+
+std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
+  std::vector<std::string> names;
+  for (const Condition& condition : experiment.conditions) names.push_back(condition.name);
+  return names;
+}
+
+}  // namespace
+
+std::string ResultsCsv(const Report& report) {
+  const ExperimentResults& results = report.results;
+  const ExperimentOptions& experiment = results.experiment;
+  std::string text = "experiment,dataset,scene,condition,method,metric,value\n";
+  for (const Cell& cell : results.cells) {
+    for (const MetricValue& value : report.Of(cell).metrics) {
+      text += CsvText(experiment.name) + "," + CsvText(results.dataset) + "," + CsvText(value.scene) + "," +
+              CsvText(experiment.conditions[cell.condition].name) + "," +
+              CsvText(experiment.methods[cell.method].name) + "," + value.metric + "," + NumberText(value.value) + "\n";
+    }
+  }
+  return text;
+}
+
+std::string ProblemsCsv(const ExperimentResults& results) {
+  std::string text =
+      "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
+      "ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,"
+      "noise_scale,qw,qx,qy,qz,tx,ty,tz,log_false_alarms";
+  const bool structures = JudgesStructures(results);
+  text += std::string(structures ? kStructureNames : "") + "\n";
+  for (const Cell& cell : results.cells) {
+    const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
+                              CsvText(results.experiment.methods[cell.method].name) + ",";
+    for (std::size_t i = 0; i < cell.records.size(); ++i) {
+      const ProblemRecord& record = cell.records[i];
+      text += CsvText(record.id) + "," + CsvText(record.scene) + names + RecordText(record) + "," +
+              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) + "," +
+              ErrorText(record.log_false_alarms) + (structures ? StructuresText(record) : "") + "\n";
+    }
+  }
+  return text;
+}
+
+std::string ResultsJson(const Report& report) {
+  const ExperimentResults& results = report.results;
+  const ExperimentOptions& experiment = results.experiment;
+  const Tolerance c = experiment.tolerance();
+  Json cells = Json::array();
+  for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell, report.Of(cell)));
+  const Json json = {{"experiment", experiment.name},
+                     {"title", experiment.title},
+                     {"task", ToString(experiment.task)},
+                     {"dataset", results.dataset},
+                     {"seed", experiment.seed},
+                     {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+                     {"partial", results.partial},
+                     {"git_revision", results.git_revision},
+                     {"machine", results.machine},
+                     {"results", cells},
+                     {"differences", ComparisonsJson(report)},
+                     {"paper", PaperJson(results)}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string TablesCsv(const std::vector<Table>& tables) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      text += (i == 0 ? "" : ",") + (cells[i] == kUnknown ? std::string() : CsvText(cells[i]));
+    return text + "\n";
+  };
+  std::string text;
+  for (const Table& table : tables) {
+    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
+    for (const Table::Row& row : table.rows) text += line(row.cells);
+  }
+  return text;
+}
+
+void WriteResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
+  WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
+  if (!report.results.reliability.empty())
+    WriteFileAtomically(folder + "/reliability.csv", ReliabilityCsv(DistinctCurves(report.results.reliability),
+                                                                    ConditionNames(report.results.experiment)));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
+  WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
+  WriteFileAtomically(folder + "/table.tex", LatexReport(report));
+}
+
+void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }
+
+void EndResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
+}
+
+}  // namespace diffsac

@@ -1,0 +1,168 @@
+#include "diffsac/report/run_reader.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <vector>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/report/run_files.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Takes one line off the text: its values, without quotes.
+std::vector<std::string> TakeLine(const std::string& text, std::size_t* at) {
+  std::vector<std::string> values(1);
+  bool quoted = false;
+  for (; *at < text.size(); ++*at) {
+    const char c = text[*at];
+    if (quoted) {
+      const bool doubled = c == '"' && *at + 1 < text.size() && text[*at + 1] == '"';
+      if (doubled) ++*at;
+      if (c == '"' && !doubled)
+        quoted = false;
+      else
+        values.back() += c;
+    } else if (c == '\n') {
+      ++*at;
+      break;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == ',') {
+      values.emplace_back();
+    } else {
+      values.back() += c;
+    }
+  }
+  return values;
+}
+
+/// One line of problems.csv, asked by the names of its columns.
+class Line {
+ public:
+  Line(const std::vector<std::string>& names, std::vector<std::string> values)
+      : names_(names), values_(std::move(values)) {
+    if (values_.size() != names_.size())
+      throw Error("expected " + std::to_string(names_.size()) + " values, found " + std::to_string(values_.size()));
+  }
+  bool Has(const char* name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+  const std::string& Text(const char* name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    if (found == names_.end()) throw Error(std::string("no column '") + name + "'");
+    return values_[static_cast<std::size_t>(found - names_.begin())];
+  }
+  double Number(const char* name) const {
+    const std::string& text = Text(name);
+    if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (*end != '\0') throw Error(std::string(name) + ": '" + text + "' is no number");
+    return value;
+  }
+  int Count(const char* name) const {
+    const double value = Number(name);
+    if (!(value >= 0.0 && value < 2e9)) throw Error(std::string(name) + ": '" + Text(name) + "' is no count");
+    return static_cast<int>(value);
+  }
+
+ private:
+  const std::vector<std::string>& names_;
+  std::vector<std::string> values_;
+};
+
+ProblemRecord RecordOf(const Line& line) {
+  ProblemRecord record;
+  record.id = line.Text("id");
+  record.scene = line.Text("scene");
+  record.status = StatusFromText(line.Text("status"));
+  record.error = {line.Number("angle_deg"),    line.Number("offset"),          line.Count("failed") != 0,
+                  line.Number("rotation_deg"), line.Number("translation_deg"), line.Number("error_px")};
+  record.points = line.Count("points");
+  record.inliers = line.Count("inliers");
+  record.all_inlier_sets = line.Number("all_inlier_sets");
+  record.report.hypotheses = line.Count("hypotheses");
+  record.report.unique_minimal_sets = line.Count("unique_minimal_sets");
+  record.report.ms_features = line.Number("ms_features");
+  record.report.ms_network = line.Number("ms_network");
+  record.report.ms_consensus = line.Number("ms_consensus");
+  record.report.ms_total = line.Number("ms_total");
+  if (line.Has("log_false_alarms")) record.log_false_alarms = line.Number("log_false_alarms");
+  if (line.Has("recall")) {
+    record.error.misclassified = line.Number("misclassified");
+    record.error.recall = line.Number("recall");
+    record.one_structure_sets = line.Number("one_structure_sets");
+    record.structures_in_sets = line.Number("structures_in_sets");
+    record.structures = line.Count("structures");
+    record.report.draws = line.Count("draws");
+  }
+  record.done = true;
+  return record;
+}
+
+template <class Named>
+std::size_t IndexOf(const std::vector<Named>& all, const std::string& name, const char* what) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Named& one) { return one.name == name; });
+  if (found == all.end()) throw Error(std::string("config.yaml has no ") + what + " '" + name + "'");
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+void AddRecord(const Line& line, std::vector<std::map<std::string, std::uint64_t>>* problems,
+               ExperimentResults* results) {
+  const ExperimentOptions& experiment = results->experiment;
+  const std::size_t condition = IndexOf(experiment.conditions, line.Text("condition"), "condition"),
+                    method = IndexOf(experiment.methods, line.Text("method"), "method");
+  ProblemRecord record = RecordOf(line);
+  auto& known = (*problems)[condition];
+  record.index = known.try_emplace(record.scene + "\n" + record.id, known.size()).first->second;
+  auto& cells = results->cells;
+  if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
+    cells.push_back({condition, method, {}, {}});
+  cells.back().records.push_back(std::move(record));
+}
+
+void ReadProblems(const std::string& path, ExperimentResults* results) {
+  const std::string text = ReadFile(path);
+  std::vector<std::map<std::string, std::uint64_t>> problems(results->experiment.conditions.size());
+  std::size_t at = 0, number = 1;
+  const std::vector<std::string> names = TakeLine(text, &at);
+  try {
+    for (++number; at < text.size(); ++number) AddRecord(Line(names, TakeLine(text, &at)), &problems, results);
+  } catch (const Error& error) {
+    throw Error(path + ":" + std::to_string(number) + ": " + error.what());
+  }
+  for (const auto& known : problems) results->problems.push_back(known.size());
+}
+
+void ReadFacts(const std::string& path, ExperimentResults* results) {
+  const auto json = nlohmann::json::parse(ReadFile(path), nullptr, false);
+  try {
+    results->dataset = json.at("dataset").get<std::string>();
+    results->partial = json.at("partial").get<bool>();
+    results->git_revision = json.at("git_revision").get<std::string>();
+    results->machine = json.at("machine").get<std::string>();
+  } catch (const nlohmann::json::exception&) {
+    throw Error(path + ": not the results.json of a run, or damaged");
+  }
+}
+
+}  // namespace
+
+ExperimentResults ReadRun(const std::string& folder) {
+  const fs::path path(folder);
+  if (!fs::is_directory(path)) throw Error("no folder '" + folder + "'");
+  for (const char* name : {"config.yaml", "results.json", "problems.csv"})
+    if (!fs::exists(path / name)) throw Error("'" + folder + "' holds no whole run of diffsac_eval: no " + name);
+  ExperimentResults results;
+  results.experiment = ReadExperiment(Config::FromFile((path / "config.yaml").string()));
+  ReadFacts((path / "results.json").string(), &results);
+  ReadProblems((path / "problems.csv").string(), &results);
+  return results;
+}
+
+}  // namespace diffsac

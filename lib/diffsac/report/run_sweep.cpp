@@ -1,0 +1,113 @@
+#include "diffsac/report/run_sweep.h"
+
+#include <cctype>
+#include <filesystem>
+#include <optional>
+#include <ostream>
+#include <sstream>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/core/run_directory.h"
+#include "diffsac/core/run_lock.h"
+#include "diffsac/core/status.h"
+#include "diffsac/report/run_files.h"
+#include "diffsac/report/results_page.h"
+#include "diffsac/report/plots.h"
+#include "diffsac/report/html_report.h"
+#include "diffsac/report/markdown_report.h"
+#include "diffsac/report/run_reader.h"
+#include "diffsac/eval/selection.h"
+#include "diffsac/eval/sweep.h"
+
+namespace diffsac {
+namespace {
+
+/// The configuration with the command line's assignments, axes included.
+Config GivenConfig(const EvalRequest& request) {
+  Config config = Config::FromFile(request.config_path);
+  for (const std::string& assignment : request.assignments) config.Set(assignment);
+  return config;
+}
+
+std::string FolderName(const std::string& point) {
+  std::string name = point;
+  for (char& c : name)
+    if (c == ' ')
+      c = ',';
+    else if (!std::isalnum(static_cast<unsigned char>(c)) && std::string("=.-+,").find(c) == std::string::npos)
+      c = '_';
+  return name;
+}
+
+EvalRequest RequestOf(const SweepPoint& point, const EvalRequest& request, const std::string& folder) {
+  EvalRequest one = request;
+  one.assignments.insert(one.assignments.end(), point.assignments.begin(), point.assignments.end());
+  one.output = (std::filesystem::path(folder) / "points" / FolderName(point.name)).string();
+  one.update = one.one_point = true;
+  one.page.clear();
+  return one;
+}
+
+/// Reads every point before anything runs, so that a wrong value is found now. Returns the first.
+ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const EvalRequest& request) {
+  std::optional<ExperimentOptions> first;
+  for (const SweepPoint& point : points) {
+    ExperimentOptions experiment = ReadRequest(RequestOf(point, request, ""));
+    if (!first) first = experiment;
+    if (request.needs || request.train_missing) continue;  // Rows need networks that may not be there yet.
+    if (LeaveOutMissing(!request.context.checkpoint_override.empty(), &experiment))
+      WithResolvedRows(experiment, request.context);
+  }
+  return *first;
+}
+
+void WriteJoined(ExperimentResults results, const EvalRequest& request, const std::string& folder, std::ostream& out) {
+  // The points may have other data: pictures of pairs are in their own reports.
+  for (Cell& cell : results.cells) cell.estimates.clear();
+  const Report report = MakeReport(results);
+  WriteResults(report, folder);
+  DrawFigures(report, folder);
+  WriteReport(report, folder);
+  EndResults(report, folder);
+  if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
+  out << MarkdownReport(report) << std::endl;
+}
+
+}  // namespace
+
+bool IsSweep(const EvalRequest& request) {
+  return !request.one_point && !request.config_path.empty() && !SweepAxes(GivenConfig(request)).empty();
+}
+
+int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
+                  std::ostream& out) {
+  if (request.group || !request.shard.empty())
+    throw Error("a sweep of whole runs is for one process: start its points one by one with --set, or without --shard");
+  const Config config = GivenConfig(request);
+  const std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
+  const ExperimentOptions first = CheckedPoints(points, request);
+  const std::string folder = request.output.empty() ? "runs/" + first.name : request.output;
+  std::optional<RunLock> lock;
+  if (!request.needs) {
+    lock.emplace(folder);
+    BeginResults(folder);
+    RunDirectory(folder, "diffsac_eval", config.Dump() + "\n", first.seed);
+  }
+  std::vector<ExperimentResults> results;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const EvalRequest one = RequestOf(points[p], request, folder);
+    std::ostringstream table;
+    const int code = Evaluate(one, trace, stop, request.needs ? out : table);
+    if (request.needs) continue;
+    if (code != kExitOk) {
+      LogWarning("interrupted at " + points[p].name + ": the same call goes on from there");
+      return code;
+    }
+    out << "[" << p + 1 << "/" << points.size() << "] " << points[p].name << ": in " << one.output << std::endl;
+    results.push_back(ReadRun(one.output));
+  }
+  if (!request.needs) WriteJoined(JoinSweep(points, results), request, folder, out);
+  return kExitOk;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diffsac/problem/problem.h"
+
+namespace diffsac::testing {
+
+/// Writes examples as groups that ReadHdf5Points reads back without loss: double precision, order, id, scene,
+/// threshold.
+void WritePointSets(const std::string& path, const std::vector<Example>& examples);
+
+}  // namespace diffsac::testing

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "diffsac/problem/problem.h"
+
+namespace diffsac {
+
+/// Points of each structure, by the labels.
+inline std::vector<int> StructureSizes(const Example& example) {
+  std::vector<int> sizes(example.truth.structures.size(), 0);
+  for (const std::int32_t label : example.truth.assignment)
+    if (label > 0) ++sizes.at(label - 1);
+  return sizes;
+}
+
+inline int CountLabelled(const Example& example) {
+  return static_cast<int>(
+      std::count_if(example.truth.assignment.begin(), example.truth.assignment.end(), [](int label) { return label > 0; }));
+}
+
+}  // namespace diffsac
