@@ -7,10 +7,10 @@
 #include <iostream>
 #include <optional>
 
-#include "diffsac/core/logging.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/report/command_line.h"

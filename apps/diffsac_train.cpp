@@ -6,14 +6,15 @@
 #include <iostream>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/logging.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/resources.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"
@@ -61,9 +62,9 @@ void AddOptions(CLI::App* app, CommandLine* line) {
 
 diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   auto config = line.config_path.empty() ? diffsac::ConfigurationToResume(line.output)
-                                         : diffsac::Config::FromFile(line.config_path);
-  for (const auto& assignment : line.assignments) config.Set(assignment);
-  if (line.seed >= 0) config.Set("train.seed=" + std::to_string(line.seed));
+                                         : diffsac::ConfigFromFile(line.config_path);
+  for (const auto& assignment : line.assignments) SetYaml(&config, assignment);
+  if (line.seed >= 0) SetYaml(&config, "train.seed=" + std::to_string(line.seed));
   // What neither an import nor a training that goes on reads need not be there.
   if (line.weights.empty() && !line.resume) diffsac::RequirePaths(config, {"train.start_from"}, "checkpoint");
   diffsac::TrainRequest request(config);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/problem/neighborhood_features.h"
@@ -40,7 +41,7 @@ double SecondsPerCall(const std::function<double()>& call) {
 Problem MakeProblem(const std::string& type, const std::string& task, int count) {
   const std::string yaml = "{type: " + type + (task.empty() ? "" : ", task: " + task) +
                            ", num_points: " + std::to_string(count) + ", outlier_ratio: 0.5}";
-  return MakeDataset(Config::FromString(yaml, "benchmark"), 1)->Get(0).problem;
+  return MakeDataset(ConfigFromYaml(yaml, "benchmark"), 1)->Get(0).problem;
 }
 
 /// Matches of which nine in ten lie on a hundredth of the picture.

@@ -13,8 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/report/command_line.h"
 
@@ -61,7 +62,7 @@ void ResetPeak() {
 std::vector<Problem> MakePairs(const Options& options, int points) {
   const std::string yaml = "{type: synthetic_two_view, task: " + options.task +
                            ", split: benchmark, num_points: " + std::to_string(points) + ", outlier_ratio: 0.5}";
-  const auto dataset = MakeDataset(Config::FromString(yaml, "benchmark"), 1);
+  const auto dataset = MakeDataset(ConfigFromYaml(yaml, "benchmark"), 1);
   std::vector<Problem> pairs;
   for (int i = 0; i < 3; ++i) pairs.push_back(dataset->Get(i).problem);
   return pairs;

@@ -17,6 +17,7 @@
 #include "diffsac/consensus/prosac_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
 
@@ -140,7 +141,7 @@ void Measure(const std::string& title, const std::vector<Problem>& problems, con
 }
 
 std::vector<Problem> Read(const std::string& yaml, int count) {
-  const auto dataset = MakeDataset(Config::FromString(yaml, "benchmark"), 1);
+  const auto dataset = MakeDataset(ConfigFromYaml(yaml, "benchmark"), 1);
   std::vector<Problem> problems;
   for (int i = 0; i < count && i != dataset->size(); ++i) problems.push_back(dataset->Get(i).problem);
   return problems;

@@ -14,8 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/lab/make_estimator.h"
@@ -73,7 +74,7 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
   EstimatorContext context;
   context.threads = threads;
   const auto make = [&](const std::string& yaml) {
-    return std::shared_ptr<RobustEstimator>(MakeEstimator(Config::FromString(yaml, "benchmark"), Task::kLine, context));
+    return std::shared_ptr<RobustEstimator>(MakeEstimator(ConfigFromYaml(yaml, "benchmark"), Task::kLine, context));
   };
   const std::string base = "{type: diffsac, checkpoint: '" + checkpoint + "'";
   std::vector<std::uint64_t> seeds(problems.size());
@@ -175,7 +176,7 @@ void HypothesesTable(const std::vector<Problem>& lines, const std::vector<Proble
   for (const auto& [name, task, problems] :
        {std::tuple{"lines", Task::kLine, &lines}, {"planes", Task::kPlane, &planes}}) {
     std::shared_ptr<RobustEstimator> method =
-        MakeEstimator(Config::FromString("{type: ransac, max_iterations: 10000}", "benchmark"), task, context);
+        MakeEstimator(ConfigFromYaml("{type: ransac, max_iterations: 10000}", "benchmark"), task, context);
     variants.push_back(
         {std::string("ransac hypothesis, ") + name, [=] { method->Run((*problems)[0], 1); }, 10000.0});
   }

@@ -19,8 +19,9 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
 #include "diffsac/lab/make_estimator.h"
 
@@ -73,7 +74,7 @@ struct Row {
 std::vector<Problem> MakePairs(const Options& options, int points) {
   const std::string yaml = "{type: synthetic_two_view, task: " + options.task +
                            ", split: benchmark, num_points: " + std::to_string(points) + ", outlier_ratio: 0.5}";
-  const auto dataset = MakeDataset(Config::FromString(yaml, "benchmark"), 1);
+  const auto dataset = MakeDataset(ConfigFromYaml(yaml, "benchmark"), 1);
   std::vector<Problem> pairs;
   for (int i = 0; i < kPairs; ++i) pairs.push_back(dataset->Get(i).problem);
   return pairs;
@@ -112,7 +113,7 @@ void AddPairRows(const Options& options, const EstimatorContext& context,
     if (row.type == "usac" || !wanted(row.name)) continue;
     rows->push_back({row.name, MakeEstimator(row.config, TaskFromString(options.task), context)});
     if (row.name != "learned_prosac") continue;
-    const Config keys = Config::FromString("{engine: libtorch, max_encoded_points: 0}");
+    const Config keys = ConfigFromYaml("{engine: libtorch, max_encoded_points: 0}");
     Config before = row.config;
     for (const std::string& key : keys.Keys()) before = before.With(key, keys.Sub(key));
     rows->push_back({"learned_prosac; LibTorch, all points", MakeEstimator(before, TaskFromString(options.task), context)});
@@ -129,7 +130,7 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
   };
   for (const auto& [name, keys] : RowKeys(options)) {
     if (!wanted(name)) continue;
-    rows.push_back({name, MakeEstimator(Config::FromString(keys, "benchmark"), TaskFromString(options.task), context)});
+    rows.push_back({name, MakeEstimator(ConfigFromYaml(keys, "benchmark"), TaskFromString(options.task), context)});
   }
   AddPairRows(options, context, wanted, &rows);
   return rows;

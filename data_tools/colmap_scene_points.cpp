@@ -15,7 +15,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/io/hdf5_output.h"

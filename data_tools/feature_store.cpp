@@ -1,7 +1,7 @@
 #include "data_tools/feature_store.h"
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

@@ -9,6 +9,7 @@
 #include "data_tools/warp_images.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -102,7 +103,7 @@ void ImageSet::Bind(OptionsBinder& b) {
 
 std::vector<ImageSet> ReadImageSets(const std::string& path) {
   std::vector<ImageSet> all;
-  for (const ImageSet& set : ReadOptions<ImageSetList>(Config::FromFile(path)).sets) {
+  for (const ImageSet& set : ReadOptions<ImageSetList>(ConfigFromFile(path)).sets) {
     if (!set.output.empty()) all.push_back(set);
     for (const char* features : kDescribedFeatures)
       if (!set.described.empty()) all.push_back(Described(set, features));

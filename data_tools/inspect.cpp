@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/io/correspondence_files.h"
 #include "diffsac/problem/pair_truth.h"
 

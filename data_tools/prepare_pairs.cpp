@@ -13,7 +13,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/correspondence_files.h"
 #include "diffsac/datasets/pair_scenes.h"

@@ -8,7 +8,7 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/correspondence_files.h"
 

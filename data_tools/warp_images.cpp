@@ -13,7 +13,7 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

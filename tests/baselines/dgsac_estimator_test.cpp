@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "consensus/all_models.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/lab/make_estimator.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr Task kTasks[] = {Task::kLine, Task::kPlane, Task::kHomography, Task::kFundamental, Task::kEssential};
 
 std::unique_ptr<RobustEstimator> Make(const std::string& yaml, Task task) {
-  return MakeEstimator(Config::FromString(yaml, "t.yaml"), task, {"", "cpu", 1});
+  return MakeEstimator(ConfigFromYaml(yaml, "t.yaml"), task, {"", "cpu", 1});
 }
 
 /// 160 points, 40 % of them outliers, those first.

@@ -3,6 +3,7 @@
 
 #include "consensus/all_models.h"
 #include "consensus/search.h"
+#include "diffsac/lab/yaml.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -78,7 +79,7 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
   for (const auto& [name, make] : sources) {
     ForEachCombination(all, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 40;
-      CAPTURE(name, WriteOptions(options));
+      CAPTURE(name, WriteYaml(options));
       const auto source = make(all);
       const auto result =
           SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(all), {}, 1);
@@ -101,7 +102,7 @@ TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every 
   for (const auto& [name, make] : sources) {
     ForEachCombination(i, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 50;
-      CAPTURE(name, WriteOptions(options));
+      CAPTURE(name, WriteYaml(options));
       const auto run = [&](int threads, int block) {
         options.block_size = block;
         const auto source = make(i);
@@ -218,7 +219,7 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
         const auto source = make(1);
         const auto result =
             SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(1), hints);
-        CAPTURE(hostile.name, name, WriteOptions(options), std::string(ToString(result.status)));
+        CAPTURE(hostile.name, name, WriteYaml(options), std::string(ToString(result.status)));
         // Sources that see few different sets may miss a model that is there.
         const bool thorough = name == "uniform" || name == "weighted";
         const bool allowed = std::count(hostile.allowed.begin(), hostile.allowed.end(), result.status) > 0 ||

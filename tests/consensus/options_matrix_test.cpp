@@ -12,6 +12,7 @@
 #include "consensus/search.h"
 #include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -232,18 +233,18 @@ TEST_CASE("New options read from YAML and come back out; the defaults are the ol
   CHECK(defaults.final_refinement == FinalRefinement::kNone);
   CHECK_FALSE(defaults.sprt);
   const auto options = ReadOptions<ConsensusOptions>(
-      Config::FromString("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
+      ConfigFromYaml("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
                          "spatial_weight: 0.14\nsprt: true\nstopping: confidence\nconfidence: 0.999\n"
                          "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
                          "final_refinement: lm\nblock_size: 16\n"));
   CHECK(options.residual_dof == 4);
   CHECK(options.max_iterations == 7);
   CHECK(options.sprt);
-  CHECK(WriteOptions(ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)))) ==
-        WriteOptions(options));
+  CHECK(WriteYaml(ReadOptions<ConsensusOptions>(ToConfig(options))) ==
+        WriteYaml(options));
   for (const char* wrong : {"confidence: 1\n", "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n",
                             "final_refinement: yes\n", "spatial_weight: -1\n", "irls_rounds: 0\n"})
-    CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString(wrong)), Error);
+    CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml(wrong)), Error);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "diffsac/consensus/napsac_sampler.h"
 #include "diffsac/consensus/weighted_sampler.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -201,11 +202,11 @@ TEST_CASE("Samplers by name: missing or wrong numbers and unknown names are refu
   CHECK_THROWS_AS(make(MinimalSamplerKind::kProsac, wrong), Error);
   CHECK_THROWS_AS(make(MinimalSamplerKind::kProgressiveNapsac, wrong), Error);
   CHECK_NOTHROW(make(MinimalSamplerKind::kProgressiveNapsac, {}));
-  const auto options = ReadOptions<MinimalSamplerOptions>(Config::FromString("sampler: napsac\nnapsac_neighbors: 5\n"));
+  const auto options = ReadOptions<MinimalSamplerOptions>(ConfigFromYaml("sampler: napsac\nnapsac_neighbors: 5\n"));
   CHECK(options.napsac_neighbors == 5);
   for (const char* bad : {"sampler: nepsac\n", "sampler: weighted\n", "sampler: napsac\nnapsac_neighbors: 0\n",
                           "sampler: uniform\nnapsac_neighbors: 5\n"})
-    CHECK_THROWS_AS(ReadOptions<MinimalSamplerOptions>(Config::FromString(bad)), Error);
+    CHECK_THROWS_AS(ReadOptions<MinimalSamplerOptions>(ConfigFromYaml(bad)), Error);
 }
 
 TEST_CASE("Samplers by name are the samplers of that name") {

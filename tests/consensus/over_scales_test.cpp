@@ -7,6 +7,7 @@
 #include "consensus/all_models.h"
 #include "consensus/search.h"
 #include "diffsac/consensus/scorer.h"
+#include "diffsac/lab/yaml.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -117,7 +118,7 @@ TEST_CASE("The cameras' prior divides scores of F, not those of models without t
 }
 
 TEST_CASE("Options over scales are refused where they cannot act") {
-  const auto read = [](const char* text) { return ReadOptions<ConsensusOptions>(Config::FromString(text)); };
+  const auto read = [](const char* text) { return ReadOptions<ConsensusOptions>(ConfigFromYaml(text)); };
   CHECK(read("score: scales\nleast_scale: 0.5\ngreatest_scale: 4\n").greatest_scale == 4.0);
   CHECK(read("threshold: adaptive\nleast_scale: 0.5\n").threshold == ThresholdKind::kAdaptive);
   CHECK(read("final_refinement: lm_marginalised\nleast_scale: 0.5\n").final_refinement == FinalRefinement::kMarginalised);

@@ -8,6 +8,7 @@
 
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/mixture.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -256,18 +257,18 @@ TEST_CASE("Same seed, same estimate; the seed is used by local optimisation alon
 
 TEST_CASE("Consensus options read from YAML and come back out") {
   const auto options =
-      ReadOptions<ConsensusOptions>(Config::FromString("score: msac\nrefit: em\nrefit_candidates: 7\n"));
+      ReadOptions<ConsensusOptions>(ConfigFromYaml("score: msac\nrefit: em\nrefit_candidates: 7\n"));
   CHECK(options.score == ScoreKind::kMsac);
   CHECK(options.refit == Refit::kMixture);
   CHECK(options.refit_candidates == 7);
-  const auto again = ReadOptions<ConsensusOptions>(Config::FromString(WriteOptions(options)));
-  CHECK(WriteOptions(again) == WriteOptions(options));
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit: least\n")), Error);
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refit_candidates: 0\n")), Error);
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(Config::FromString("refits: em\n")), Error);
+  const auto again = ReadOptions<ConsensusOptions>(ToConfig(options));
+  CHECK(WriteYaml(again) == WriteYaml(options));
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refit: least\n")), Error);
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refit_candidates: 0\n")), Error);
+  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refits: em\n")), Error);
   // What memory is asked for in proportion to.
   for (const char* huge : {"max_iterations: 1000000000", "block_size: 1000000000", "refit_candidates: 1000000000"})
-    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(Config::FromString(huge)),
+    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(ConfigFromYaml(huge)),
                       Catch::Contains("expected an integer from"));
 }
 

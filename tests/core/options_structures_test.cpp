@@ -6,6 +6,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 // What a field can be besides a number or a text: enums, lists and maps of structs, optional values, sub-documents.
 
@@ -98,7 +99,7 @@ struct TableOptions {
 
 template <class Options>
 Options Read(const std::string& yaml) {
-  return ReadOptions<Options>(Config::FromString(yaml, "f.yaml"));
+  return ReadOptions<Options>(ConfigFromYaml(yaml, "f.yaml"));
 }
 
 }  // namespace
@@ -108,7 +109,7 @@ TEST_CASE("An enum is bound by the names in its table") {
   CHECK(options.noise == Noise::kUniform);
   CHECK(options.other == Noise::kGaussian);
   CHECK(options.all == std::vector<Noise>{Noise::kNone, Noise::kUniform});
-  CHECK(WriteOptions(options) == "noise: uniform\nother: gaussian\nall: [none, uniform]\n");
+  CHECK(WriteYaml(options) == "noise: uniform\nother: gaussian\nall: [none, uniform]\n");
   CHECK(ToString(Noise::kNone) == "none");
   CHECK(FromString<Noise>("none") == Noise::kNone);
   CHECK_THROWS_WITH(FromString<Noise>("nine"),
@@ -125,12 +126,12 @@ TEST_CASE("A key that does not act is an error with its line, and is not written
   CHECK(Read<NoiseOptions>("noise: gaussian\nsigma: 2\n").sigma == 2.0);
   CHECK_THROWS_WITH(Read<NoiseOptions>("noise: none\nsigma: 2\n"), "f.yaml:2: sigma: acts only with noise: gaussian");
   CHECK_THROWS_WITH(Read<NoiseOptions>("noise: none\nsigma: 2\nothr: uniform\n"), Contains("unknown key 'othr'"));
-  CHECK(WriteOptions(Read<NoiseOptions>("noise: none")) == "noise: none\nother: uniform\nall: [none]\n");
+  CHECK(WriteYaml(Read<NoiseOptions>("noise: none")) == "noise: none\nother: uniform\nall: [none]\n");
 }
 
 TEST_CASE("What was stored earlier may hold keys that are gone or do not act, but no wrong values") {
   const auto stored = [](const std::string& yaml) {
-    return ReadStoredOptions<NoiseOptions>(Config::FromString(yaml, "f.yaml"));
+    return ReadStoredOptions<NoiseOptions>(ConfigFromYaml(yaml, "f.yaml"));
   };
   CHECK(stored("noise: none\nsigma: 2\ngone: 3\n").noise == Noise::kNone);
   CHECK_THROWS_WITH(stored("sigma: 0"), Contains("f.yaml:1: sigma: expected a number above 0"));
@@ -146,7 +147,7 @@ TEST_CASE("Lists of structs, maps and sub-documents are read with their places")
   CHECK(table.rows[0].name == "ransac");
   CHECK_FALSE(table.rows[0].problems);
   CHECK(table.rows[1].problems == 3);
-  CHECK(table.rows[1].own.Dump() == "copies: 7\n");
+  CHECK(ToYaml(table.rows[1].own) == "copies: 7\n");
   CHECK(table.rows[1].own.Where("copies") == "f.yaml:3: rows.1.copies");
   REQUIRE(table.paper.size() == 2);
   CHECK(table.paper[0].first == "z");
@@ -167,7 +168,7 @@ TEST_CASE("Lists and maps that are given replace the defaults; others leave them
   TableOptions defaults;
   defaults.rows.resize(3);
   defaults.counts = {{"old", 1}};
-  const auto replaced = ReadOptions(Config::FromString("rows: []\ncounts: {new: 2}\n"), defaults);
+  const auto replaced = ReadOptions(ConfigFromYaml("rows: []\ncounts: {new: 2}\n"), defaults);
   CHECK(replaced.rows.empty());
   CHECK(replaced.counts == std::map<std::string, int>{{"new", 2}});
   CHECK(ReadOptions(Config(), defaults).rows.size() == 3);
@@ -193,11 +194,11 @@ TEST_CASE("Mistakes within lists and maps name their place") {
 }
 
 TEST_CASE("A sub-document that became its own keeps its path and --set in messages") {
-  Config config = Config::FromString("rows:\n- name: a\n  noise: unifrom\n", "f.yaml");
+  Config config = ConfigFromYaml("rows:\n- name: a\n  noise: unifrom\n", "f.yaml");
   const auto own = ReadOptions<TableOptions>(config).rows[0].own;
   CHECK_THROWS_WITH(ReadOptions<NoiseOptions>(own), Contains("f.yaml:3: rows.0.noise: expected one of"));
-  config.Set("rows.0.noise=none");
-  config.Set("rows.0.wide=3");
+  SetYaml(&config, "rows.0.noise=none");
+  SetYaml(&config, "rows.0.wide=3");
   const auto set = ReadOptions<TableOptions>(config).rows[0].own;
   CHECK_THROWS_WITH(ReadOptions<NoiseOptions>(set),
                     "--set rows.0.wide=3: unknown key 'rows.0.wide'; did you mean "
@@ -209,9 +210,9 @@ TEST_CASE("Lists, maps and sub-documents that are written read back equal") {
       "rows: [ransac, {name: b, problems: 3, deep: {list: [1, {x: y}]}}]\n"
       "paper: {z: {ours: b, 0.5: 0.9, 0.8: [~, 2.5]}, a: {0.5: [1, 2], 0.6: {rotation: 3}}}\n"
       "groups: {g: [x, y], e: []}\ncounts: {one: 1}\ncompare: [[a, b]]\ndata: {type: line}\n");
-  const std::string yaml = WriteOptions(table);
+  const std::string yaml = WriteYaml(table);
   CAPTURE(yaml);
-  CHECK(WriteOptions(Read<TableOptions>(yaml)) == yaml);
+  CHECK(WriteYaml(Read<TableOptions>(yaml)) == yaml);
   CHECK_THAT(yaml, Contains("- [a, b]"));
   CHECK_THAT(yaml, Contains("\"0.5\": [1, 2]"));
   CHECK_THAT(yaml, Contains("\"0.8\":\n      median: 2.5"));
@@ -221,9 +222,9 @@ TEST_CASE("Lists, maps and sub-documents that are written read back equal") {
 TEST_CASE("An optional value can be taken back") {
   Row row;
   row.problems = 5;
-  CHECK(ReadOptions(Config::FromString("name: a"), row).problems == 5);
-  CHECK_FALSE(ReadOptions(Config::FromString("problems: ~"), row).problems);
-  CHECK_THROWS_WITH(ReadOptions(Config::FromString("problems: x", "f.yaml"), row),
+  CHECK(ReadOptions(ConfigFromYaml("name: a"), row).problems == 5);
+  CHECK_FALSE(ReadOptions(ConfigFromYaml("problems: ~"), row).problems);
+  CHECK_THROWS_WITH(ReadOptions(ConfigFromYaml("problems: x", "f.yaml"), row),
                     "f.yaml:1: problems: expected an integer of at least 1, got 'x'");
 }
 
@@ -267,16 +268,16 @@ TEST_CASE("Options describe themselves") {
 }
 
 TEST_CASE("Documents can be merged, changed and trimmed without touching each other") {
-  const Config base = Config::FromString("a: {x: 1, y: 2}\nb: 3\n", "base.yaml");
-  const Config over = Config::FromString("a:\n  y: 4\n", "over.yaml");
+  const Config base = ConfigFromYaml("a: {x: 1, y: 2}\nb: 3\n", "base.yaml");
+  const Config over = ConfigFromYaml("a:\n  y: 4\n", "over.yaml");
   const Config merged = base.MergedWith(over);
-  CHECK(merged.Dump() == "a:\n  x: 1\n  y: 4\nb: 3\n");
+  CHECK(ToYaml(merged) == "a:\n  x: 1\n  y: 4\nb: 3\n");
   CHECK(merged.Where("a.y") == "over.yaml:2: a.y");
   CHECK(merged.Where("b") == "base.yaml:2: b");
-  CHECK(base.Dump() == "a:\n  x: 1\n  y: 2\nb: 3\n");
+  CHECK(ToYaml(base) == "a:\n  x: 1\n  y: 2\nb: 3\n");
   CHECK(base.Sub("a").With("x", over.Sub("a.y")).Dump() == "x: 4\ny: 2\n");
   CHECK(base.Sub("a").With("z", over.Sub("a")).Dump() == "x: 1\ny: 2\nz:\n  y: 4\n");
-  CHECK(base.Without({"a", "none"}).Dump() == "b: 3\n");
+  CHECK(ToYaml(base.Without({"a", "none"})) == "b: 3\n");
   CHECK(base.Sub("a").Without({"x"}).Where("y") == "base.yaml:1: a.y");
   CHECK(base.Keys() == std::vector<std::string>{"a", "b"});
   CHECK(base.Sub("b").Keys().empty());

@@ -7,6 +7,7 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -53,11 +54,11 @@ struct AllOptions {
   }
 };
 
-AllOptions Read(const std::string& yaml) { return ReadOptions<AllOptions>(Config::FromString(yaml, "f.yaml")); }
+AllOptions Read(const std::string& yaml) { return ReadOptions<AllOptions>(ConfigFromYaml(yaml, "f.yaml")); }
 
 AllOptions ReadSet(const std::string& assignment) {
-  Config config = Config::FromString("model: {width: 3}\nsizes: [1, 2]\n", "f.yaml");
-  config.Set(assignment);
+  Config config = ConfigFromYaml("model: {width: 3}\nsizes: [1, 2]\n", "f.yaml");
+  SetYaml(&config, assignment);
   return ReadOptions<AllOptions>(config);
 }
 
@@ -84,12 +85,12 @@ TEST_CASE("Values of every kind are read") {
 }
 
 TEST_CASE("Nothing given leaves the defaults") {
-  const std::string defaults = WriteOptions(AllOptions());
-  CHECK(WriteOptions(Read("")) == defaults);
-  CHECK(WriteOptions(Read("# only a comment\n")) == defaults);
-  CHECK(WriteOptions(Read("model:\n")) == defaults);
-  CHECK(WriteOptions(ReadOptions<AllOptions>(Config())) == defaults);
-  CHECK(WriteOptions(ReadOptions<AllOptions>(Config().Sub("not.there"))) == defaults);
+  const std::string defaults = WriteYaml(AllOptions());
+  CHECK(WriteYaml(Read("")) == defaults);
+  CHECK(WriteYaml(Read("# only a comment\n")) == defaults);
+  CHECK(WriteYaml(Read("model:\n")) == defaults);
+  CHECK(WriteYaml(ReadOptions<AllOptions>(Config())) == defaults);
+  CHECK(WriteYaml(ReadOptions<AllOptions>(Config().Sub("not.there"))) == defaults);
 }
 
 TEST_CASE("Every mistake names its place and what was expected") {
@@ -176,19 +177,19 @@ TEST_CASE("The option --set changes values and is named in messages") {
 }
 
 TEST_CASE("The option --set reaches into missing maps and lists of maps") {
-  Config config = Config::FromString("methods:\n- name: a\n- name: b\n");
-  config.Set("methods.0.max_iterations=5");
-  config.Set("x.y.z=1");
+  Config config = ConfigFromYaml("methods:\n- name: a\n- name: b\n");
+  SetYaml(&config, "methods.0.max_iterations=5");
+  SetYaml(&config, "x.y.z=1");
   CHECK(config.Has("x.y.z"));
   CHECK(config.Sequence("methods")[0].Has("hypotheses"));
   CHECK_FALSE(config.Sequence("methods")[1].Has("hypotheses"));
-  CHECK_THROWS_AS(config.Set("methods.0.name.deep=1"), Error);
-  CHECK_THROWS_WITH(config.Set("q=[1"), Contains("--set q=[1: not valid YAML"));
+  CHECK_THROWS_AS(SetYaml(&config, "methods.0.name.deep=1"), Error);
+  CHECK_THROWS_WITH(SetYaml(&config, "q=[1"), Contains("--set q=[1: not valid YAML"));
   CHECK_FALSE(config.Has("q"));
 }
 
 TEST_CASE("Views share the document and keep the whole path") {
-  Config config = Config::FromString("a:\n  b:\n    width: x\n  list:\n  - {width: 1}\n  - {width: y}\n", "f.yaml");
+  Config config = ConfigFromYaml("a:\n  b:\n    width: x\n  list:\n  - {width: 1}\n  - {width: y}\n", "f.yaml");
   const Config copy = config;
   CHECK(config.Sub("a").Sub("b").Where("width") == "f.yaml:3: a.b.width");
   CHECK(config.Where("a.b.other") == "f.yaml:2: a.b.other");
@@ -201,8 +202,8 @@ TEST_CASE("Views share the document and keep the whole path") {
   CHECK(config.Sequence("none").empty());
   CHECK_THROWS_WITH(config.Sequence("a.b"), "f.yaml:2: a.b: expected a list");
   CHECK_THROWS_WITH(config.Sub("a.b.width.c"), "f.yaml:3: a.b.width: expected a map of options");
-  config.Sub("a").Set("b.width=4");
-  CHECK(copy.Sub("a.b").Dump() == "width: 4\n");
+  SetYaml(config.Sub("a"), "b.width=4");
+  CHECK(ToYaml(copy.Sub("a.b")) == "width: 4\n");
   CHECK(copy.Where("a.b.width") == "--set a.b.width=4");
 }
 
@@ -210,11 +211,11 @@ TEST_CASE("include merges maps, replaces lists and keeps places") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("base.yaml"), "sizes: [1, 2, 3]\nmodel:\n  width: 5\n  rate: -1\nsteps: 7\n");
   WriteFileAtomically(folder.File("main.yaml"), "include: base.yaml\nsizes: [4]\nmodel:\n  width: 6\n");
-  Config config = Config::FromFile(folder.File("main.yaml"));
+  Config config = ConfigFromFile(folder.File("main.yaml"));
   CHECK(config.Where("model.width") == folder.File("main.yaml") + ":4: model.width");
   CHECK(config.Where("steps") == folder.File("base.yaml") + ":5: steps");
   CHECK_THROWS_WITH(ReadOptions<AllOptions>(config), Catch::StartsWith(folder.File("base.yaml") + ":4: model.rate: "));
-  config.Set("model.rate=0.5");
+  SetYaml(&config, "model.rate=0.5");
   const auto options = ReadOptions<AllOptions>(config);
   CHECK(options.sizes == std::vector<int>{4});
   CHECK(options.model.width == 6);
@@ -226,15 +227,15 @@ TEST_CASE("include: of a list of files the later ones override, and the file its
   WriteFileAtomically(folder.File("a.yaml"), "name: a\nsteps: 3\nmodel: {width: 5}\n");
   WriteFileAtomically(folder.File("b.yaml"), "name: b\nsteps: 4\nmodel: {rate: 0.5}\n");
   WriteFileAtomically(folder.File("main.yaml"), "include: [a.yaml, b.yaml]\nname: main\n");
-  const auto options = ReadOptions<AllOptions>(Config::FromFile(folder.File("main.yaml")));
+  const auto options = ReadOptions<AllOptions>(ConfigFromFile(folder.File("main.yaml")));
   CHECK(options.name == "main");
   CHECK(options.steps == 4);
   CHECK(options.model.width == 5);
   CHECK(options.model.rate == 0.5);
   WriteFileAtomically(folder.File("main.yaml"), "include: [a.yaml, [b.yaml]]\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")), Contains("main.yaml:1: include: ") && Contains("list"));
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("main.yaml")), Contains("main.yaml:1: include: ") && Contains("list"));
   WriteFileAtomically(folder.File("main.yaml"), "include:\n  - a.yaml\n  - none.yaml\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("main.yaml")),
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("main.yaml")),
                     Contains("main.yaml:3: include: ") && Contains("none.yaml"));
 }
 
@@ -243,18 +244,18 @@ TEST_CASE("include: chains are followed; circles and absent files are errors") {
   WriteFileAtomically(folder.File("a.yaml"), "include: b.yaml\nname: a\n");
   WriteFileAtomically(folder.File("b.yaml"), "include: ./c.yaml\nname: b\nsteps: 8\n");
   WriteFileAtomically(folder.File("c.yaml"), "steps: 3\nseed: 9\n");
-  const auto options = ReadOptions<AllOptions>(Config::FromFile(folder.File("a.yaml")));
+  const auto options = ReadOptions<AllOptions>(ConfigFromFile(folder.File("a.yaml")));
   CHECK(options.name == "a");
   CHECK(options.steps == 8);
   CHECK(options.seed == 9);
   WriteFileAtomically(folder.File("c.yaml"), "\ninclude: a.yaml\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:2: include: ") && Contains("itself"));
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("a.yaml")), Contains("c.yaml:2: include: ") && Contains("itself"));
   // It has no end.
   WriteFileAtomically(folder.File("c.yaml"), "include: /dev/zero\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("not a file"));
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("not a file"));
   WriteFileAtomically(folder.File("c.yaml"), "include: none.yaml\n");
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("none.yaml"));
-  CHECK_THROWS_WITH(Config::FromFile(folder.File("none.yaml")), Contains("none.yaml") && Contains("No such file"));
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("a.yaml")), Contains("c.yaml:1: include: ") && Contains("none.yaml"));
+  CHECK_THROWS_WITH(ConfigFromFile(folder.File("none.yaml")), Contains("none.yaml") && Contains("No such file"));
 }
 
 TEST_CASE("Written options read back equal") {
@@ -266,7 +267,7 @@ TEST_CASE("Written options read back equal") {
   o.words = {"", "x, y", "-1", "null"};
   o.model.rate = 1e-4;
   o.model.bias = false;
-  const std::string yaml = WriteOptions(o);
+  const std::string yaml = WriteYaml(o);
   CAPTURE(yaml);
   const AllOptions back = Read(yaml);
   CHECK(back.name == o.name);
@@ -276,10 +277,10 @@ TEST_CASE("Written options read back equal") {
   CHECK(back.words == o.words);
   CHECK(back.model.rate == o.model.rate);
   CHECK(back.model.bias == o.model.bias);
-  CHECK(WriteOptions(back) == yaml);
-  CHECK(Config::FromString(yaml).Dump() == yaml);
+  CHECK(WriteYaml(back) == yaml);
+  CHECK(ToYaml(ConfigFromYaml(yaml)) == yaml);
   o.model.rate = std::nan("");
-  CHECK_THROWS_AS(WriteOptions(o), std::logic_error);
+  CHECK_THROWS_AS(WriteYaml(o), std::logic_error);
 }
 
 TEST_CASE("NearestWord is the smallest edit distance, the first of equals") {
@@ -291,7 +292,7 @@ TEST_CASE("NearestWord is the smallest edit distance, the first of equals") {
 }  // namespace diffsac
 
 TEST_CASE("a plain value can be read as text without knowing the other keys") {
-  const auto config = diffsac::Config::FromString("type: ransac\nname: \"a b\"\nmap: {x: 1}\n", "t.yaml");
+  const auto config = diffsac::ConfigFromYaml("type: ransac\nname: \"a b\"\nmap: {x: 1}\n", "t.yaml");
   CHECK(config.Text("type") == "ransac");
   CHECK(config.Text("name") == "a b");
   CHECK(config.Text("map.x") == "1");

@@ -7,6 +7,7 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -37,7 +38,7 @@ struct Folders {
   std::string Found(const std::string& path) const {
     const CurrentFolder here(folder / "here");
     WriteFileAtomically(folder / "yaml/row.yaml", "methods: [{checkpoint: " + path + "}]\n");
-    return WithFoundPaths(Config::FromFile(folder / "yaml/row.yaml")).Text("methods.0.checkpoint");
+    return WithFoundPaths(ConfigFromFile(folder / "yaml/row.yaml")).Text("methods.0.checkpoint");
   }
 
   TemporaryFolder folder;
@@ -58,7 +59,7 @@ TEST_CASE("paths of a configuration are relative to its file, then to the curren
 TEST_CASE("the shipped models are found from any folder") {
   const TemporaryFolder empty;
   const CurrentFolder here(empty.path());
-  const auto row = Config::FromString("{checkpoint: models/line/model.safetensors}");
+  const auto row = ConfigFromYaml("{checkpoint: models/line/model.safetensors}");
   CHECK(fs::equivalent(RequiredPath(row.Sub("checkpoint"), "checkpoint"),
                        fs::path(DIFFSAC_SOURCE_DIR) / "models/line/model.safetensors"));
 }
@@ -74,7 +75,7 @@ TEST_CASE("a file that comes with the programs is found from any folder") {
 TEST_CASE("a path of a configuration that is nowhere names its line and every place looked at") {
   const Folders all;
   WriteFileAtomically(all.folder / "yaml/row.yaml", "a: 1\ncheckpoint: models/none/net\npaths: [kept, gone]\n");
-  const auto config = Config::FromFile(all.folder / "yaml/row.yaml");
+  const auto config = ConfigFromFile(all.folder / "yaml/row.yaml");
   const std::string file = all.folder / "yaml/row.yaml";
   CHECK_THROWS_WITH(RequiredPath(config.Sub("checkpoint"), "checkpoint"),
                     Contains(file + ":2: checkpoint: 'models/none/net': no such checkpoint") &&

@@ -9,6 +9,7 @@
 #include "data_tools/image_features.h"
 #include "data_tools/run_pairs.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "data_tools/image_test_util.h"
 
@@ -85,7 +86,7 @@ TEST_CASE("images against the points that the others see: most matches are right
   CHECK(result.written == 1);
   CHECK(RunPairs(Request(root, output), go).already_there == 1);
   const auto dataset = MakeDataset(
-      Config::FromString("{type: absolute_poses, paths: [" + output + "], inlier_threshold_px: 2}", "a.yaml"), 1);
+      ConfigFromYaml("{type: absolute_poses, paths: [" + output + "], inlier_threshold_px: 2}", "a.yaml"), 1);
   REQUIRE(dataset->size() == kImages);
   for (int i = 0; i < kImages; ++i) {
     const Example example = dataset->Get(i);

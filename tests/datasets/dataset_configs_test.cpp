@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/generators/synthetic_two_view.h"
@@ -12,7 +13,7 @@ namespace {
 // The data, the labels and the features of a configuration agree with one another.
 void CheckConfig(const std::string& path) {
   CAPTURE(path);
-  const Config config = Config::FromFile(path);
+  const Config config = ConfigFromFile(path);
   const Task task = TaskFromString(config.Text("task"));
   // Mixtures are training's (tests/train).
   if (config.Text("data.type") != "mixture") {
@@ -33,7 +34,7 @@ TEST_CASE("every shipped configuration's data, labels and features can be read")
   int count = 0;
   for (const char* folder : {"/configs", "/configs/data", "/configs/paper"})
     for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR + std::string(folder)))
-      if (entry.path().extension() == ".yaml" && Config::FromFile(entry.path().string()).Has("data")) {
+      if (entry.path().extension() == ".yaml" && ConfigFromFile(entry.path().string()).Has("data")) {
         CheckConfig(entry.path().string());
         ++count;
       }
@@ -43,7 +44,7 @@ TEST_CASE("every shipped configuration's data, labels and features can be read")
 TEST_CASE("synthetic configurations give features and labels as training asks for them") {
   for (const char* name : {"fundamental", "essential", "homography"}) {
     const Config config =
-        Config::FromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/data/synthetic_") + name + ".yaml");
+        ConfigFromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/data/synthetic_") + name + ".yaml");
     const auto dataset = MakeDataset(config.Sub("data"), 1);
     const auto labels = ReadOptions<LabelOptions>(config.Sub("labels"));
     const PointFeatures features(ReadOptions<PointFeaturesOptions>(config.Sub("network.features")), dataset->task());

@@ -17,9 +17,10 @@
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/fundamental.h"
-#include "two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 namespace {
@@ -83,7 +84,7 @@ std::vector<Example> WriteScene(const std::string& folder, std::uint64_t seed, c
 
 std::unique_ptr<Dataset> Make(const std::string& type, const std::string& root, const std::string& more = "",
                               std::uint64_t seed = 1) {
-  return MakeDataset(Config::FromString("type: " + type + "\nroot: \"" + root + "\"\n" + more, "my.yaml"), seed);
+  return MakeDataset(ConfigFromYaml("type: " + type + "\nroot: \"" + root + "\"\n" + more, "my.yaml"), seed);
 }
 
 void Unlink(const std::string& path, const std::string& key) {
@@ -153,7 +154,7 @@ TEST_CASE("the tutorial's splits and scenes are chosen by name") {
   CHECK(Has(error("split: trian\n"), "train"));
   CHECK(Has(error("split: train\nscenes: [aa]\n"), "did you mean 'a'"));
   CHECK(Has(ErrorOf([] { Make("ransac_tutorial", "nowhere"); }), "'nowhere': no such file or folder; looked for nowhere"));
-  CHECK(Has(ErrorOf([] { MakeDataset(Config::FromString("type: ransac_tutorial\n"), 1); }), "root"));
+  CHECK(Has(ErrorOf([] { MakeDataset(ConfigFromYaml("type: ransac_tutorial\n"), 1); }), "root"));
 }
 
 TEST_CASE("the tutorial's homographies are read from either level") {
@@ -320,8 +321,8 @@ TEST_CASE("KITTI scenes are chosen by sequence and step") {
   CHECK(scenes("sequences: [\"08\", \"09\", \"10\"]\n") == Names{"kitti_08_step_01"});
   CHECK(scenes("sequences: []\nsteps: [1]\n") == Names{"kitti_00_step_01", "kitti_08_step_01"});
   CHECK(Has(ErrorOf([&] { scenes("steps: [3]\n"); }), "diffsac_prepare"));
-  const std::string text = WriteDatasetOptions(Config::FromString("type: kitti\nroot: a\nsteps: [1, 5]\n"));
-  CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+  const std::string text = WriteDatasetOptions(ConfigFromYaml("type: kitti\nroot: a\nsteps: [1, 5]\n"));
+  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 TEST_CASE("scenes of a folder are read through the factory; what is missing is named") {
@@ -330,7 +331,7 @@ TEST_CASE("scenes of a folder are read through the factory; what is missing is n
   WriteCorrespondences(folder / "b", SyntheticSet(4, 40, Rng(2)));
   const auto make = [&](const std::string& more) {
     return MakeDataset(
-        Config::FromString("type: correspondences\npaths: [\"" + folder.path() + "\"]\n" + more, "test.yaml"), 1);
+        ConfigFromYaml("type: correspondences\npaths: [\"" + folder.path() + "\"]\n" + more, "test.yaml"), 1);
   };
   // Options that no configuration was read into are checked as well.
   CorrespondencesOptions wrong;
@@ -363,7 +364,7 @@ TEST_CASE("scenes of a folder are read through the factory; what is missing is n
         CHECK(few.problem.descriptors.row(i) == written.pairs[0].problem.descriptors.row(k));
   CHECK_THROWS_AS(make("min_points: 1000\n"), Error);
   CHECK_THROWS_AS(make("task: line\n"), Error);
-  CHECK_THROWS_AS(MakeDataset(Config::FromString("type: correspondences\npaths: [nowhere]\n", "test.yaml"), 1), Error);
+  CHECK_THROWS_AS(MakeDataset(ConfigFromYaml("type: correspondences\npaths: [nowhere]\n", "test.yaml"), 1), Error);
 }
 
 }  // namespace diffsac

@@ -6,12 +6,13 @@
 #include "data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/lab/dataset_factory.h"
-#include "two_view_test_util.h"
+#include "diffsac/lab/yaml.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 namespace {
 
-std::unique_ptr<Dataset> Make(const std::string& yaml) { return MakeDataset(Config::FromString(yaml, "test.yaml"), 1); }
+std::unique_ptr<Dataset> Make(const std::string& yaml) { return MakeDataset(ConfigFromYaml(yaml, "test.yaml"), 1); }
 
 }  // namespace
 

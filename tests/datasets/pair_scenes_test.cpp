@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "data_test_util.h"
-#include "two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 

@@ -15,6 +15,7 @@
 #include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -396,7 +397,7 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
   CHECK(Has(ErrorOf([&] { MakePointSets(Options(empty.path())); }), "no point files"));
   CHECK(ErrorOf([&] {
           ReadOptions<PointSetsOptions>(
-              Config::FromString("paths: [a.csv]\ninlier_threshold: 1\n"
+              ConfigFromYaml("paths: [a.csv]\ninlier_threshold: 1\n"
                                  "inlier_threshold_relative: 0.1\n"));
         }) != "");
 }

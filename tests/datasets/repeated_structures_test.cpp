@@ -4,13 +4,14 @@
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/datasets/repeated_structures.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
 
 std::unique_ptr<Dataset> Pairs(const std::string& task) {
   const auto config =
-      Config::FromString("{type: synthetic_two_view, task: " + task +
+      ConfigFromYaml("{type: synthetic_two_view, task: " + task +
                              ", num_points: 200, outlier_ratio: 0.3, inlier_threshold_px: 1, noise_px: 0.2, "
                              "match_ratio: true}",
                          "pairs.yaml");

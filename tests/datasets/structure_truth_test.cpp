@@ -9,6 +9,7 @@
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/lab/yaml.h"
 #include "structures_test_util.h"
 
 namespace diffsac {
@@ -41,7 +42,7 @@ void Write(const std::string& folder, Example pair) {
 }
 
 std::unique_ptr<Dataset> Read(const std::string& folder, const std::string& more) {
-  return MakeDataset(Config::FromString("type: correspondences\npaths: [\"" + folder + "\"]\n" + more, "my.yaml"), 1);
+  return MakeDataset(ConfigFromYaml("type: correspondences\npaths: [\"" + folder + "\"]\n" + more, "my.yaml"), 1);
 }
 
 constexpr const char* kStructures = "task: homography\nstructures: true\ninlier_threshold_px: 2\n";

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "denoiser/test_networks.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -104,7 +105,7 @@ TEST_CASE("self-conditioning reads the previous prediction, zeros when there is 
 }
 
 TEST_CASE("options that make no network are refused with their place") {
-  const auto read = [](const std::string& yaml) { return ReadOptions<DenoiserOptions>(Config::FromString(yaml, "x.yaml")); };
+  const auto read = [](const std::string& yaml) { return ReadOptions<DenoiserOptions>(ConfigFromYaml(yaml, "x.yaml")); };
   CHECK_THROWS_WITH(read("width: 63"), Catch::Contains("x.yaml:1") && Catch::Contains("even"));
   CHECK_THROWS_WITH(read("width: 64\nheads: 5"), Catch::Contains("heads"));
   CHECK_THROWS_WITH(read("encoder_layers: 0"), Catch::Contains("inlier_head"));

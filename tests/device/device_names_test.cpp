@@ -4,6 +4,7 @@
 
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/lab/make_estimator.h"
 #include "diffsac/networks/learned_network.h"
@@ -49,7 +50,7 @@ TEST_CASE("a device that is no name or is not there is one clear line") {
 
 TEST_CASE("rows without a network refuse a device that is not there as well") {
   const auto make = [](const std::string& device) {
-    return MakeEstimator(Config::FromString("{type: ransac}"), Task::kLine, {"", device, 1});
+    return MakeEstimator(ConfigFromYaml("{type: ransac}"), Task::kLine, {"", device, 1});
   };
   CHECK_THROWS_WITH(make("tpu"), Contains("device 'tpu'"));
   CHECK_NOTHROW(make(testing::TestDeviceName()));

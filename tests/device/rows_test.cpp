@@ -9,6 +9,7 @@
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
 #include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/lab/make_estimator.h"
@@ -23,7 +24,7 @@ const std::string kModels = DIFFSAC_SOURCE_DIR "/models/";
 
 std::unique_ptr<RobustEstimator> Row(const TrainedConfig& trained, const std::string& device, const std::string& more = "") {
   const std::string row = "{type: " + trained.method + ", checkpoint: '" + trained.checkpoint + "'" + more + "}";
-  return MakeEstimator(Config::FromString(row), trained.task, {"", device, 1});
+  return MakeEstimator(ConfigFromYaml(row), trained.task, {"", device, 1});
 }
 
 std::vector<Example> ExamplesOf(Task task) {

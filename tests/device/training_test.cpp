@@ -11,6 +11,7 @@
 #include "device/test_device.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/distributed/process_group.h"
@@ -57,7 +58,7 @@ network: {features: {kinds: [preference], preference_draws: 20, preference_kept:
 
 TrainRequest Request(const char* method, const std::string& output, const std::string& device,
                      const std::vector<std::string>& changes = {}) {
-  const auto config = Config::FromString(kCommon, "tiny.yaml").MergedWith(Config::FromString(method, "tiny.yaml"));
+  const auto config = ConfigFromYaml(kCommon, "tiny.yaml").MergedWith(ConfigFromYaml(method, "tiny.yaml"));
   TrainRequest request = OneThread(config, output, changes);
   request.device = device;
   return request;
@@ -118,7 +119,7 @@ TEST_CASE("every method trains on the device as on the CPU, and its checkpoint s
     for (const std::string& device : {TestDeviceName(), std::string("cpu")}) {
       const auto trained = ReadTrainedConfig(there + "/checkpoints/best.safetensors");
       const std::string row = "{type: " + trained.method + ", checkpoint: '" + trained.checkpoint + "'}";
-      CHECK(MakeEstimator(Config::FromString(row), Task::kLine, {"", device, 1})->Training()->parameters > 0);
+      CHECK(MakeEstimator(ConfigFromYaml(row), Task::kLine, {"", device, 1})->Training()->parameters > 0);
     }
   }
 }

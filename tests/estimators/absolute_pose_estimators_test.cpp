@@ -5,6 +5,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/eval/metrics.h"
 #include "estimators/make_estimator.h"
@@ -17,7 +18,7 @@ constexpr const char* kTypes[] = {"ransac",    "lo_ransac", "prosac", "napsac", 
 
 std::unique_ptr<Dataset> Scenes() {
   return MakeDataset(
-      Config::FromString("{type: synthetic_absolute_pose, num_points: 150, outlier_ratio: 0.5}", "a.yaml"), 3);
+      ConfigFromYaml("{type: synthetic_absolute_pose, num_points: 150, outlier_ratio: 0.5}", "a.yaml"), 3);
 }
 
 TEST_CASE("every row finds poses among half outliers") {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/baselines/oracle.h"
 #include "diffsac/baselines/theil_sen.h"
@@ -129,7 +130,7 @@ TEST_CASE("Options are read and checked; keys of the experiment are none of the 
   CHECK_THROWS_AS(Make("ransac", "{hypothesis: 20}"), Error);
   CHECK_THROWS_AS(Make("ransac", "{max_iterations: 0}"), Error);
   CHECK_THROWS_AS(Make("lo_ransac", "{consensus: {refit: best}}"), Error);
-  const Config row = ResolvedRow(Config::FromString("type: exhaustive"), Task::kLine, {});
+  const Config row = ResolvedRow(ConfigFromYaml("type: exhaustive"), Task::kLine, {});
   CHECK(row.Text("consensus.score") == "msac");
   CHECK(row.Text("consensus.refit") == "em");
   CHECK_THROWS_WITH(Make("exhaustive", "{}", Task::kHomography), Catch::Contains("lines and planes only"));

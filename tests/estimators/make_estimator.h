@@ -4,13 +4,14 @@
 #include <string>
 
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 
 /// The row of a type with options as an experiment's file gives them ("test.yaml" in messages).
 inline std::unique_ptr<RobustEstimator> MakeRow(const std::string& type, Task task, const std::string& yaml = "{}") {
-  Config config = Config::FromString(yaml, "test.yaml");
-  config.Set("type=" + type);
+  Config config = ConfigFromYaml(yaml, "test.yaml");
+  SetYaml(&config, "type=" + type);
   return MakeEstimator(config, task, {});
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/encoded_points.h"
 #include "diffsac/estimators/estimation_priors.h"
@@ -14,7 +15,7 @@ namespace diffsac {
 namespace {
 
 Example Pair() {
-  return MakeDataset(Config::FromString("{type: synthetic_two_view, task: fundamental, num_points: 400, outlier_ratio: "
+  return MakeDataset(ConfigFromYaml("{type: synthetic_two_view, task: fundamental, num_points: 400, outlier_ratio: "
                                         "0.6}"),
                      3)
       ->Get(0);
@@ -48,7 +49,7 @@ TEST_CASE("the neighbourhood finds inliers where the ratio says nothing") {
 
 TEST_CASE("points of a plane are likely by the hypotheses that they agree with") {
   const auto example =
-      MakeDataset(Config::FromString("{type: synthetic_plane, num_points: 300, outlier_ratio: 0.5}"), 3)->Get(0);
+      MakeDataset(ConfigFromYaml("{type: synthetic_plane, num_points: 300, outlier_ratio: 0.5}"), 3)->Get(0);
   const SolverSpace space(example.problem);
   PointFeaturesOptions options;
   options.kinds = {PointFeature::kCoordinates, PointFeature::kPreference};

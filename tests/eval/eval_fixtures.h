@@ -7,6 +7,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/eval/runner.h"
 
@@ -63,7 +64,7 @@ paper:
 /// The results.csv of results.
 inline std::string CsvOf(const ExperimentResults& results) { return ResultsCsv(MakeReport(results)); }
 
-inline ExperimentOptions SmallExperiment() { return ReadExperiment(Config::FromString(kSmallExperiment)); }
+inline ExperimentOptions SmallExperiment() { return ReadExperiment(ConfigFromYaml(kSmallExperiment)); }
 
 inline RunInputs TwoPointInputs(int batch = 1) {
   return {[batch](const Config&, Task) { return std::make_unique<TwoPointEstimator>(batch); }, {}, nullptr};
@@ -74,7 +75,7 @@ inline RunInputs TwoPointInputs(int batch = 1) {
 /// the last.
 inline ExperimentResults MadeUpPoses() {
   ExperimentResults results;
-  results.experiment = ReadExperiment(Config::FromString(R"(
+  results.experiment = ReadExperiment(ConfigFromYaml(R"(
 name: poses
 task: fundamental
 metric: {threshold_deg: 10}

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -21,14 +22,14 @@ std::string With(const std::string& from, const std::string& to) {
   return text;
 }
 
-ExperimentOptions Read(const std::string& text) { return ReadExperiment(Config::FromString(text, "x.yaml")); }
+ExperimentOptions Read(const std::string& text) { return ReadExperiment(ConfigFromYaml(text, "x.yaml")); }
 
 TEST_CASE("an experiment is read with its lists") {
   const ExperimentOptions experiment = SmallExperiment();
   REQUIRE(experiment.conditions.size() == 2);
   CHECK(experiment.conditions[1].value == 0.5);
-  CHECK_THAT(experiment.conditions[1].data.Dump(), Contains("num_points: 30") && Contains("outlier_ratio: 0.5"));
-  CHECK_THAT(experiment.conditions[0].data.Dump(), Contains("outlier_ratio: 0.2"));
+  CHECK_THAT(ToYaml(experiment.conditions[1].data), Contains("num_points: 30") && Contains("outlier_ratio: 0.5"));
+  CHECK_THAT(ToYaml(experiment.conditions[0].data), Contains("outlier_ratio: 0.2"));
   REQUIRE(experiment.methods.size() == 3);
   CHECK(experiment.methods[1].max_problems == 10);
   CHECK_FALSE(experiment.methods[1].config.Has("max_problems"));
@@ -103,7 +104,7 @@ TEST_CASE("every shipped table can be read, and no reference is left to be resol
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables")) {
     if (entry.path().extension() != ".yaml") continue;
     INFO(entry.path().string());
-    const ExperimentOptions experiment = ReadExperiment(Config::FromFile(entry.path().string()));
+    const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(entry.path().string()));
     CHECK(experiment.name == entry.path().stem().string());
     CHECK_THAT(WriteExperiment(experiment), !Contains("${"));
   }

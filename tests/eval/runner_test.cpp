@@ -10,6 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/dataset_registry.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/eval/selection.h"
 #include "eval/eval_fixtures.h"
@@ -55,7 +56,7 @@ std::atomic<int> g_waiting{0}, g_most_waiting{0};
 
 class ManyLines : public Dataset {
  public:
-  ManyLines() : lines_(MakeDataset(Config::FromString("{type: synthetic_line, num_points: 30, split: test}"), 1)) {}
+  ManyLines() : lines_(MakeDataset(ConfigFromYaml("{type: synthetic_line, num_points: 30, split: test}"), 1)) {}
   Task task() const override { return Task::kLine; }
   std::int64_t size() const override { return 3000; }
   Example Get(std::uint64_t index) const override {
@@ -91,7 +92,7 @@ TEST_CASE("problems are loaded as they are needed (all of a condition were in me
   ExperimentOptions experiment = SmallExperiment();
   experiment.problems = 3000;
   experiment.conditions.resize(1);
-  experiment.conditions[0].data = Config::FromString("{type: many_lines}");
+  experiment.conditions[0].data = ConfigFromYaml("{type: many_lines}");
   SelectEstimators({"first"}, &experiment);
   const auto run = [&](int batch, int problems) {
     g_waiting = g_most_waiting = 0;
@@ -205,7 +206,7 @@ TEST_CASE("a problem gets the same draws whatever stands in the list before it")
   }
   const auto lines_of_b = [&](const std::string& paths) {
     const ExperimentOptions experiment = ReadExperiment(
-        Config::FromString("{name: own, data: {type: point_sets, task: line, inlier_threshold: 0.1, paths: [" + paths +
+        ConfigFromYaml("{name: own, data: {type: point_sets, task: line, inlier_threshold: 0.1, paths: [" + paths +
                            "]}, methods: [{name: first, type: two_point}]}"));
     std::istringstream csv(WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs()))));
     std::vector<std::string> lines;

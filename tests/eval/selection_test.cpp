@@ -4,6 +4,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -12,7 +13,7 @@ namespace {
 using Catch::Contains;
 using testing::SmallExperiment;
 
-ExperimentOptions Read(const std::string& text) { return ReadExperiment(Config::FromString(text, "x.yaml")); }
+ExperimentOptions Read(const std::string& text) { return ReadExperiment(ConfigFromYaml(text, "x.yaml")); }
 
 TEST_CASE("rows are selected by name, in the experiment's order") {
   ExperimentOptions experiment = SmallExperiment();

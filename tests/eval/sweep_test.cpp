@@ -7,6 +7,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
 #include "eval/eval_fixtures.h"
 
@@ -32,7 +33,7 @@ methods:
   oracle: {type: oracle}
 )";
 
-std::vector<SweepAxis> AxesOf(const std::string& text) { return SweepAxes(Config::FromString(text, "x.yaml")); }
+std::vector<SweepAxis> AxesOf(const std::string& text) { return SweepAxes(ConfigFromYaml(text, "x.yaml")); }
 
 EvalRequest Request(const TemporaryFolder& folder) {
   WriteFileAtomically(folder.File("experiment.yaml"), kSwept);
@@ -60,11 +61,11 @@ TEST_CASE("keys with a dot, seed and problems are axes of whole runs, in every c
 }
 
 TEST_CASE("the conditions of a sweep stay when its axes go") {
-  const ExperimentOptions rest = ReadExperiment(WithoutSweepAxes(Config::FromString(kSwept, "x.yaml")));
+  const ExperimentOptions rest = ReadExperiment(WithoutSweepAxes(ConfigFromYaml(kSwept, "x.yaml")));
   REQUIRE(rest.conditions.size() == 2);
   CHECK(rest.conditions[1].name == "0.5");
   const ExperimentOptions none = ReadExperiment(WithoutSweepAxes(
-      Config::FromString(std::string(kSwept).replace(std::string(kSwept).find("  outlier_ratio"), 28, ""), "x.yaml")));
+      ConfigFromYaml(std::string(kSwept).replace(std::string(kSwept).find("  outlier_ratio"), 28, ""), "x.yaml")));
   CHECK(none.conditions.size() == 1);
 }
 

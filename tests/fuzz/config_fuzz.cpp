@@ -9,6 +9,7 @@
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/sweep.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 
 namespace diffsac::testing {
@@ -17,7 +18,7 @@ std::vector<std::string> Seeds() {
   std::vector<std::string> seeds = SeedFiles("config");
   // With what they include, which stays behind.
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables"))
-    seeds.push_back(Config::FromFile(entry.path().string()).Dump());
+    seeds.push_back(ConfigFromFile(entry.path().string()).Dump());
   std::sort(seeds.begin(), seeds.end());
   return seeds;
 }
@@ -27,16 +28,16 @@ namespace {
 constexpr const char* kName = "fuzz.yaml";
 
 Config ReadConfig(const std::string& text) {
-  Config config = Config::FromString(text, kName);
+  Config config = ConfigFromYaml(text, kName);
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
-    if (line.starts_with("#--set ")) config.Set(line.substr(7));
+    if (line.starts_with("#--set ")) SetYaml(&config, line.substr(7));
   return config;
 }
 
 void ReadAll(const std::string& text) {
   const Config config = ReadConfig(text);
-  Require(Config::FromString(config.Dump()).Dump() == config.Dump(), "what is written reads back");
+  Require(ConfigFromYaml(ToYaml(config)).Dump() == ToYaml(config), "what is written reads back");
   const auto axes = SweepAxes(config);
   const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
   // Rows and data throw by themselves, so that one that is wrong does not hide the others.

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "diffsac/lab/yaml.h"
 #include "generators/two_view_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/io/correspondence_files.h"
@@ -69,7 +70,7 @@ void ReadAll(const std::string& folder) {
 /// What filters, normalises and labels pairs.
 void LoadAll(const std::string& data) {
   Parses({Scratch()}, [&] {
-    const auto dataset = MakeDataset(Config::FromString("{" + data + "}"), 1);
+    const auto dataset = MakeDataset(ConfigFromYaml("{" + data + "}"), 1);
     for (std::int64_t i = 0; i < std::min<std::int64_t>(dataset->size(), 4); ++i)
       dataset->Get(static_cast<std::uint64_t>(i));
   });

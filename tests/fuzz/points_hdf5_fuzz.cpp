@@ -11,6 +11,7 @@
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/datasets/point_files.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
 
@@ -60,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ChangeHdf5(path, &reader);
   Parses({path}, [&] { diffsac::ReadPointFile(path); });
   Parses({path, Scratch()}, [&] {
-    diffsac::MakeDataset(diffsac::Config::FromString("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1);
+    diffsac::MakeDataset(diffsac::ConfigFromYaml("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1);
   });
   return 0;
 }

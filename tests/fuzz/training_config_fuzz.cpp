@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/train_options.h"
 #include "fuzz/fuzz_target.h"
 
@@ -18,9 +19,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace diffsac::testing;
   const std::string text(reinterpret_cast<const char*>(data), size);
   Parses({"fuzz.yaml"}, [&] {
-    const auto read = diffsac::ReadTrainConfig(diffsac::Config::FromString(text, "fuzz.yaml"));
+    const auto read = diffsac::ReadTrainConfig(diffsac::ConfigFromYaml(text, "fuzz.yaml"));
     const std::string written = diffsac::WriteTrainConfig(read);
-    const auto again = diffsac::ReadTrainConfig(diffsac::Config::FromString(written));
+    const auto again = diffsac::ReadTrainConfig(diffsac::ConfigFromYaml(written));
     Require(diffsac::WriteTrainConfig(again) == written, "what is written reads back");
   });
   return 0;

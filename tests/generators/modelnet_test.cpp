@@ -11,11 +11,12 @@
 #include <sstream>
 
 #include "datasets/same_points.h"
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/generators/depth_buffer.h"
 #include "diffsac/generators/off_mesh.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/fundamental.h"
 
@@ -311,7 +312,7 @@ TEST_CASE("modelnet mistakes are named") {
   const TemporaryFolder folder;
   WriteRaw(folder / "broken.off", "OFF\n3 1 0\n0 0 0\n1 0 0\nx 1 0\n3 0 1 2\n");
   const auto make = [&](const std::string& more) {
-    return MakeDataset(Config::FromString("type: modelnet40\n" + more, "my.yaml"), 1);
+    return MakeDataset(ConfigFromYaml("type: modelnet40\n" + more, "my.yaml"), 1);
   };
   const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
   CHECK(Has(error(""), "paths"));
@@ -321,8 +322,8 @@ TEST_CASE("modelnet mistakes are named") {
   const auto dataset = make("paths: [" + folder.path() + "]\nsize: 3\n");
   CHECK(dataset->size() == 3);
   CHECK(Has(ErrorOf([&] { dataset->Get(0); }), "broken.off:5"));
-  const std::string text = WriteDatasetOptions(Config::FromString("type: modelnet40\npaths: [a]\nroll_deg: 3\n"));
-  CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+  const std::string text = WriteDatasetOptions(ConfigFromYaml("type: modelnet40\npaths: [a]\nroll_deg: 3\n"));
+  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 TEST_CASE("the development meshes give problems") {

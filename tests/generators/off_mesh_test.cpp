@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 
 namespace diffsac {
 namespace {

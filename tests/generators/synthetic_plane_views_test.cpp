@@ -6,9 +6,10 @@
 #include <set>
 
 #include "datasets/same_points.h"
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/homography.h"
 #include "structures_test_util.h"
@@ -162,7 +163,7 @@ TEST_CASE("plane views: hard ranges still end, impossible ones are an error at o
 
 TEST_CASE("plane views are made by the factory, and mistakes are named") {
   const auto make = [](const std::string& more) {
-    return MakeDataset(Config::FromString("type: synthetic_plane_views\n" + more, "my.yaml"), 1);
+    return MakeDataset(ConfigFromYaml("type: synthetic_plane_views\n" + more, "my.yaml"), 1);
   };
   CHECK(make("structures: 2\nsize: 3\n")->size() == 3);
   CHECK(make("split: validation\n")->Get(0).id == "plane_views/validation/0");
@@ -172,8 +173,8 @@ TEST_CASE("plane views are made by the factory, and mistakes are named") {
   CHECK(Has(error("num_points: 35\n"), "at least 36"));
   CHECK(Has(error("num_points: [40.5, 50]\n"), "whole"));
   CHECK(Has(error("focall: 2\n"), "focal"));
-  const std::string text = WriteDatasetOptions(Config::FromString("type: synthetic_plane_views\nstructures: 3\n"));
-  CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+  const std::string text = WriteDatasetOptions(ConfigFromYaml("type: synthetic_plane_views\nstructures: 3\n"));
+  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 TEST_CASE("plane views: time for a problem", "[.][cost]") {

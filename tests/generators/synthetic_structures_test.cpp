@@ -5,8 +5,9 @@
 #include <cmath>
 #include <set>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "structures_test_util.h"
 
 namespace diffsac {
@@ -138,7 +139,7 @@ TEST_CASE("structures depend on seed, split and index alone") {
 
 TEST_CASE("structures are made by the factory, and mistakes are named") {
   const auto make = [](const std::string& more) {
-    return MakeDataset(Config::FromString("type: synthetic_structures\n" + more, "my.yaml"), 1);
+    return MakeDataset(ConfigFromYaml("type: synthetic_structures\n" + more, "my.yaml"), 1);
   };
   CHECK(make("task: plane\nstructures: 3\nsize: 2\n")->size() == 2);
   CHECK(make("split: validation\n")->Get(0).id == "structures_line/validation/0");

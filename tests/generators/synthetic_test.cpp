@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "datasets/same_points.h"
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/random.h"
 #include "diffsac/generators/box_section.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -376,7 +377,7 @@ TEST_CASE("synthetic data says what is wrong with its options") {
   CHECK_THROWS(dataset->Get(2));
   for (const char* bad : {"num_points: 2.5", "num_points: 50.5", "outlier_ratio: 1.2", "min_extent: 12",
                           "noise: cauchy", "cluster_sigma: 0", "inlier_threshold: 0", "noise_scal: 1"})
-    CHECK(ErrorOf([&] { ReadOptions<SyntheticOptions>(Config::FromString(bad)); }) != "");
+    CHECK(ErrorOf([&] { ReadOptions<SyntheticOptions>(ConfigFromYaml(bad)); }) != "");
 }
 
 }  // namespace diffsac

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "datasets/same_points.h"
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
@@ -326,7 +327,7 @@ TEST_CASE("synthetic two views: hard ranges still end, with the overlap that was
 
 TEST_CASE("synthetic two views are made by the factory, and mistakes are named") {
   const auto make = [](const std::string& more) {
-    return MakeDataset(Config::FromString("type: synthetic_two_view\n" + more, "my.yaml"), 1);
+    return MakeDataset(ConfigFromYaml("type: synthetic_two_view\n" + more, "my.yaml"), 1);
   };
   CHECK(make("task: essential\nsize: 3\n")->size() == 3);
   CHECK(make("task: homography\n")->task() == Task::kHomography);
@@ -342,8 +343,8 @@ TEST_CASE("synthetic two views are made by the factory, and mistakes are named")
   options.min_overlap = 0.0;
   CHECK(Has(ErrorOf([&] { MakeSyntheticTwoView(options, 1); }), "min_overlap"));
   const std::string text =
-      WriteDatasetOptions(Config::FromString("type: synthetic_two_view\ntask: essential\nnoise_px: 0.3\n"));
-  CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+      WriteDatasetOptions(ConfigFromYaml("type: synthetic_two_view\ntask: essential\nnoise_px: 0.3\n"));
+  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 }  // namespace diffsac

@@ -8,12 +8,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
-#include "two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -6,16 +6,17 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
 
 using Catch::Contains;
 
-std::string Composed(const std::string& text) { return ComposeExperiment(Config::FromString(text, "x.yaml")).Dump(); }
+std::string Composed(const std::string& text) { return ComposeExperiment(ConfigFromYaml(text, "x.yaml")).Dump(); }
 
 Config Row(const std::string& text, int index) {
-  return ComposeExperiment(Config::FromString(text, "x.yaml")).Sub("methods." + std::to_string(index));
+  return ComposeExperiment(ConfigFromYaml(text, "x.yaml")).Sub("methods." + std::to_string(index));
 }
 
 TEST_CASE("a plain experiment stays as it is, but for the folder of data") {
@@ -52,8 +53,8 @@ TEST_CASE("rows and settings of several files come together by name") {
   WriteFileAtomically(folder.File("table.yaml"),
                       "include: [rows.yaml, more.yaml]\n"
                       "settings: {net: {copies: 3}}\nmethods: {a: {label: Mine}}\n");
-  Config config = Config::FromFile(folder.File("table.yaml"));
-  config.Set("methods.b.max_iterations=7");
+  Config config = ConfigFromFile(folder.File("table.yaml"));
+  SetYaml(&config, "methods.b.max_iterations=7");
   const auto rows = ComposeExperiment(config).Sequence("methods");
   REQUIRE(rows.size() == 3);
   CHECK(rows[0].Text("label") == "Mine");
@@ -88,12 +89,12 @@ TEST_CASE("values of the experiment stand in texts") {
   const std::string text =
       "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
       "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.safetensors\"}}\n";
-  const Config config = ComposeExperiment(Config::FromString(text, "x.yaml"));
+  const Config config = ComposeExperiment(ConfigFromYaml(text, "x.yaml"));
   CHECK(config.Text("notes") == "true");
   CHECK(config.Text("data.paths.0") == "data/a");
   CHECK(config.Text("methods.0.checkpoint") == "models/essential/essential.safetensors");
-  Config set = Config::FromString(text, "x.yaml");
-  set.Set("data_root='/my data'");
+  Config set = ConfigFromYaml(text, "x.yaml");
+  SetYaml(&set, "data_root='/my data'");
   CHECK(ComposeExperiment(set).Text("data.paths.0") == "/my data/a");
   CHECK_THROWS_WITH(Composed("name: a\nnotes: ${nmae}\n"), Contains("x.yaml:2") && Contains("${nmae}"));
   CHECK_THROWS_WITH(Composed("name: a${name}\n"), Contains("x.yaml:1"));
@@ -107,21 +108,21 @@ TEST_CASE("the first alternative that is there is put under the experiment") {
                            "  - {needs: [" +
                            folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
   const auto root = [](const std::string& yaml) {
-    return ComposeExperiment(Config::FromString(yaml)).Text("data.root");
+    return ComposeExperiment(ConfigFromYaml(yaml)).Text("data.root");
   };
   CHECK(root(text) == "b");  // None is there: the first, whose absence is then reported.
   WriteFileAtomically(folder.File("c"), "x");
   CHECK(root(text) == "c");
   WriteFileAtomically(folder.File("b"), "x");
   CHECK(root(text) == "b");
-  CHECK(ComposeExperiment(Config::FromString(text)).Text("title").empty());  // The experiment's own key wins.
+  CHECK(ComposeExperiment(ConfigFromYaml(text)).Text("title").empty());  // The experiment's own key wins.
   CHECK(root(text + "data: {root: mine}\n") == "mine");
-  CHECK_FALSE(ComposeExperiment(Config::FromString(text + "data: {paths: [mine]}\n")).Has("data.root"));
+  CHECK_FALSE(ComposeExperiment(ConfigFromYaml(text + "data: {paths: [mine]}\n")).Has("data.root"));
   CHECK_THAT(Composed(text), !Contains("needs"));
 }
 
 TEST_CASE("a sweep is a condition for each value") {
-  const Config config = ComposeExperiment(Config::FromString("sweep: {outlier_ratio: [0.1, 0.25]}\n"));
+  const Config config = ComposeExperiment(ConfigFromYaml("sweep: {outlier_ratio: [0.1, 0.25]}\n"));
   REQUIRE(config.Sequence("conditions").size() == 2);
   CHECK(config.Text("conditions.1.name") == "0.25");
   CHECK(config.Text("conditions.1.value") == "0.25");
@@ -129,7 +130,7 @@ TEST_CASE("a sweep is a condition for each value") {
 }
 
 TEST_CASE("comparisons are listed by their first row") {
-  const Config config = ComposeExperiment(Config::FromString("compare: {a: [b, c], d: a}\n"));
+  const Config config = ComposeExperiment(ConfigFromYaml("compare: {a: [b, c], d: a}\n"));
   REQUIRE(config.Sequence("compare").size() == 3);
   CHECK(config.Text("compare.1.0") == "a");
   CHECK(config.Text("compare.1.1") == "c");
@@ -173,13 +174,13 @@ TEST_CASE("paths of an experiment are relative to its file, but not what --data-
                       "methods: [{type: diffsac, checkpoint: net.safetensors}]\n"
                       "alternatives: [{name: none, needs: absent}, {name: here, needs: [scenes]}]\n"
                       "conditions: [{name: a, data: {paths: [\"${data_root}/set\", absent]}}]\n");
-  Config config = Config::FromFile(folder / "table.yaml");
+  Config config = ConfigFromFile(folder / "table.yaml");
   const Config found = ComposeExperiment(config);
   CHECK(found.Text("name") == "here");
   CHECK(found.Text("methods.0.checkpoint") == folder / "net.safetensors");
   CHECK(found.Text("conditions.0.data.paths.0") == folder / "data/set");
   CHECK(found.Text("conditions.0.data.paths.1") == "absent");
-  config.Set("data_root=data");
+  SetYaml(&config, "data_root=data");
   CHECK(ComposeExperiment(config).Text("conditions.0.data.paths.0") == "data/set");
 }
 

@@ -2,32 +2,33 @@
 
 #include <catch2/catch.hpp>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 
 TEST_CASE("the factory builds what the type says") {
-  const auto line = MakeDataset(Config::FromString("type: synthetic_line\nnum_points: 30\n"), 1);
+  const auto line = MakeDataset(ConfigFromYaml("type: synthetic_line\nnum_points: 30\n"), 1);
   CHECK(line->task() == Task::kLine);
   CHECK(line->size() == -1);
   CHECK(line->Get(0).problem.points.rows() == 30);
-  const auto plane = MakeDataset(Config::FromString("type: synthetic_plane\nsize: 7\n"), 1);
+  const auto plane = MakeDataset(ConfigFromYaml("type: synthetic_plane\nsize: 7\n"), 1);
   CHECK(plane->task() == Task::kPlane);
   CHECK(plane->size() == 7);
-  CHECK(MakeDataset(Config::FromString("type: synthetic_line"), 1)->Get(0).problem.points !=
-        MakeDataset(Config::FromString("type: synthetic_line"), 2)->Get(0).problem.points);
+  CHECK(MakeDataset(ConfigFromYaml("type: synthetic_line"), 1)->Get(0).problem.points !=
+        MakeDataset(ConfigFromYaml("type: synthetic_line"), 2)->Get(0).problem.points);
   TemporaryFolder folder;
   WriteRaw(folder / "a.csv", "1,2\n3,4\n");
   const auto files = MakeDataset(
-      Config::FromString("type: point_sets\npaths: [" + folder.path() + "]\ninlier_threshold: 0.5\n"), 1);
+      ConfigFromYaml("type: point_sets\npaths: [" + folder.path() + "]\ninlier_threshold: 0.5\n"), 1);
   CHECK(files->size() == 1);
   CHECK(files->Get(0).problem.inlier_threshold == 0.5);
 }
 
 TEST_CASE("the factory names mistakes") {
   const auto error = [](const char* yaml) {
-    return ErrorOf([&] { MakeDataset(Config::FromString(yaml, "my.yaml"), 1); });
+    return ErrorOf([&] { MakeDataset(ConfigFromYaml(yaml, "my.yaml"), 1); });
   };
   CHECK(Has(error("num_points: 30"), "type"));
   CHECK(Has(error(""), "type"));
@@ -41,7 +42,7 @@ TEST_CASE("the factory names mistakes") {
 
 TEST_CASE("a key that cannot act is an error with its line") {
   const auto error = [](const char* yaml) {
-    return ErrorOf([&] { WriteDatasetOptions(Config::FromString(yaml, "my.yaml")); });
+    return ErrorOf([&] { WriteDatasetOptions(ConfigFromYaml(yaml, "my.yaml")); });
   };
   CHECK(error("type: synthetic_line\noutliers: aggregated\nclusters: 4").empty());
   CHECK(Has(error("type: synthetic_line\nclusters: 4"), "my.yaml:2: clusters: acts only with outliers: aggregated"));
@@ -59,9 +60,9 @@ TEST_CASE("a key that cannot act is an error with its line") {
 }
 
 TEST_CASE("resolved dataset options can be read again") {
-  const std::string text = WriteDatasetOptions(Config::FromString("type: synthetic_line\nnum_points: [20, 40]\n"));
+  const std::string text = WriteDatasetOptions(ConfigFromYaml("type: synthetic_line\nnum_points: [20, 40]\n"));
   CHECK(Has(text, "synthetic_line"));
-  CHECK(WriteDatasetOptions(Config::FromString(text)) == text);
+  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 }  // namespace diffsac

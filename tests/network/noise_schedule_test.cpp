@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/network/noise_schedule.h"
 
 #include <torch/torch.h>
@@ -172,8 +173,8 @@ TEST_CASE("bad schedule options are errors") {
   CHECK_THROWS_AS(build([](auto& o) { o.beta_end = 1e-5; }), Error);
   CHECK_THROWS_AS(build([](auto& o) { o.kind = NoiseScheduleKind::kLinearScaled, o.steps = 20; }), Error);
   CHECK_THROWS_AS(build([](auto& o) { o.steps = 1, o.zero_terminal_snr = true; }), Error);
-  CHECK_THROWS_WITH(ReadOptions<NoiseScheduleOptions>(Config::FromString("kind: cosin\n")), Catch::Contains("cosine"));
-  CHECK_THROWS_AS(ReadOptions<NoiseScheduleOptions>(Config::FromString("steps: 0\n")), Error);
+  CHECK_THROWS_WITH(ReadOptions<NoiseScheduleOptions>(ConfigFromYaml("kind: cosin\n")), Catch::Contains("cosine"));
+  CHECK_THROWS_AS(ReadOptions<NoiseScheduleOptions>(ConfigFromYaml("steps: 0\n")), Error);
 }
 
 TEST_CASE("a timestep outside the schedule is an error") {

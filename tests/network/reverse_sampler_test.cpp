@@ -10,6 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "network/dummy_model.h"
 
 using namespace diffsac;
@@ -270,13 +271,13 @@ TEST_CASE("bad sampler options are errors") {
 
 TEST_CASE("sampler options come from YAML and go back") {
   const auto options = ReadOptions<ReverseSamplerOptions>(
-      Config::FromString("kind: ddim\nsteps: 7\nddim_eta: 0.5\nlambda_min_clipped: -1000\n"));
+      ConfigFromYaml("kind: ddim\nsteps: 7\nddim_eta: 0.5\nlambda_min_clipped: -1000\n"));
   CHECK(options.kind == ReverseSamplerKind::kDdim);
   CHECK(options.steps == 7);
   CHECK(options.lambda_min_clipped == -1000.0);
-  const auto again = ReadOptions<ReverseSamplerOptions>(Config::FromString(WriteOptions(options)));
+  const auto again = ReadOptions<ReverseSamplerOptions>(ToConfig(options));
   CHECK(again.ddim_eta == 0.5);
   CHECK(again.lambda_min_clipped == -1000.0);
-  CHECK_THROWS_WITH(ReadOptions<ReverseSamplerOptions>(Config::FromString("kind: ddmp\n")), Catch::Contains("ddpm"));
-  CHECK_THROWS_AS(ReadOptions<ReverseSamplerOptions>(Config::FromString("steps: 0\n")), Error);
+  CHECK_THROWS_WITH(ReadOptions<ReverseSamplerOptions>(ConfigFromYaml("kind: ddmp\n")), Catch::Contains("ddpm"));
+  CHECK_THROWS_AS(ReadOptions<ReverseSamplerOptions>(ConfigFromYaml("steps: 0\n")), Error);
 }

@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/network/fused_denoiser.h"
 
 #include <torch/torch.h>
@@ -27,7 +28,7 @@ std::string Saved(const TemporaryFolder& folder, const NetworkOptions& options) 
   const auto network = TinyNetwork(Task::kPlane, options);
   ExponentialMovingAverage average(*network->denoiser, 0.5);
   const std::string path = folder.path() + "/model.safetensors";
-  CheckpointInfo info{"diffsac", "plane", "network: " + WriteOptions(options), "test"};
+  CheckpointInfo info{"diffsac", "plane", "network: " + WriteYaml(options), "test"};
   info.config = "{}";
   SaveCheckpoint(path, info, *network->denoiser, average, nullptr);
   return path;
@@ -129,7 +130,7 @@ TEST_CASE("rows with either engine estimate the same from shipped networks") {
   for (const Task task : {Task::kLine, Task::kPlane}) {
     const std::string name = ToString(task), checkpoint = DIFFSAC_SOURCE_DIR "/models/" + name + "/model.safetensors";
     const auto make = [&](const std::string& engine) {
-      return MakeEstimator(Config::FromString("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
+      return MakeEstimator(ConfigFromYaml("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
                         task, {});
     };
     const auto fused = make("fused"), libtorch = make("libtorch");
@@ -153,7 +154,7 @@ TEST_CASE("an engine that a row asks for in vain is an error that says why") {
   const auto make = [&](const std::string& engine, const std::string& device) {
     EstimatorContext context;
     context.device = device;
-    return MakeEstimator(Config::FromString("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
+    return MakeEstimator(ConfigFromYaml("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
                       Task::kLine, context);
   };
   CHECK_NOTHROW(make("auto", "auto"));

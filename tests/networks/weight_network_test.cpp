@@ -7,6 +7,7 @@
 #include "denoiser/test_networks.h"
 #include "diffsac/core/status.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/ng_ransac.h"
 
@@ -211,11 +212,11 @@ TEST_CASE("a checkpoint restores a weight network and refuses another") {
 
 TEST_CASE("weight network options that make no network are refused with their place") {
   const auto read = [](const std::string& yaml) {
-    return ReadOptions<ClnetNetworkOptions>(Config::FromString(yaml, "x.yaml"));
+    return ReadOptions<ClnetNetworkOptions>(ConfigFromYaml(yaml, "x.yaml"));
   };
   CHECK_THROWS_WITH(read("neighbors: [9, 7]"), Catch::Contains("x.yaml") && Catch::Contains("annulus"));
   CHECK_THROWS_WITH(read("neighbors: []"), Catch::Contains("neighbors"));
-  CHECK_THROWS_WITH(ReadOptions<NgRansacNetworkOptions>(Config::FromString("block: 3", "x.yaml")),
+  CHECK_THROWS_WITH(ReadOptions<NgRansacNetworkOptions>(ConfigFromYaml("block: 3", "x.yaml")),
                     Catch::Contains("blocks"));
 }
 

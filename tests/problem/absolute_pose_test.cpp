@@ -10,10 +10,11 @@
 #include <mutex>
 
 #include "datasets/same_points.h"
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/tasks.h"
 
@@ -21,7 +22,7 @@ namespace diffsac {
 namespace {
 
 std::unique_ptr<Dataset> Generated(const std::string& more = "") {
-  return MakeDataset(Config::FromString("{type: synthetic_absolute_pose" + more + "}", "a.yaml"), 1);
+  return MakeDataset(ConfigFromYaml("{type: synthetic_absolute_pose" + more + "}", "a.yaml"), 1);
 }
 
 AbsolutePose::Parameters Moved(const AbsolutePose::Parameters& pose, double degrees, const Eigen::Vector3d& shift) {
@@ -133,7 +134,7 @@ TEST_CASE("files of scene points: what is read, which matches, and what is wrong
   std::filesystem::create_directories(folder / "house");
   const auto open = [&](const std::string& more = "") {
     return MakeDataset(
-        Config::FromString("{type: absolute_poses, paths: [" + folder.path() + "]" + more + "}", "a.yaml"), 1);
+        ConfigFromYaml("{type: absolute_poses, paths: [" + folder.path() + "]" + more + "}", "a.yaml"), 1);
   };
   const auto error = [&] { return ErrorOf([&] { open(); }); };
   CHECK(Has(error(), "no scene_points.h5"));

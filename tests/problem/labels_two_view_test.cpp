@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/essential.h"
@@ -252,7 +253,7 @@ TEST_CASE("cost of two-view labels", "[.][cost]") {
 
 TEST_CASE("two-view label options are checked") {
   const auto error = [](const char* yaml) {
-    return ErrorOf([&] { ReadOptions<LabelOptions>(Config::FromString(yaml)); });
+    return ErrorOf([&] { ReadOptions<LabelOptions>(ConfigFromYaml(yaml)); });
   };
   CHECK(Has(error("draws: 0"), "draws"));
   LabelOptions other;

@@ -5,7 +5,7 @@
 
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/rotation.h"
-#include "two_view_test_util.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 

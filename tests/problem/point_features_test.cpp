@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/point_features.h"
 
 #include <Eigen/Geometry>
@@ -8,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/generators/synthetic.h"
 #include "diffsac/problem/tasks.h"
@@ -173,9 +174,9 @@ TEST_CASE("degenerate points give finite features and no hypotheses") {
 }
 
 TEST_CASE("feature options are checked") {
-  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(Config::FromString("kinds: [preferences]")); }) != "");
-  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(Config::FromString("kinds: []")); }) != "");
-  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(Config::FromString("preference_kept: 0")); }) != "");
+  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("kinds: [preferences]")); }) != "");
+  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("kinds: []")); }) != "");
+  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("preference_kept: 0")); }) != "");
 }
 
 }  // namespace diffsac

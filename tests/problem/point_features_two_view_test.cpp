@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/problem/tasks.h"

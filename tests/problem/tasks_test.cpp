@@ -1,9 +1,10 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "data_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/problem/solver_space.h"
 
 namespace diffsac {
@@ -68,7 +69,7 @@ TEST_CASE("the key model is one of the task's models") {
     std::string model;
     void Bind(OptionsBinder& b) { BindModel(b, Task::kFundamental, &model); }
   };
-  const auto read = [](const char* yaml) { return ReadOptions<Options>(Config::FromString(yaml, "a.yaml")).model; };
+  const auto read = [](const char* yaml) { return ReadOptions<Options>(ConfigFromYaml(yaml, "a.yaml")).model; };
   CHECK(read("{}") == "");
   CHECK(read("model: fundamental8") == "fundamental8");
   const std::string error = ErrorOf([&] { read("model: essential"); });

@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
 
 #include <catch2/catch.hpp>
@@ -68,7 +69,7 @@ TEST_CASE("the command line overrides the configuration") {
   CHECK(experiment.seed == 9);
   CHECK(experiment.threads == 2);
   CHECK(experiment.methods.size() == 1);
-  CHECK_THAT(experiment.conditions[0].data.Dump(), Contains("num_points: 50"));
+  CHECK_THAT(ToYaml(experiment.conditions[0].data), Contains("num_points: 50"));
 }
 
 TEST_CASE("the folder of data is the command line's, and what is needed is only printed") {

@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/html_report.h"
 
 #include <catch2/catch.hpp>
@@ -60,7 +61,7 @@ struct EveryThird : Method {
 };
 
 ExperimentResults TwoViewResults(const std::string& more = "") {
-  const ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+  const ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(R"(
 name: views
 task: fundamental
 problems: 7
@@ -218,7 +219,7 @@ TEST_CASE(
 TEST_CASE("lines and planes have their fits") {
   for (const char* type : {"synthetic_line", "synthetic_plane"}) {
     const bool line = std::string(type) == "synthetic_line";
-    const ExperimentOptions experiment = ReadExperiment(Config::FromString(
+    const ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(
         std::string("name: x\ntask: ") + (line ? "line" : "plane") + "\nproblems: 3\ndata: {type: " + type +
         "}\nmethods: {oracle: {type: oracle}, a: {type: none}}\n"));
     struct Failing : Method {

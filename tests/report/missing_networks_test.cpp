@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/missing_networks.h"
 
 #include <catch2/catch.hpp>
@@ -17,7 +18,7 @@ TEST_CASE("a missing network is made by the training of its name, which says wha
   WriteFileAtomically(folder.File("configs/tables/net.yaml"), "name: net\nmethods: []\n");
   WriteFileAtomically(folder.File("configs/of_net.yaml"),
                       "name: net\ntrain: {iterations: 1}\ndata: {parts: [{paths: [runs/pairs/train/fox, data/x]}]}\n");
-  const ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+  const ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(R"(
 data: {type: correspondences, task: line, paths: [runs/pairs/test]}
 methods:
   a: {type: diffsac, checkpoint: runs/net/checkpoints/best.safetensors}
@@ -51,7 +52,7 @@ TEST_CASE("regression: the best network so far of a training that was killed pas
   std::filesystem::create_directories("configs");
   WriteFileAtomically("configs/net.yaml", "name: net\ntrain: {iterations: 10}\n");
   const ExperimentOptions experiment =
-      ReadExperiment(Config::FromString("data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
+      ReadExperiment(ConfigFromYaml("data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
                                         "runs/net/checkpoints/best.safetensors}}\n"));
   const std::string best = "runs/net/checkpoints/best.safetensors", last = "runs/net/checkpoints/last.safetensors";
   const auto missing = [&] { return MissingNetworks(experiment, "configs").size(); };

@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/paper_table.h"
 
 #include <catch2/catch.hpp>
@@ -43,7 +44,7 @@ TEST_CASE("two views: rotation and translation apart") {
 TEST_CASE("a row of the paper that names no row of ours is refused") {
   std::string text = testing::kSmallExperiment;
   text.replace(text.find("RANSAC: {"), 9, "RANSAC: {ours: frist, ");
-  CHECK_THROWS_WITH(ReadExperiment(Config::FromString(text, "x.yaml")), Catch::Contains("first"));
+  CHECK_THROWS_WITH(ReadExperiment(ConfigFromYaml(text, "x.yaml")), Catch::Contains("first"));
 }
 
 }  // namespace

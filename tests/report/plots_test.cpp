@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/plots.h"
 
 #include <catch2/catch.hpp>
@@ -267,7 +268,7 @@ TEST_CASE("several structures have a colour each, found beside true") {
 }
 
 TEST_CASE("two views keep the matches of several rows, spread over the data") {
-  ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+  ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(R"(
 name: views
 task: fundamental
 problems: 9
@@ -294,7 +295,7 @@ figures: {qualitative: 3, images: [{scenes: "x*", folder: images}]}
   experiment.figures.qualitative_methods = {"d"};
   CHECK(RunExperiment(experiment, inputs).fits.front().method == 4);
   const std::string once = WriteExperiment(experiment);
-  CHECK(WriteExperiment(ReadExperiment(Config::FromString(once))) == once);
+  CHECK(WriteExperiment(ReadExperiment(ConfigFromYaml(once))) == once);
 }
 
 TEST_CASE("bars are the table's means with their intervals; poses have rotation and translation") {

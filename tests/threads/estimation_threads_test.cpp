@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/temporary_folder.h"
+#include "diffsac/lab/yaml.h"
 #include "generators/two_view_test_util.h"
 #include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
@@ -44,7 +45,7 @@ void CheckThreads(const Example& example) {
 }
 
 std::unique_ptr<Dataset> Data(const std::string& options) {
-  return MakeDataset(Config::FromString("{" + options + "}"), 1);
+  return MakeDataset(ConfigFromYaml("{" + options + "}"), 1);
 }
 
 }  // namespace
@@ -75,7 +76,7 @@ TEST_CASE("generated data and correspondence files are read by several threads a
 
 TEST_CASE("an evaluation on several threads: classical rows, a network, an interruption") {
   const std::string network = std::string(DIFFSAC_SOURCE_DIR) + "/models/line/model.safetensors";
-  ExperimentOptions experiment = ReadExperiment(Config::FromString(R"(
+  ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(R"(
 name: threads
 task: line
 seed: 3

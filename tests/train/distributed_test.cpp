@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/distributed.h"
 
 #include <catch2/catch.hpp>
@@ -54,7 +55,7 @@ inference: {max_iterations: 5}
 
 TrainRequest Request(const std::string& output, const char* config = kTiny,
                      const std::vector<std::string>& changes = {}) {
-  return OneThread(Config::FromString(config, "tiny.yaml"), output, changes);
+  return OneThread(ConfigFromYaml(config, "tiny.yaml"), output, changes);
 }
 
 // The largest difference of two runs' weights, and the largest weight.

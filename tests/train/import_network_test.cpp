@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/import_network.h"
 
 #include <catch2/catch.hpp>
@@ -28,7 +29,7 @@ network: {features: {kinds: [coordinates_ratio]}, width: 8, blocks: 2, output: s
 )";
 
 std::string Import(const TemporaryFolder& folder, const std::vector<std::string>& changes = {}) {
-  ImportNetwork(OneThread(Config::FromString(kConfig, "test.yaml"), folder.path(), changes), kFile);
+  ImportNetwork(OneThread(ConfigFromYaml(kConfig, "test.yaml"), folder.path(), changes), kFile);
   return folder.File("checkpoints/best.safetensors");
 }
 
@@ -67,7 +68,7 @@ TEST_CASE("weights are imported over a training only where that is said") {
   const TemporaryFolder folder;
   const std::string best = Import(folder);
   CHECK_THROWS_WITH(Import(folder), Contains("holds a training already (checkpoints/best.safetensors)"));
-  TrainRequest request = OneThread(Config::FromString(kConfig, "test.yaml"), folder.path(), {"name=other"});
+  TrainRequest request = OneThread(ConfigFromYaml(kConfig, "test.yaml"), folder.path(), {"name=other"});
   request.overwrite = true;
   ImportNetwork(request, kFile);
   CHECK_THAT(ReadCheckpointInfo(best).config, Contains("name: other"));
@@ -83,7 +84,7 @@ TEST_CASE("weights of another network, task or method are refused in one line") 
   CHECK_THROWS_WITH(Import(folder, {"network.blocks=1"}), Contains("holds 20 tensors 'network.*', expected 12"));
   CHECK_THROWS_WITH(Import(folder, {"network.features.kinds=[coordinates]"}), Contains("is [8, 5], expected [8, 4]"));
   const Config clnet =
-      Config::FromString("method: clnet\ntask: essential\ndata: {type: synthetic_two_view, task: essential}\n");
+      ConfigFromYaml("method: clnet\ntask: essential\ndata: {type: synthetic_two_view, task: essential}\n");
   CHECK_THROWS_WITH(ImportNetwork(OneThread(clnet, folder.path()), kFile), Contains("weights of method 'ng_ransac'"));
 }
 

@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/eval/metrics.h"
@@ -46,7 +47,7 @@ network: {features: {kinds: [preference], preference_draws: 20, preference_kept:
 )";
 
 TrainRequest Request(const char* method, const std::string& output, const std::vector<std::string>& changes = {}) {
-  return OneThread(Config::FromString(std::string(kCommon) + method, "tiny.yaml"), output, changes);
+  return OneThread(ConfigFromYaml(std::string(kCommon) + method, "tiny.yaml"), output, changes);
 }
 
 // Columns of metrics.csv by name, without the measured data_wait_share.
@@ -186,7 +187,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   const auto make = [](const std::string& type, const std::string& checkpoint, const std::string& more = "",
                        Task task = Task::kLine, const std::string& override_path = "") {
     return MakeEstimator(
-        Config::FromString("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"), task,
+        ConfigFromYaml("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"), task,
         {override_path, "cpu", 1});
   };
   SyntheticOptions data;

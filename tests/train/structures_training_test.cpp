@@ -11,6 +11,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/generators/synthetic_structures.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/training_source.h"
 #include "train/train_request.h"
@@ -43,13 +44,13 @@ std::shared_ptr<const Dataset> Lines(int structures) {
 TEST_CASE("a training on several structures is validated by recall, and its checkpoint finds several") {
   const TemporaryFolder folder;
   const std::string output = folder / "run";
-  REQUIRE(Train(OneThread(Config::FromString(kTiny, "tiny.yaml"), output), kNever) == TrainOutcome::kFinished);
+  REQUIRE(Train(OneThread(ConfigFromYaml(kTiny, "tiny.yaml"), output), kNever) == TrainOutcome::kFinished);
   const std::string metrics = ReadFile(output + "/metrics.csv");
   CHECK(metrics.find(",recall_outliers_0.2") != std::string::npos);
   CHECK(metrics.find("mAA") == std::string::npos);
   EstimatorContext context;
   context.checkpoint_override = output + "/checkpoints/best.safetensors";
-  const auto row = MakeEstimator(Config::FromString("{type: diffsac}"), Task::kLine, context);
+  const auto row = MakeEstimator(ConfigFromYaml("{type: diffsac}"), Task::kLine, context);
   const Example example = Lines(2)->Get(0);
   const Estimate estimate = row->Run(example.problem, 1);
   REQUIRE(estimate.status == Status::kOk);

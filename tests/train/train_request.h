@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/trainer.h"
 
 namespace diffsac {
@@ -15,7 +16,7 @@ inline const std::atomic<bool> kNever{false};
 
 /// A training on one thread of the CPU; `changes` as `--set` takes them.
 inline TrainRequest OneThread(Config config, const std::string& output, const std::vector<std::string>& changes = {}) {
-  for (const auto& change : changes) config.Set(change);
+  for (const auto& change : changes) SetYaml(&config, change);
   TrainRequest request(config);
   request.output = output;
   request.device = "cpu";

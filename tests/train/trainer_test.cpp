@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/trainer.h"
 
 #include <catch2/catch.hpp>
@@ -34,7 +35,7 @@ inference: {copies: 4, sampler: {steps: 2}}
 )";
 
 TrainRequest Request(const std::string& output, const std::vector<std::string>& changes = {}) {
-  return OneThread(Config::FromString(kTiny, "tiny.yaml"), output, changes);
+  return OneThread(ConfigFromYaml(kTiny, "tiny.yaml"), output, changes);
 }
 
 std::vector<std::string> Lines(const std::string& path) {

@@ -1,3 +1,4 @@
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/training_folder.h"
 
 #include <catch2/catch.hpp>
@@ -5,7 +6,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "train_request.h"
 
@@ -34,7 +35,7 @@ class Run {
   Run() { REQUIRE(Train(Request(), kNever) == TrainOutcome::kFinished); }
 
   TrainRequest Request(const std::vector<std::string>& changes = {}) const {
-    return OneThread(Config::FromString(kLine, "line.yaml"), path(), changes);
+    return OneThread(ConfigFromYaml(kLine, "line.yaml"), path(), changes);
   }
   TrainRequest Plane() const { return Request({"name=plane", "task=plane", "data.type=synthetic_plane"}); }
   TrainRequest Resumed(const std::vector<std::string>& changes = {}) const {
@@ -109,7 +110,7 @@ TEST_CASE("a start that is overwriting and fails leaves the earlier training") {
 
 TEST_CASE("folders without a training that would be lost are trained in") {
   const TemporaryFolder folder;
-  const auto request = OneThread(Config::FromString(kLine, "line.yaml"), folder.path());
+  const auto request = OneThread(ConfigFromYaml(kLine, "line.yaml"), folder.path());
   CHECK_NOTHROW(CheckStart(request));
   // What a start that came to nothing leaves, and what is nobody's.
   const RunDirectory directory(folder.path(), "diffsac_train", kLine, 1);
@@ -117,12 +118,12 @@ TEST_CASE("folders without a training that would be lost are trained in") {
   for (const char* name : {"log.txt", "slurm.log", "checkpoints/.last.safetensors.tmp-1"})
     WriteFileAtomically(folder / name, "x");
   CHECK_NOTHROW(CheckStart(request));
-  CHECK_NOTHROW(CheckStart(OneThread(Config::FromString(kLine, "line.yaml"), folder / "not/there")));
+  CHECK_NOTHROW(CheckStart(OneThread(ConfigFromYaml(kLine, "line.yaml"), folder / "not/there")));
 }
 
 TEST_CASE("folders of evaluations and of shipped networks are not trained in") {
   const TemporaryFolder folder;
-  auto request = OneThread(Config::FromString(kLine, "line.yaml"), folder.path());
+  auto request = OneThread(ConfigFromYaml(kLine, "line.yaml"), folder.path());
   {
     const RunDirectory directory(folder.path(), "diffsac_eval", "name: x\n", 1);
     CHECK_THROWS_WITH(CheckStart(request), Contains("holds files of diffsac_eval (config.yaml)"));
@@ -166,7 +167,7 @@ TEST_CASE("iterations of a resumed training grow") {
                     Contains("4 iterations are done (train.iterations: 4, now 3); expected more than those"));
   REQUIRE(Train(run.ResumedAlone({"train.iterations=6", "train.log_every=1"}), kNever) == TrainOutcome::kFinished);
   CHECK(run.Last().iteration == 6);
-  CHECK(ReadTrainConfig(Config::FromString(run.Last().config, "")).train.iterations == 6);
+  CHECK(ReadTrainConfig(ConfigFromYaml(run.Last().config, "")).train.iterations == 6);
   CHECK_THAT(run.Text("config.yaml"), Contains("iterations: 6"));
   CHECK_THAT(run.Text("metrics.csv"), Contains("\n4,") && Contains("\n5,") && Contains("\n6,"));
   // Finished: what it left stays.

@@ -10,6 +10,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/estimators/diffsac_estimator.h"
@@ -25,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Config TinyConfig(const std::string& task, const std::vector<std::string>& changes = {}) {
-  auto config = Config::FromString(R"(
+  auto config = ConfigFromYaml(R"(
 data: {type: synthetic_two_view, num_points: [60, 80], outlier_ratio: [0.1, 0.4]}
 network:
   features: {kinds: [coordinates_ratio]}
@@ -37,9 +38,9 @@ validation: {problems: 6}
 inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
 )",
                                    "tiny.yaml");
-  config.Set("task=" + task);
-  config.Set("data.task=" + task);
-  for (const auto& change : changes) config.Set(change);
+  SetYaml(&config, "task=" + task);
+  SetYaml(&config, "data.task=" + task);
+  for (const auto& change : changes) SetYaml(&config, change);
   return config;
 }
 
@@ -60,7 +61,7 @@ std::vector<double> Column(const std::string& path, int column) {
 TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& two_view, const LabelOptions& labels,
                         const std::string& more = "") {
   const auto data =
-      Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task + more + "}");
+      ConfigFromYaml("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: " + task + more + "}");
   PointFeaturesOptions features;
   features.kinds = {PointFeature::kRatio};
   return TrainingSource(MakeTrainingParts(data, 1), PointFeatures(features, TaskFromString(task)), labels, two_view, 3,
@@ -185,7 +186,7 @@ class MarkedImages : public Dataset {
 
 TEST_CASE("augmentation exchanges descriptors with the images") {
   const MarkedImages data(
-      MakeDataset(Config::FromString("{type: synthetic_two_view, num_points: 60, task: essential}"), 1));
+      MakeDataset(ConfigFromYaml("{type: synthetic_two_view, num_points: 60, task: essential}"), 1));
   PointFeaturesOptions features;
   features.kinds = {PointFeature::kRatio, PointFeature::kDescriptors};
   features.descriptor_size = 2;
@@ -210,7 +211,7 @@ TEST_CASE("augmentation exchanges descriptors with the images") {
 }
 
 TEST_CASE("a mixture draws its parts by weight") {
-  const auto data = Config::FromString(R"(
+  const auto data = ConfigFromYaml(R"(
 type: mixture
 parts:
   - {weight: 3, type: synthetic_two_view, task: homography, num_points: 30, size: 5}
@@ -225,12 +226,12 @@ parts:
   int small = 0;
   for (std::uint64_t index = 0; index < 200; ++index) small += source.Make(index).inliers.size() == 30;
   CHECK((small > 125 && small < 175));
-  CHECK(WriteTrainingData(Config::FromString(WriteTrainingData(data))) == WriteTrainingData(data));
+  CHECK(WriteTrainingData(ConfigFromYaml(WriteTrainingData(data))) == WriteTrainingData(data));
 }
 
 TEST_CASE("the shipped trainings of two views can be read") {
   for (const char* name : {"essential", "fundamental", "homography"}) {
-    const Config config = Config::FromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/") + name + ".yaml");
+    const Config config = ConfigFromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/") + name + ".yaml");
     CHECK_NOTHROW(ReadTrainConfig(config));
     CHECK(WriteTrainingData(config.Sub("data")).find("refine_truth_px") != std::string::npos);
   }
@@ -244,7 +245,7 @@ TEST_CASE("every shipped training can be read") {
     const bool training = others.count(entry.path().parent_path().filename().string()) == 0;
     if (entry.path().extension() != ".yaml" || !training) continue;
     INFO(entry.path().string());
-    const Config config = Config::FromFile(entry.path().string());
+    const Config config = ConfigFromFile(entry.path().string());
     if (config.Has("sets")) continue;  // Image sets, for diffsac_prepare.
     CHECK_NOTHROW(ReadTrainConfig(config));
     CHECK_NOTHROW(WriteTrainingData(config.Sub("data")));
@@ -255,7 +256,7 @@ TEST_CASE("every shipped training can be read") {
 
 TEST_CASE("features are those of all matches, whatever subset is trained on") {
   const auto data =
-      Config::FromString("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: fundamental}");
+      ConfigFromYaml("{type: synthetic_two_view, num_points: 120, outlier_ratio: 0.3, task: fundamental}");
   const auto parts = MakeTrainingParts(data, 1);
   PointFeaturesOptions kinds;
   kinds.kinds = {PointFeature::kRatio, PointFeature::kNeighborhood};

@@ -6,21 +6,19 @@
 
 namespace diffsac {
 
-/// A parsed YAML document that remembers where each value stood (file and line, or the --set that gave it).
-/// Cheap to copy; copies share the document.
+struct ConfigTree;
+
+/// A document of options that remembers where each value stood (file and line, or the --set that gave it). lab/yaml.h
+/// reads and writes it as YAML, core/config_json.h as JSON. Cheap to copy; copies share the document.
 class Config {
  public:
   /// An empty document: every option keeps its default.
   Config();
-  /// Reads a file. A top-level `include: other.yaml` (path relative to this file) is read first and overridden key by
-  /// key. Throws Error naming the file and line when it cannot be read or parsed.
-  static Config FromFile(const std::string& path);
-  /// Parses text; `name` stands for the file in messages.
-  static Config FromString(const std::string& text, const std::string& name = "<string>");
+  explicit Config(ConfigTree root);
 
-  /// Applies `a.b.c=value` (value is YAML) in place of the old value. Creates missing maps; a number in the path
-  /// indexes a sequence. Throws Error when the text has no '=' or the path runs through a plain value.
-  void Set(const std::string& assignment);
+  /// Puts a value at a path in place of the old one. Creates missing maps; a number in the path indexes a sequence.
+  /// Throws Error when the path runs through a plain value.
+  void Put(const std::string& dotted_path, ConfigTree value);
 
   bool Has(const std::string& dotted_path) const;
   /// The sub-document at `a.b`, empty when absent. Messages keep the whole path.
@@ -31,8 +29,6 @@ class Config {
   std::vector<std::string> Keys() const;
   /// One value as text, without quotes. Throws Error when it is absent or no plain value.
   std::string Text(const std::string& dotted_path = "") const;
-  /// The document as YAML text.
-  std::string Dump() const;
 
   /// "file.yaml:12: key.path" for messages.
   std::string Where(const std::string& dotted_path = "") const;

@@ -1,13 +1,18 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace diffsac {
 
-/// Terminal (coloured, stderr) and, when `file` is not empty, a log file as well. Call once in a program.
-void InitLogging(const std::string& file = "", bool quiet = false);
+enum class LogLevel { kInfo, kWarning };
 
-/// One line of the log. Files that see LibTorch must not see spdlog (both bring a version of fmt), so these are plain calls.
+/// Where the library's messages go, from any thread. Before the first call warnings go to stderr and the rest nowhere;
+/// `nullptr` silences all. Returns what was set before. Not while other threads log.
+using LogFunction = std::function<void(LogLevel, const std::string& line)>;
+LogFunction SetLog(LogFunction log);
+
+/// One line of the log.
 void LogInfo(const std::string& line);
 void LogWarning(const std::string& line);
 

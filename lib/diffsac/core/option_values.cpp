@@ -9,10 +9,10 @@
 namespace diffsac {
 namespace {
 
-using Kind = YamlTree::Kind;
+using Kind = ConfigTree::Kind;
 
-YamlTree ScalarTree(std::string text, bool quoted = false) {
-  YamlTree tree;
+ConfigTree ScalarTree(std::string text, bool quoted = false) {
+  ConfigTree tree;
   tree.kind = Kind::kScalar;
   tree.scalar = std::move(text);
   tree.quoted = quoted;
@@ -20,7 +20,7 @@ YamlTree ScalarTree(std::string text, bool quoted = false) {
 }
 
 template <class Number>
-bool ParseNumber(const YamlTree& tree, Number& value) {
+bool ParseNumber(const ConfigTree& tree, Number& value) {
   if (tree.kind != Kind::kScalar) return false;
   std::string_view text = tree.scalar;
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
@@ -33,7 +33,7 @@ bool ParseNumber(const YamlTree& tree, Number& value) {
 
 }  // namespace
 
-bool ParseValue(const YamlTree& tree, bool& value) {
+bool ParseValue(const ConfigTree& tree, bool& value) {
   if (tree.kind != Kind::kScalar) return false;
   std::string word = tree.scalar;
   std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -43,24 +43,24 @@ bool ParseValue(const YamlTree& tree, bool& value) {
   return yes || no;
 }
 
-bool ParseValue(const YamlTree& tree, int& value) { return ParseNumber(tree, value); }
-bool ParseValue(const YamlTree& tree, std::int64_t& value) { return ParseNumber(tree, value); }
-bool ParseValue(const YamlTree& tree, std::uint64_t& value) { return ParseNumber(tree, value); }
+bool ParseValue(const ConfigTree& tree, int& value) { return ParseNumber(tree, value); }
+bool ParseValue(const ConfigTree& tree, std::int64_t& value) { return ParseNumber(tree, value); }
+bool ParseValue(const ConfigTree& tree, std::uint64_t& value) { return ParseNumber(tree, value); }
 
-bool ParseValue(const YamlTree& tree, double& value) {
+bool ParseValue(const ConfigTree& tree, double& value) {
   double parsed = 0.0;
   if (!ParseNumber(tree, parsed) || !std::isfinite(parsed)) return false;
   value = parsed;
   return true;
 }
 
-bool ParseValue(const YamlTree& tree, std::string& value) {
+bool ParseValue(const ConfigTree& tree, std::string& value) {
   if (tree.kind != Kind::kScalar) return false;
   value = tree.scalar;
   return true;
 }
 
-bool ParseValue(const YamlTree& tree, Range& value) {
+bool ParseValue(const ConfigTree& tree, Range& value) {
   double both = 0.0;
   if (ParseValue(tree, both)) {
     value = Range(both);
@@ -73,26 +73,26 @@ bool ParseValue(const YamlTree& tree, Range& value) {
   return true;
 }
 
-YamlTree ValueTree(bool value) { return ScalarTree(value ? "true" : "false"); }
-YamlTree ValueTree(int value) { return ScalarTree(std::to_string(value)); }
-YamlTree ValueTree(std::int64_t value) { return ScalarTree(std::to_string(value)); }
-YamlTree ValueTree(std::uint64_t value) { return ScalarTree(std::to_string(value)); }
+ConfigTree ValueTree(bool value) { return ScalarTree(value ? "true" : "false"); }
+ConfigTree ValueTree(int value) { return ScalarTree(std::to_string(value)); }
+ConfigTree ValueTree(std::int64_t value) { return ScalarTree(std::to_string(value)); }
+ConfigTree ValueTree(std::uint64_t value) { return ScalarTree(std::to_string(value)); }
 
-YamlTree ValueTree(double value) {
+ConfigTree ValueTree(double value) {
   if (std::isfinite(value)) return ScalarTree(DoubleText(value));
   return ScalarTree(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
 }
 
-YamlTree ValueTree(const std::string& value) {
+ConfigTree ValueTree(const std::string& value) {
   // Words that other YAML readers would take for a number or a truth value need quotes.
   bool truth = false;
   double number = 0.0;
-  const YamlTree plain = ScalarTree(value);
+  const ConfigTree plain = ScalarTree(value);
   const bool taken = ParseValue(plain, truth) || ParseValue(plain, number) || HasUnfiniteNumber(plain);
   return ScalarTree(value, value.empty() || taken);
 }
 
-YamlTree ValueTree(const Range& value) {
+ConfigTree ValueTree(const Range& value) {
   if (value.low == value.high) return ValueTree(value.low);
   return ValueTree(std::vector<double>{value.low, value.high});
 }
@@ -121,7 +121,7 @@ std::string ExpectedText(const std::vector<std::string>& choices) {
   return expected;
 }
 
-std::string GotText(const YamlTree& value) {
+std::string GotText(const ConfigTree& value) {
   switch (value.kind) {
     case Kind::kNull:
       return "nothing";
@@ -135,10 +135,10 @@ std::string GotText(const YamlTree& value) {
   return "";
 }
 
-bool HasUnfiniteNumber(const YamlTree& tree) {
+bool HasUnfiniteNumber(const ConfigTree& tree) {
   const bool unfinite = !tree.quoted && (tree.scalar == ".nan" || tree.scalar == ".inf" || tree.scalar == "-.inf");
   if (tree.kind == Kind::kScalar && unfinite) return true;
-  const auto entry_has = [](const YamlEntry& entry) { return HasUnfiniteNumber(entry.value); };
+  const auto entry_has = [](const ConfigEntry& entry) { return HasUnfiniteNumber(entry.value); };
   return std::any_of(tree.items.begin(), tree.items.end(), HasUnfiniteNumber) ||
          std::any_of(tree.entries.begin(), tree.entries.end(), entry_has);
 }

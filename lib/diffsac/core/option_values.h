@@ -5,31 +5,31 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
 
 namespace diffsac {
 
 /// How each type of value is read (false: wrong type, the value is left as it was) ...
-bool ParseValue(const YamlTree& tree, bool& value);
-bool ParseValue(const YamlTree& tree, int& value);
-bool ParseValue(const YamlTree& tree, std::int64_t& value);
-bool ParseValue(const YamlTree& tree, std::uint64_t& value);
-bool ParseValue(const YamlTree& tree, double& value);
-bool ParseValue(const YamlTree& tree, std::string& value);
-bool ParseValue(const YamlTree& tree, Range& value);
+bool ParseValue(const ConfigTree& tree, bool& value);
+bool ParseValue(const ConfigTree& tree, int& value);
+bool ParseValue(const ConfigTree& tree, std::int64_t& value);
+bool ParseValue(const ConfigTree& tree, std::uint64_t& value);
+bool ParseValue(const ConfigTree& tree, double& value);
+bool ParseValue(const ConfigTree& tree, std::string& value);
+bool ParseValue(const ConfigTree& tree, Range& value);
 
 /// ... and written. A number that is not finite becomes a scalar that nothing reads.
-YamlTree ValueTree(bool value);
-YamlTree ValueTree(int value);
-YamlTree ValueTree(std::int64_t value);
-YamlTree ValueTree(std::uint64_t value);
-YamlTree ValueTree(double value);
-YamlTree ValueTree(const std::string& value);
-YamlTree ValueTree(const Range& value);
+ConfigTree ValueTree(bool value);
+ConfigTree ValueTree(int value);
+ConfigTree ValueTree(std::int64_t value);
+ConfigTree ValueTree(std::uint64_t value);
+ConfigTree ValueTree(double value);
+ConfigTree ValueTree(const std::string& value);
+ConfigTree ValueTree(const Range& value);
 template <class Item>
-YamlTree ValueTree(const std::vector<Item>& values) {
-  YamlTree tree;
-  tree.kind = YamlTree::Kind::kSequence;
+ConfigTree ValueTree(const std::vector<Item>& values) {
+  ConfigTree tree;
+  tree.kind = ConfigTree::Kind::kSequence;
   for (const Item& value : values) tree.items.push_back(ValueTree(value));
   return tree;
 }
@@ -42,9 +42,9 @@ std::string ExpectedText(const std::string& type, const Limits& limits);
 /// "one of a, b, c".
 std::string ExpectedText(const std::vector<std::string>& choices);
 /// What messages got: "'abc'", "a list", "nothing".
-std::string GotText(const YamlTree& value);
+std::string GotText(const ConfigTree& value);
 
 /// Whether the tree, or a part of it, is a number that is not finite.
-bool HasUnfiniteNumber(const YamlTree& tree);
+bool HasUnfiniteNumber(const ConfigTree& tree);
 
 }  // namespace diffsac

@@ -10,20 +10,20 @@ namespace diffsac {
 namespace {
 
 using Impl = OptionsBinder::Impl;
-using Kind = YamlTree::Kind;
+using Kind = ConfigTree::Kind;
 using Mode = Impl::Mode;
 using Path = Impl::Path;
 
 template <class Value>
 void BindValue(Impl& impl, const char* key, Value& value, const std::string& expected) {
-  const YamlTree* tree = impl.Start(key, expected, ValueTree(value));
+  const ConfigTree* tree = impl.Start(key, expected, ValueTree(value));
   if (tree != nullptr && !ParseValue(*tree, value)) impl.Fail(impl.PathOf(key), *tree, expected);
 }
 
 template <class Number>
 void BindLimited(Impl& impl, const char* key, Number& value, const Limits& limits, const std::string& type) {
   const std::string expected = ExpectedText(type, limits);
-  const YamlTree* tree = impl.Start(key, expected, ValueTree(value));
+  const ConfigTree* tree = impl.Start(key, expected, ValueTree(value));
   if (tree == nullptr) return;
   const bool good = ParseValue(*tree, value) && IsWithin(value, limits);
   if (!good) impl.Fail(impl.PathOf(key), *tree, expected);
@@ -34,7 +34,7 @@ void BindLimited(Impl& impl, const char* key, Number& value, const Limits& limit
 template <class Item, class Check>
 void BindList(Impl& impl, const char* key, std::vector<Item>& value, const std::string& type, const std::string& items,
               const Check& check) {
-  const YamlTree* tree = impl.Start(key, impl.reading() ? type : type + items, ValueTree(value));
+  const ConfigTree* tree = impl.Start(key, impl.reading() ? type : type + items, ValueTree(value));
   if (tree == nullptr) return;
   if (tree->kind != Kind::kSequence) impl.Fail(impl.PathOf(key), *tree, type);
   value.clear();
@@ -51,14 +51,14 @@ template <class Number>
 void BindNumbers(Impl& impl, const char* key, std::vector<Number>& value, const Limits& limits,
                  const std::string& list_type, const std::string& type) {
   BindList(impl, key, value, list_type, ExpectedText("", limits),
-           [&](const Path& path, const YamlTree& tree, Number& item) {
+           [&](const Path& path, const ConfigTree& tree, Number& item) {
              const bool good = ParseValue(tree, item) && IsWithin(item, limits);
              if (!good) impl.Fail(path, tree, ExpectedText(type, limits));
            });
 }
 
 /// Throws unless the tree is one of the choices.
-void ParseChoice(const Impl& impl, const Path& path, const YamlTree& tree, const Path& choices, std::string& value) {
+void ParseChoice(const Impl& impl, const Path& path, const ConfigTree& tree, const Path& choices, std::string& value) {
   std::string parsed;
   const bool is_word = ParseValue(tree, parsed);
   const bool known = is_word && std::find(choices.begin(), choices.end(), parsed) != choices.end();
@@ -119,19 +119,19 @@ OptionsBinder& OptionsBinder::Field(const char* key, std::vector<int>& value, Li
 
 OptionsBinder& OptionsBinder::Field(const char* key, std::vector<std::string>& value) {
   BindList(*impl_, key, value, "a list of texts", "",
-           [this](const Path& path, const YamlTree& tree, std::string& item) {
+           [this](const Path& path, const ConfigTree& tree, std::string& item) {
              if (!ParseValue(tree, item)) impl_->Fail(path, tree, "a text");
            });
   return *this;
 }
 
 OptionsBinder& OptionsBinder::Field(const char* key, Config& raw) {
-  const YamlTree* held = raw.impl_->Get();
-  const YamlTree* tree = impl_->Start(key, "a map", held == nullptr ? YamlTree() : *held);
+  const ConfigTree* held = raw.impl_->Get();
+  const ConfigTree* tree = impl_->Start(key, "a map", held == nullptr ? ConfigTree() : *held);
   if (tree == nullptr) return *this;
   if (tree->kind != Kind::kMap && tree->kind != Kind::kNull) impl_->Fail(impl_->PathOf(key), *tree, "a map of options");
   raw = Config();
-  YamlDocument& part = *raw.impl_->document;
+  ConfigDocument& part = *raw.impl_->document;
   part.root = *tree;
   part.root.kind = Kind::kMap;
   part.prefix = impl_->document->prefix;
@@ -140,7 +140,7 @@ OptionsBinder& OptionsBinder::Field(const char* key, Config& raw) {
 }
 
 OptionsBinder& OptionsBinder::Choice(const char* key, std::string& value, const std::vector<std::string>& choices) {
-  const YamlTree* tree = impl_->Start(key, ExpectedText(choices), ValueTree(value));
+  const ConfigTree* tree = impl_->Start(key, ExpectedText(choices), ValueTree(value));
   if (tree != nullptr) ParseChoice(*impl_, impl_->PathOf(key), *tree, choices, value);
   return *this;
 }
@@ -151,7 +151,7 @@ OptionsBinder& OptionsBinder::Choice(const char* key, std::string& value, std::i
 OptionsBinder& OptionsBinder::Choices(const char* key, std::vector<std::string>& value,
                                       const std::vector<std::string>& choices) {
   BindList(*impl_, key, value, "a list", " of " + ExpectedText(choices).substr(std::string("one of ").size()),
-           [&](const Path& path, const YamlTree& tree, std::string& item) {
+           [&](const Path& path, const ConfigTree& tree, std::string& item) {
              ParseChoice(*impl_, path, tree, choices, item);
            });
   return *this;
@@ -168,11 +168,11 @@ OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind,
   } else if (impl_->mode == Mode::kDescribe) {
     OptionsBinder binder(&inner);
     bind(binder);
-    impl_->Start(key, MapText(inner.positional), YamlTree());
+    impl_->Start(key, MapText(inner.positional), ConfigTree());
     impl_->described.back().options = options;
     impl_->described.back().children = std::move(inner.described);
   } else {
-    inner.ReadMap(impl_->Start(key, "", YamlTree()), bind);
+    inner.ReadMap(impl_->Start(key, "", ConfigTree()), bind);
   }
   return *this;
 }
@@ -183,7 +183,7 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
                                        std::type_index options) {
   const auto bind_at = [&bind](std::size_t index) { return [&bind, index](OptionsBinder& b) { bind(index, b); }; };
   if (impl_->mode == Mode::kWrite) {
-    YamlTree list;
+    ConfigTree list;
     list.kind = Kind::kSequence;
     for (std::size_t i = 0; i < size; ++i) list.items.push_back(Impl(Mode::kWrite).WriteMap(bind_at(i)));
     impl_->Start(key, "", list);
@@ -194,12 +194,12 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
     OptionsBinder binder(&inner);
     resize(1);
     bind(0, binder);
-    impl_->Start(key, "a list, each item " + MapText(inner.positional), YamlTree());
+    impl_->Start(key, "a list, each item " + MapText(inner.positional), ConfigTree());
     impl_->described.back().options = options;
     impl_->described.back().children = std::move(inner.described);
     return *this;
   }
-  const YamlTree* tree = impl_->Start(key, "", YamlTree());
+  const ConfigTree* tree = impl_->Start(key, "", ConfigTree());
   if (tree == nullptr) return *this;
   if (tree->kind != Kind::kSequence && tree->kind != Kind::kNull) impl_->Fail(impl_->PathOf(key), *tree, "a list");
   resize(tree->items.size());
@@ -213,14 +213,14 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
 
 OptionsBinder& OptionsBinder::Rest(Config& raw) {
   if (impl_->mode == Mode::kDescribe) {
-    impl_->Start("...", "anything", YamlTree());
+    impl_->Start("...", "anything", ConfigTree());
   } else if (impl_->mode == Mode::kWrite) {
-    const YamlTree* held = raw.impl_->Get();
+    const ConfigTree* held = raw.impl_->Get();
     if (held != nullptr)
       impl_->written.entries.insert(impl_->written.entries.end(), held->entries.begin(), held->entries.end());
   } else {
     raw = Config();
-    YamlDocument& part = *raw.impl_->document;
+    ConfigDocument& part = *raw.impl_->document;
     part.root.kind = Kind::kMap;
     part.prefix = impl_->document->prefix;
     part.prefix.insert(part.prefix.end(), impl_->path.begin(), impl_->path.end());
@@ -236,9 +236,9 @@ OptionsBinder& OptionsBinder::Rest(Config& raw) {
 
 OptionsBinder& OptionsBinder::Positional(std::initializer_list<const char*> keys) {
   impl_->positional.assign(keys.begin(), keys.end());
-  const YamlTree* given = impl_->value;
+  const ConfigTree* given = impl_->value;
   if (!impl_->reading() || given == nullptr || given->kind == Kind::kMap || given->kind == Kind::kNull) return *this;
-  const std::vector<YamlTree> items = given->kind == Kind::kScalar ? std::vector<YamlTree>{*given} : given->items;
+  const std::vector<ConfigTree> items = given->kind == Kind::kScalar ? std::vector<ConfigTree>{*given} : given->items;
   if (items.empty() || items.size() > impl_->positional.size())
     impl_->Fail(impl_->path, *given, MapText(impl_->positional));
   impl_->spelled_out.kind = Kind::kMap;
@@ -262,7 +262,7 @@ OptionsBinder& OptionsBinder::OnlyIf(bool acts, const std::string& when) {
   if (impl_->mode == Mode::kDescribe) impl_->described.back().when = when;
   if (acts) return *this;
   const std::string& key = impl_->keys.back();
-  std::erase_if(impl_->written.entries, [&](const YamlEntry& entry) { return entry.key == key; });
+  std::erase_if(impl_->written.entries, [&](const ConfigEntry& entry) { return entry.key == key; });
   if (impl_->Find(key) != nullptr && !impl_->stored)
     impl_->Unmet(WhereText(*impl_->document, impl_->PathOf(key)) + ": acts only with " + when);
   return *this;
@@ -284,7 +284,7 @@ OptionsBinder::Presence OptionsBinder::StartOptional(const char* key, bool has_v
   impl_->keys.push_back(key);
   if (impl_->mode == Mode::kDescribe) return Presence::kGiven;
   if (impl_->mode == Mode::kWrite) return has_value ? Presence::kGiven : Presence::kAbsent;
-  const YamlTree* tree = impl_->Find(key);
+  const ConfigTree* tree = impl_->Find(key);
   if (tree == nullptr) return Presence::kAbsent;
   return tree->kind == Kind::kNull ? Presence::kNone : Presence::kGiven;
 }
@@ -299,7 +299,7 @@ std::vector<std::string> OptionsBinder::StartRest(const std::vector<std::string>
   if (impl_->mode == Mode::kWrite) return present;
   Path rest;
   if (impl_->map == nullptr) return rest;
-  for (const YamlEntry& entry : impl_->map->entries)
+  for (const ConfigEntry& entry : impl_->map->entries)
     if (std::find(impl_->keys.begin(), impl_->keys.end(), entry.key) == impl_->keys.end()) rest.push_back(entry.key);
   return rest;
 }

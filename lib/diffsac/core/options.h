@@ -44,7 +44,7 @@ concept Bindable = requires(Options& options, OptionsBinder& b) {
   options.Bind(b);
 };
 
-/// Binds a plain options struct to YAML in one place: the same `Bind` function reads it, checks it, writes the
+/// Binds a plain options struct to a configuration in one place: the same `Bind` function reads it, checks it, writes the
 /// resolved values, knows every valid key and describes it.
 ///
 /// Example:
@@ -65,7 +65,7 @@ concept Bindable = requires(Options& options, OptionsBinder& b) {
 ///   }
 /// };
 /// auto options = ReadOptions<LineOptions>(config.Sub("data"));   // throws Error: file, line, nearest valid key
-/// std::string yaml = WriteOptions(options);
+/// Config config = ToConfig(options);
 /// CheckOptions(options);                                         // for a caller in C++: throws Error naming the key
 /// ```
 /// A value is bound at once, so that what is bound later can depend on it. Besides numbers and texts a field can be an
@@ -195,7 +195,7 @@ struct OptionDescription {
 
 void ReadOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
 void ReadStoredOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
-std::string WriteOptionsWith(const std::function<void(OptionsBinder&)>& bind);
+Config ToConfigWith(const std::function<void(OptionsBinder&)>& bind);
 void CheckOptionsWith(const std::function<void(OptionsBinder&)>& bind);
 std::vector<OptionDescription> DescribeOptionsWith(const std::function<void(OptionsBinder&)>& bind);
 
@@ -214,11 +214,11 @@ Options ReadStoredOptions(const Config& config, Options options = {}) {
   return options;
 }
 
-/// The resolved options as YAML; reads back to equal options. Throws std::logic_error for a number that is not finite,
-/// which no reader accepts.
+/// The resolved options; reads back to equal options. Throws std::logic_error for a number that is not finite, which no
+/// reader accepts.
 template <class Options>
-std::string WriteOptions(Options options) {
-  return WriteOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
+Config ToConfig(Options options) {
+  return ToConfigWith([&options](OptionsBinder& b) { options.Bind(b); });
 }
 
 /// Holds options made in C++ to the limits, choices and requirements that a file is held to. Throws Error naming the

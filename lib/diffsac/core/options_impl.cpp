@@ -10,39 +10,39 @@ namespace diffsac {
 namespace {
 
 using Impl = OptionsBinder::Impl;
-using Kind = YamlTree::Kind;
+using Kind = ConfigTree::Kind;
 using Mode = Impl::Mode;
 using Path = Impl::Path;
 using Bind = Impl::Bind;
 
 /// A map whose keys are the first positional ones, in their order, as the list that stands for it.
-YamlTree Shortened(YamlTree map, const Path& positional) {
+ConfigTree Shortened(ConfigTree map, const Path& positional) {
   if (map.entries.empty() || map.entries.size() > positional.size()) return map;
   for (std::size_t i = 0; i < map.entries.size(); ++i) {
     const Kind kind = map.entries[i].value.kind;
     if (map.entries[i].key != positional[i] || kind == Kind::kMap || kind == Kind::kSequence) return map;
   }
-  YamlTree list;
+  ConfigTree list;
   list.kind = Kind::kSequence;
-  for (YamlEntry& entry : map.entries) list.items.push_back(std::move(entry.value));
+  for (ConfigEntry& entry : map.entries) list.items.push_back(std::move(entry.value));
   return list;
 }
 
 }  // namespace
 
-const YamlTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
-                                           const YamlTree& default_value) {
+const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
+                                           const ConfigTree& default_value) {
   keys.push_back(key);
   if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
   if (mode == Mode::kDescribe) {
     OptionDescription description{key, expected, "", "", "", typeid(void), {}};
-    if (default_value.kind != Kind::kNull) description.default_value = FlowYaml(default_value);
+    if (default_value.kind != Kind::kNull) description.default_value = FlowText(default_value);
     described.push_back(std::move(description));
   }
   return Find(key);
 }
 
-void OptionsBinder::Impl::Fail(const Path& full, const YamlTree& got, const std::string& expected,
+void OptionsBinder::Impl::Fail(const Path& full, const ConfigTree& got, const std::string& expected,
                                const std::string& hint) const {
   // A --set shows its key and value already.
   const bool shown = GivenBySet(*document, full);
@@ -51,7 +51,7 @@ void OptionsBinder::Impl::Fail(const Path& full, const YamlTree& got, const std:
 
 void OptionsBinder::Impl::CheckKeys() const {
   if (map == nullptr || stored) return;
-  for (const YamlEntry& entry : map->entries) {
+  for (const ConfigEntry& entry : map->entries) {
     if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
     const std::string start = PlaceText(entry.value.place);
     const std::string nearest = NearestWord(entry.key, keys);
@@ -62,7 +62,7 @@ void OptionsBinder::Impl::CheckKeys() const {
   }
 }
 
-void OptionsBinder::Impl::ReadMap(const YamlTree* tree, const Bind& bind) {
+void OptionsBinder::Impl::ReadMap(const ConfigTree* tree, const Bind& bind) {
   value = tree;
   map = tree != nullptr && tree->kind == Kind::kMap ? tree : nullptr;
   OptionsBinder binder(this);
@@ -72,7 +72,7 @@ void OptionsBinder::Impl::ReadMap(const YamlTree* tree, const Bind& bind) {
   if (!unmet.empty()) throw Error(unmet);
 }
 
-YamlTree OptionsBinder::Impl::WriteMap(const Bind& bind) {
+ConfigTree OptionsBinder::Impl::WriteMap(const Bind& bind) {
   written.kind = Kind::kMap;
   OptionsBinder binder(this);
   bind(binder);
@@ -94,10 +94,10 @@ void Read(const Config& config, bool stored, const Bind& bind) {
 void ReadOptionsWith(const Config& config, const Bind& bind) { Read(config, false, bind); }
 void ReadStoredOptionsWith(const Config& config, const Bind& bind) { Read(config, true, bind); }
 
-std::string WriteOptionsWith(const Bind& bind) {
-  const YamlTree tree = Impl(Mode::kWrite).WriteMap(bind);
+Config ToConfigWith(const Bind& bind) {
+  ConfigTree tree = Impl(Mode::kWrite).WriteMap(bind);
   if (HasUnfiniteNumber(tree)) throw std::logic_error("an option must be a finite number");
-  return DumpYaml(tree);
+  return Config(std::move(tree));
 }
 
 void CheckOptionsWith(const Bind& bind) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
 
 namespace diffsac {
 
@@ -21,19 +21,19 @@ struct OptionsBinder::Impl {
   Path positional;  // The keys that a list stands for.
 
   // Reading.
-  const YamlDocument* document = nullptr;  // For places.
+  const ConfigDocument* document = nullptr;  // For places.
   bool stored = false;                     // Unknown keys and keys that do not act are passed over.
   Path path;                               // Of this map.
-  const YamlTree* value = nullptr;         // What stands there, null pointer when absent.
-  const YamlTree* map = nullptr;           // The same where it is a map, or the map that it stands for.
-  YamlTree spelled_out;                    // That map.
+  const ConfigTree* value = nullptr;         // What stands there, null pointer when absent.
+  const ConfigTree* map = nullptr;           // The same where it is a map, or the map that it stands for.
+  ConfigTree spelled_out;                    // That map.
   std::string unmet;                       // The message of the first unmet requirement.
 
-  YamlTree written;                          // Writing: this map.
+  ConfigTree written;                          // Writing: this map.
   std::vector<OptionDescription> described;  // Describing: its keys.
 
   bool reading() const { return mode == Mode::kRead; }
-  const YamlTree* Find(const std::string& key) const { return reading() && map != nullptr ? map->Find(key) : nullptr; }
+  const ConfigTree* Find(const std::string& key) const { return reading() && map != nullptr ? map->Find(key) : nullptr; }
   Path PathOf(const std::string& key) const {
     Path full = path;
     full.push_back(key);
@@ -48,16 +48,16 @@ struct OptionsBinder::Impl {
   }
 
   /// What is given for a key while reading; otherwise writes or describes it by `default_value`.
-  const YamlTree* Start(const char* key, const std::string& expected, const YamlTree& default_value);
-  [[noreturn]] void Fail(const Path& full, const YamlTree& got, const std::string& expected,
+  const ConfigTree* Start(const char* key, const std::string& expected, const ConfigTree& default_value);
+  [[noreturn]] void Fail(const Path& full, const ConfigTree& got, const std::string& expected,
                          const std::string& hint = "") const;
   void Unmet(const std::string& message) {
     if (reading() && unmet.empty()) unmet = message;
   }
 
-  void ReadMap(const YamlTree* tree, const Bind& bind);
+  void ReadMap(const ConfigTree* tree, const Bind& bind);
   void CheckKeys() const;
-  YamlTree WriteMap(const Bind& bind);
+  ConfigTree WriteMap(const Bind& bind);
 };
 
 }  // namespace diffsac

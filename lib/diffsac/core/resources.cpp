@@ -6,13 +6,13 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = YamlTree::Kind;
+using Kind = ConfigTree::Kind;
 
 constexpr std::array<const char*, 6> kPathKeys = {"checkpoint", "start_from", "paths", "root", "folder", "needs"};
 constexpr const char* kModels = "models/";
@@ -37,7 +37,7 @@ std::vector<std::string> ShareFolders() {
   return folders;
 }
 
-std::vector<std::string> PlacesOf(const YamlTree& value) {
+std::vector<std::string> PlacesOf(const ConfigTree& value) {
   const fs::path path = value.scalar;
   if (path.empty() || path.is_absolute()) return {value.scalar};
   std::vector<std::string> places;
@@ -51,22 +51,22 @@ std::vector<std::string> PlacesOf(const YamlTree& value) {
   return places;
 }
 
-std::string FoundPath(const YamlTree& value) {
+std::string FoundPath(const ConfigTree& value) {
   const std::vector<std::string> places = PlacesOf(value);
   const auto found = std::find_if(places.begin(), places.end(), IsThere);
   // What lies in the current folder stays as it was written.
   return found == places.end() || *found == fs::path(value.scalar).lexically_normal() ? value.scalar : *found;
 }
 
-void FindPathsOf(YamlTree* value) {
+void FindPathsOf(ConfigTree* value) {
   if (value->kind == Kind::kScalar) value->scalar = FoundPath(*value);
-  for (YamlTree& item : value->items)
+  for (ConfigTree& item : value->items)
     if (item.kind == Kind::kScalar) item.scalar = FoundPath(item);
 }
 
-void FindPathsIn(YamlTree* tree) {
-  for (YamlTree& item : tree->items) FindPathsIn(&item);
-  for (YamlEntry& entry : tree->entries) {
+void FindPathsIn(ConfigTree* tree) {
+  for (ConfigTree& item : tree->items) FindPathsIn(&item);
+  for (ConfigEntry& entry : tree->entries) {
     if (std::find(kPathKeys.begin(), kPathKeys.end(), entry.key) != kPathKeys.end()) FindPathsOf(&entry.value);
     FindPathsIn(&entry.value);
   }
@@ -81,7 +81,7 @@ std::string Listed(const std::vector<std::string>& places) {
 }  // namespace
 
 std::vector<std::string> PlacesOf(const Config& value) {
-  const YamlTree* tree = value.impl_->Get();
+  const ConfigTree* tree = value.impl_->Get();
   return tree == nullptr || tree->kind != Kind::kScalar ? std::vector<std::string>() : PlacesOf(*tree);
 }
 
@@ -93,12 +93,12 @@ std::string RequiredPath(const Config& value, const std::string& what) {
 
 void RequirePaths(const Config& config, const std::vector<std::string>& keys, const std::string& what) {
   const auto require = [&](const Config& value) {
-    const YamlTree* tree = value.impl_->Get();
+    const ConfigTree* tree = value.impl_->Get();
     if (tree != nullptr && tree->kind == Kind::kScalar && !tree->scalar.empty()) RequiredPath(value, what);
   };
   for (const std::string& key : keys) {
     const Config value = config.Sub(key);
-    const YamlTree* tree = value.impl_->Get();
+    const ConfigTree* tree = value.impl_->Get();
     if (tree != nullptr && tree->kind == Kind::kSequence)
       for (const Config& item : config.Sequence(key)) require(item);
     else

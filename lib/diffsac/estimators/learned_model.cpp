@@ -61,7 +61,7 @@ std::string TextOr(const Config& config, const char* key, const char* absent) {
 
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint) {
   const auto info = ReadCheckpointInfo(checkpoint);
-  const auto config = Config::FromString(info.config, checkpoint + " (its configuration)");
+  const auto config = CheckpointConfig(info, checkpoint);
   return {checkpoint, info.method,          TaskOf(info, checkpoint), config, TextOr(config, "model", ""),
           info.seed,  FactsOf(info, config)};
 }

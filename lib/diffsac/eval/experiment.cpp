@@ -7,6 +7,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/compose.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -199,8 +200,8 @@ ExperimentOptions ReadExperiment(const Config& given) {
 
 std::string WriteExperiment(ExperimentOptions experiment) {
   for (Condition& condition : experiment.conditions)
-    condition.data = Config::FromString(WriteDatasetOptions(condition.data));
-  return WriteOptions(std::move(experiment));
+    condition.data = ConfigFromYaml(WriteDatasetOptions(condition.data));
+  return WriteYaml(std::move(experiment));
 }
 
 }  // namespace diffsac

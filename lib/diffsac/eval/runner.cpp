@@ -8,9 +8,9 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/core/random.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"

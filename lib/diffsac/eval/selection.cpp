@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
 
 namespace diffsac {
 namespace {
@@ -29,8 +29,8 @@ std::string CheckpointOf(const EstimatorRow& row) {
 /// Of the list `paths` those that are there; in a document of its own, for copies of an experiment share theirs.
 void KeepPaths(Condition* condition) {
   Config kept = condition->data.MergedWith({});
-  if (YamlTree* paths = kept.impl_->document->root.Find("paths"))
-    std::erase_if(paths->items, [](const YamlTree& path) { return !IsThere(path.scalar); });
+  if (ConfigTree* paths = kept.impl_->document->root.Find("paths"))
+    std::erase_if(paths->items, [](const ConfigTree& path) { return !IsThere(path.scalar); });
   condition->data = kept;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -209,7 +210,7 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
   content.experiment = header.at("experiment").get<std::string>();
   content.setup = header.at("setup").get<std::string>();
   ExperimentResults& results = content.results;
-  results.experiment = ReadExperiment(Config::FromString(content.experiment, name));
+  results.experiment = ReadExperiment(ConfigFromYaml(content.experiment, name));
   results.experiment.left_out = header.at("left_out").get<std::vector<std::string>>();
   results.shard = {Whole<int>(header.at("shard")), Whole<int>(header.at("shards"))};
   results.partial = !header.at("complete").get<bool>();

@@ -6,14 +6,15 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
 
 constexpr const char* kSweep = "sweep";
 
-[[noreturn]] void FailAt(const YamlTree& tree, const std::string& what) {
+[[noreturn]] void FailAt(const ConfigTree& tree, const std::string& what) {
   const std::string place = PlaceText(tree.place);
   throw Error((place.empty() ? "" : place + ": ") + kSweep + ": " + what);
 }
@@ -21,23 +22,23 @@ constexpr const char* kSweep = "sweep";
 bool IsAxis(const std::string& key) { return key.find('.') != std::string::npos || key == "seed" || key == "problems"; }
 
 /// A misspelt name would make a row or setting that nothing uses.
-void CheckNamed(const YamlTree& experiment, const YamlEntry& entry) {
+void CheckNamed(const ConfigTree& experiment, const ConfigEntry& entry) {
   const std::vector<std::string> path = SplitPath(entry.key);
   if (path[0] != "methods" && path[0] != "settings") return;
-  const YamlTree* parts = experiment.Find(path[0]);
-  if (parts != nullptr && parts->kind == YamlTree::Kind::kSequence)
+  const ConfigTree* parts = experiment.Find(path[0]);
+  if (parts != nullptr && parts->kind == ConfigTree::Kind::kSequence)
     FailAt(entry.value, entry.key + ": methods must be a map by name for this, not a list");
   if (parts == nullptr || parts->Find(path[1]) == nullptr)
     FailAt(entry.value, entry.key + ": the experiment has no '" + path[0] + "." + path[1] + "'");
 }
 
-std::vector<std::string> ValuesOf(const YamlEntry& entry) {
-  const YamlTree& values = entry.value;
-  if (values.kind != YamlTree::Kind::kSequence || values.items.empty())
+std::vector<std::string> ValuesOf(const ConfigEntry& entry) {
+  const ConfigTree& values = entry.value;
+  if (values.kind != ConfigTree::Kind::kSequence || values.items.empty())
     FailAt(values, entry.key + ": expected a list of values");
   std::vector<std::string> texts;
-  for (const YamlTree& value : values.items) {
-    if (value.kind != YamlTree::Kind::kScalar) FailAt(value, entry.key + ": expected plain values");
+  for (const ConfigTree& value : values.items) {
+    if (value.kind != ConfigTree::Kind::kScalar) FailAt(value, entry.key + ": expected plain values");
     texts.push_back(FlowYaml(value));
   }
   if (std::set(texts.begin(), texts.end()).size() < texts.size()) FailAt(values, entry.key + ": a value stands twice");
@@ -71,8 +72,8 @@ struct RowAtPoint {
 
 std::string SignatureOf(const ExperimentOptions& experiment, std::size_t method) {
   std::string text = std::to_string(experiment.problems) + "\n";
-  for (const Condition& condition : experiment.conditions) text += condition.data.Dump() + "\n";
-  return text + experiment.methods[method].config.Dump();
+  for (const Condition& condition : experiment.conditions) text += ToYaml(condition.data) + "\n";
+  return text + ToYaml(experiment.methods[method].config);
 }
 
 /// By the rows' names, in the order in which they first stand.
@@ -177,11 +178,11 @@ void AddRow(const std::vector<const RowAtPoint*>& alike, const SweepPoint& point
 }  // namespace
 
 std::vector<SweepAxis> SweepAxes(const Config& experiment) {
-  const YamlTree* root = experiment.impl_->Get();
-  const YamlTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
+  const ConfigTree* root = experiment.impl_->Get();
+  const ConfigTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
   std::vector<SweepAxis> axes;
   if (sweep == nullptr) return axes;
-  for (const YamlEntry& entry : sweep->entries) {
+  for (const ConfigEntry& entry : sweep->entries) {
     if (!IsAxis(entry.key)) continue;
     CheckNamed(*root, entry);
     axes.push_back({entry.key, entry.key, ValuesOf(entry)});
@@ -192,13 +193,13 @@ std::vector<SweepAxis> SweepAxes(const Config& experiment) {
 
 Config WithoutSweepAxes(const Config& experiment) {
   Config rest = experiment.Without({kSweep});
-  const YamlTree* root = experiment.impl_->Get();
-  const YamlTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
+  const ConfigTree* root = experiment.impl_->Get();
+  const ConfigTree* sweep = root == nullptr ? nullptr : root->Find(kSweep);
   if (sweep == nullptr) return rest;
-  YamlTree conditions = *sweep;
-  std::erase_if(conditions.entries, [](const YamlEntry& entry) { return IsAxis(entry.key); });
+  ConfigTree conditions = *sweep;
+  std::erase_if(conditions.entries, [](const ConfigEntry& entry) { return IsAxis(entry.key); });
   if (conditions.entries.empty() && !sweep->entries.empty()) return rest;
-  YamlTree& written = rest.impl_->document->root;
+  ConfigTree& written = rest.impl_->document->root;
   written.entries.push_back({kSweep, std::move(conditions)});
   return rest;
 }

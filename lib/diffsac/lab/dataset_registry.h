@@ -9,6 +9,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/core/typed_options.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
@@ -45,7 +46,7 @@ struct RegisteredDataset : Registered<DatasetEntry> {
     entry.make = [read, make = std::move(make)](const Config& config, std::uint64_t seed) {
       return make(read(config).options, seed);
     };
-    entry.resolve = [read](const Config& config) { return WriteOptions(read(config)); };
+    entry.resolve = [read](const Config& config) { return WriteYaml(read(config)); };
     entry.describe = [] { return DescribeOptions<Options>(); };
     entry.options = typeid(Options);
     return entry;

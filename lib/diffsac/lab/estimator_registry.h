@@ -30,7 +30,7 @@ struct EstimatorEntry {
   std::string help;  ///< One line for the documentation.
   /// All throw Error for a task that it does not estimate; the first two for wrong options, with file, line and key.
   std::function<std::unique_ptr<RobustEstimator>(const Config&, Task, const EstimatorContext&)> make;
-  std::function<std::string(const Config&, Task, const EstimatorContext&)> resolve;  ///< Every key as YAML.
+  std::function<Config(const Config&, Task, const EstimatorContext&)> resolve;  ///< Every key.
   std::function<std::vector<OptionDescription>(Task)> describe;
   std::type_index options = typeid(void);
 };
@@ -60,7 +60,7 @@ struct RegisteredEstimator : Registered<EstimatorEntry> {
       return make(read(config, task).options);
     };
     entry.resolve = [read](const Config& config, Task task, const EstimatorContext&) {
-      return WriteOptions(read(config, task));
+      return ToConfig(read(config, task));
     };
     entry.describe = [defaults](Task task) { return DescribeOptions(defaults(task)); };
     entry.options = typeid(Options);

@@ -6,6 +6,7 @@
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/lab/registered_learned_estimator.h"
 #include "diffsac/lab/estimator_registry.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -22,14 +23,14 @@ std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, 
 }
 
 Config ResolvedRow(const Config& config, Task task, const EstimatorContext& context) {
-  return Config::FromString(EntryOf(config).resolve(config, task, context));
+  return EntryOf(config).resolve(config, task, context);
 }
 
 Config KeysThatDiffer(const Config& row, const Config& inherited) {
   Config own = row.Without({});
   for (const std::string& key : row.Keys()) {
     if (!inherited.Has(key)) continue;
-    if (row.Sub(key).Dump() == inherited.Sub(key).Dump())
+    if (ToYaml(row.Sub(key)) == ToYaml(inherited.Sub(key)))
       own = own.Without({key});
     else if (!row.Sub(key).Keys().empty())
       own = own.With(key, KeysThatDiffer(row.Sub(key), inherited.Sub(key)));

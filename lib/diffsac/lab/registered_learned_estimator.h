@@ -80,12 +80,12 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
       const Options inherited = Inherited(trained, defaults);
       const Options options = Read(config, trained, inherited).keys.options;
       const auto network = load(trained, options, context);
-      CheckRow(KeysThatDiffer(config, Config::FromString(WriteOptions(inherited))), options, *network);
+      CheckRow(KeysThatDiffer(config, ToConfig(inherited)), options, *network);
       return std::make_unique<Row>(network, options, context.threads);
     };
     entry.resolve = [defaults](const Config& config, Task task, const EstimatorContext& context) {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
-      return WriteOptions(Read(config, trained, Inherited(trained, defaults)));
+      return ToConfig(Read(config, trained, Inherited(trained, defaults)));
     };
     entry.describe = [defaults](Task task) { return DescribeOptions(LearnedKeys<Options>{defaults, task}); };
     entry.options = typeid(Options);

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "diffsac/core/config_json.h"
+#include "diffsac/core/registry.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 
@@ -90,6 +92,14 @@ CheckpointInfo ReadInfo(const SafetensorsFile& file) {
 }
 
 CheckpointInfo ReadCheckpointInfo(const std::string& path) { return ReadInfo(OpenCheckpoint(path)); }
+
+Config CheckpointConfig(const CheckpointInfo& info, const std::string& path) {
+  const std::string name = path + " (its configuration)";
+  if (info.config.starts_with('{')) return ConfigFromJson(info.config, name);
+  const auto& readers = Registry<CheckpointConfigReader>::Instance();
+  if (readers.Has("yaml")) return readers.Find("yaml", "").read(info.config, name);
+  throw Error(name + ": expected JSON; files of earlier versions hold YAML, which diffsac_eval reads");
+}
 
 void RequireWeights(const std::string& path, std::int64_t least) {
   const SafetensorsFile file = OpenCheckpoint(path);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "diffsac/core/config.h"
 #include "diffsac/core/safetensors.h"
 
 namespace diffsac {
@@ -17,7 +19,7 @@ struct LossSums {
 /// What a checkpoint says about itself.
 struct CheckpointInfo {
   std::string method, task;    ///< That the network was trained by and for.
-  std::string config;          ///< The resolved training configuration, YAML.
+  std::string config;          ///< The resolved training configuration, JSON (YAML in files of earlier versions).
   std::string git_revision;    ///< Of the program that wrote it.
   std::int64_t iteration = 0;  ///< Optimiser steps done. Data, noise and times of each step are drawn from
                                ///< (seed, iteration), so this is the whole random state.
@@ -42,6 +44,15 @@ CheckpointInfo ReadInfo(const SafetensorsFile& file);
 std::int64_t ReadCount(const SafetensorsFile& file, const char* key);
 /// Both of a file that is not needed further.
 CheckpointInfo ReadCheckpointInfo(const std::string& path);
+
+/// Reads configurations that are not JSON, where a program has such a reader (registered as "yaml").
+struct CheckpointConfigReader {
+  static constexpr const char* kKind = "reader of checkpoints' configurations";
+  std::function<Config(const std::string& text, const std::string& name)> read;
+};
+
+/// The training configuration of a checkpoint. Throws Error, naming the file, when it cannot be read.
+Config CheckpointConfig(const CheckpointInfo& info, const std::string& path);
 
 /// Throws Error, naming the file, unless it holds at least `least` averaged weights. Asked before a network is made as
 /// a checkpoint's configuration says, so that a small file cannot ask for a large one.

@@ -7,9 +7,10 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/run_directory.h"
-#include "diffsac/core/run_lock.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/compare_runs.h"
 #include "diffsac/report/merge.h"
 #include "diffsac/report/missing_networks.h"
@@ -37,11 +38,11 @@ std::string Quoted(const std::string& text) {
 }  // namespace
 
 ExperimentOptions ReadRequest(const EvalRequest& request) {
-  Config config = Config::FromFile(request.config_path);
-  for (const std::string& assignment : request.assignments) config.Set(assignment);
-  if (request.seed >= 0) config.Set("seed=" + std::to_string(request.seed));
-  if (request.context.threads > 0) config.Set("threads=" + std::to_string(request.context.threads));
-  if (!request.data_root.empty()) config.Set("data_root=" + Quoted(request.data_root));
+  Config config = ConfigFromFile(request.config_path);
+  for (const std::string& assignment : request.assignments) SetYaml(&config, assignment);
+  if (request.seed >= 0) SetYaml(&config, "seed=" + std::to_string(request.seed));
+  if (request.context.threads > 0) SetYaml(&config, "threads=" + std::to_string(request.context.threads));
+  if (!request.data_root.empty()) SetYaml(&config, "data_root=" + Quoted(request.data_root));
   ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
   SelectEstimators(request.methods, &experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);

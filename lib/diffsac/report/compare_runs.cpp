@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "diffsac/core/changed_keys.h"
+#include "diffsac/lab/changed_keys.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

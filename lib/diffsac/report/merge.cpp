@@ -6,8 +6,8 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/run_directory.h"
-#include "diffsac/core/run_lock.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
 #include "diffsac/core/status.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/report/plots.h"

@@ -15,9 +15,10 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
 #include "diffsac/io/text_scan.h"
 #include "diffsac/eval/selection.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/network/checkpoint_info.h"
 
 namespace diffsac {
@@ -36,7 +37,7 @@ std::string RunOf(const std::string& checkpoint) {
 
 /// Experiments have names as well, but no `train`.
 bool IsTrainingOf(const std::string& name, const std::string& path) {
-  const Config config = Config::FromFile(path);
+  const Config config = ConfigFromFile(path);
   return config.Has("train") && config.Has("name") && config.Text("name") == name;
 }
 
@@ -51,11 +52,11 @@ std::string TrainingOf(const std::string& name, const std::string& configs) {
   return found == paths.end() ? "" : *found;
 }
 
-void CollectRunPaths(const YamlTree& tree, std::vector<std::string>* paths) {
+void CollectRunPaths(const ConfigTree& tree, std::vector<std::string>* paths) {
   if (tree.scalar.starts_with("runs/") && std::find(paths->begin(), paths->end(), tree.scalar) == paths->end())
     paths->push_back(tree.scalar);
-  for (const YamlTree& item : tree.items) CollectRunPaths(item, paths);
-  for (const YamlEntry& entry : tree.entries) CollectRunPaths(entry.value, paths);
+  for (const ConfigTree& item : tree.items) CollectRunPaths(item, paths);
+  for (const ConfigEntry& entry : tree.entries) CollectRunPaths(entry.value, paths);
 }
 
 /// In the child of a fork: becomes the program, its output in `log`. Only calls that a signal handler may make.
@@ -73,7 +74,7 @@ bool IsUnfinished(const std::string& checkpoint) {
   const fs::path last = fs::path(checkpoint).parent_path() / "last.safetensors";
   if (!fs::exists(last)) return false;
   const CheckpointInfo info = ReadCheckpointInfo(last.string());
-  const Config config = Config::FromString(info.config, last.string());
+  const Config config = CheckpointConfig(info, last.string());
   if (!config.Has("train.iterations")) return false;
   double iterations = 0.0;
   if (!ParseNumber(config.Text("train.iterations"), &iterations))
@@ -117,7 +118,7 @@ std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
 std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs) {
   std::vector<std::string> folders = DataPaths(experiment);
   for (const MissingNetwork& network : MissingNetworks(experiment, configs))
-    if (!network.config.empty()) CollectRunPaths(*Config::FromFile(network.config).impl_->Get(), &folders);
+    if (!network.config.empty()) CollectRunPaths(*ConfigFromFile(network.config).impl_->Get(), &folders);
   return folders;
 }
 

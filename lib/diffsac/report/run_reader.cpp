@@ -9,6 +9,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 
 namespace diffsac {
@@ -159,7 +160,7 @@ ExperimentResults ReadRun(const std::string& folder) {
   for (const char* name : {"config.yaml", "results.json", "problems.csv"})
     if (!fs::exists(path / name)) throw Error("'" + folder + "' holds no whole run of diffsac_eval: no " + name);
   ExperimentResults results;
-  results.experiment = ReadExperiment(Config::FromFile((path / "config.yaml").string()));
+  results.experiment = ReadExperiment(ConfigFromFile((path / "config.yaml").string()));
   ReadFacts((path / "results.json").string(), &results);
   ReadProblems((path / "problems.csv").string(), &results);
   return results;

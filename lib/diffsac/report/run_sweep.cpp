@@ -7,9 +7,10 @@
 #include <sstream>
 
 #include "diffsac/core/logging.h"
-#include "diffsac/core/run_directory.h"
-#include "diffsac/core/run_lock.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/report/results_page.h"
 #include "diffsac/report/plots.h"
@@ -24,8 +25,8 @@ namespace {
 
 /// The configuration with the command line's assignments, axes included.
 Config GivenConfig(const EvalRequest& request) {
-  Config config = Config::FromFile(request.config_path);
-  for (const std::string& assignment : request.assignments) config.Set(assignment);
+  Config config = ConfigFromFile(request.config_path);
+  for (const std::string& assignment : request.assignments) SetYaml(&config, assignment);
   return config;
 }
 
@@ -91,7 +92,7 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
   if (!request.needs) {
     lock.emplace(folder);
     BeginResults(folder);
-    RunDirectory(folder, "diffsac_eval", config.Dump() + "\n", first.seed);
+    RunDirectory(folder, "diffsac_eval", ToYaml(config) + "\n", first.seed);
   }
   std::vector<ExperimentResults> results;
   for (std::size_t p = 0; p < points.size(); ++p) {

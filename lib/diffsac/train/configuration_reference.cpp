@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "diffsac/core/option_reference.h"
+#include "diffsac/lab/option_reference.h"
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_registry.h"
 #include "diffsac/eval/experiment.h"

@@ -2,8 +2,10 @@
 
 #include <torch/torch.h>
 
+#include "diffsac/core/config_json.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
@@ -40,7 +42,7 @@ void ImportNetwork(const TrainRequest& request, const std::string& path) {
   folder.Begin(resolved);
   const std::string checkpoint = folder.Checkpoint("best.safetensors");
   const CheckpointInfo info{
-      options.method, ToString(options.task), resolved, GitRevision(), 0, options.train.seed, -1.0};
+      options.method, ToString(options.task), ToJson(ConfigFromYaml(resolved)), GitRevision(), 0, options.train.seed, -1.0};
   SaveCheckpoint(checkpoint, info, network, ExponentialMovingAverage(network, options.train.ema_decay), nullptr);
   LogInfo(checkpoint + ": " + std::to_string(CountParameters(network)) + " parameters of " + path);
 }

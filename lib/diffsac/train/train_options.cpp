@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/core/resources.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/validation.h"
@@ -102,9 +103,9 @@ TrainConfig ReadTrainConfig(const Config& given) {
 }
 
 std::string WriteTrainConfig(TrainConfig options) {
-  if (options.validation.data) options.validation.data = Config::FromString(WriteTrainingData(ValidationData(options)));
-  options.data = Config::FromString(WriteTrainingData(options.data));
-  return WriteOptions(options);
+  if (options.validation.data) options.validation.data = ConfigFromYaml(WriteTrainingData(ValidationData(options)));
+  options.data = ConfigFromYaml(WriteTrainingData(options.data));
+  return WriteYaml(options);
 }
 
 }  // namespace diffsac

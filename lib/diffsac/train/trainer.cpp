@@ -10,10 +10,12 @@
 #include <optional>
 #include <utility>
 
+#include "diffsac/core/config_json.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/core/progress.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/progress.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/prefetcher.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
@@ -56,6 +58,7 @@ class Trainer {
   void AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies);
   void DrawCurves() const;
   void Save(const std::string& name, bool with_optimizer);
+  std::string StoredConfig() const;
   void Resume();
   /// Everything is ready and all processes agree: the run's files become this training's.
   void Begin();
@@ -97,7 +100,7 @@ Trainer::Trainer(const TrainRequest& request)
   optimizer_ = std::make_unique<torch::optim::Adam>(learner_->network().parameters(),
                                                     torch::optim::AdamOptions(train.learning_rate));
   if (team_.main()) validation_ = std::make_unique<Validation>(options_);
-  info_ = {options_.method, ToString(options_.task), resolved_, GitRevision(), 0, train.seed, -1.0};
+  info_ = {options_.method, ToString(options_.task), StoredConfig(), GitRevision(), 0, train.seed, -1.0};
   info_.losses.sums.assign(learner_->loss_names().size(), 0.0);
   if (request.resume) Resume();
   team_.CheckSame("configurations", resolved_);
@@ -105,6 +108,9 @@ Trainer::Trainer(const TrainRequest& request)
                   std::to_string(info_.iteration) + " " + WeightsText(learner_->network().parameters()));
   if (team_.main()) Begin();
 }
+
+// As checkpoints hold it.
+std::string Trainer::StoredConfig() const { return ToJson(ConfigFromYaml(resolved_)); }
 
 void Trainer::Resume() {
   const auto path = CheckpointPath("last.safetensors");
@@ -127,7 +133,7 @@ void Trainer::Begin() {
   folder_.Begin(resolved_);
   // A network of its own from the start, so that a best one beside it can be told from that of a finished run; and what
   // changed is the checkpoint's from here on, so that it says how far this run goes.
-  const bool changed = std::exchange(info_.config, resolved_) != resolved_;
+  const bool changed = std::exchange(info_.config, StoredConfig()) != StoredConfig();
   if (info_.iteration == 0 || changed) Save("last.safetensors", true);
   log_->Write();
 }

@@ -5,11 +5,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "diffsac/core/changed_keys.h"
+#include "diffsac/lab/changed_keys.h"
 #include "diffsac/core/files.h"
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/network/checkpoint_info.h"
 #include "diffsac/train/trainer.h"
 
@@ -106,7 +107,7 @@ std::string ChangeTexts(const std::vector<ChangedKey>& changes) {
 
 /// As this program writes it: with the defaults of keys that the program which wrote the checkpoint did not have.
 std::string ResolvedConfig(const CheckpointInfo& info, const std::string& path) {
-  return WriteTrainConfig(ReadTrainConfig(Config::FromString(info.config, path)));
+  return WriteTrainConfig(ReadTrainConfig(CheckpointConfig(info, path)));
 }
 
 bool MayChange(const ChangedKey& change) {
@@ -152,7 +153,7 @@ Config ConfigurationToResume(const std::string& folder) {
   const std::string path = (fs::path(folder) / kConfigFile).string(), program = ProgramOfRun(folder);
   // One without that line is the training's as well, edited by somebody.
   const bool own = fs::exists(path) && (program.empty() || program == kProgram);
-  return own ? Config::FromFile(path) : Config::FromString(info.config, LastCheckpoint(folder));
+  return own ? ConfigFromFile(path) : CheckpointConfig(info, LastCheckpoint(folder));
 }
 
 void CheckStart(const TrainRequest& request) { CheckedStart(request); }

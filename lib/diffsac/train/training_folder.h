@@ -5,7 +5,7 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/core/run_lock.h"
+#include "diffsac/lab/run_lock.h"
 
 namespace diffsac {
 

@@ -1,5 +1,6 @@
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/train/training_source.h"
 
 namespace diffsac {
@@ -55,8 +56,8 @@ std::vector<OptionDescription> DescribeMixture() { return DescribeOptions<Mixtur
 std::string WriteTrainingData(const Config& data) {
   if (!IsMixture(data)) return WriteDatasetOptions(data);
   Mixture mixture = ReadOptions<Mixture>(data);
-  for (MixturePart& part : mixture.parts) part.data = Config::FromString(WriteDatasetOptions(part.data));
-  return WriteOptions(mixture);
+  for (MixturePart& part : mixture.parts) part.data = ConfigFromYaml(WriteDatasetOptions(part.data));
+  return WriteYaml(mixture);
 }
 
 }  // namespace diffsac

@@ -5,6 +5,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -29,11 +30,11 @@ Validation::Validation(const TrainConfig& options)
       seed_(options.train.seed),
       tolerance_(options.validation.ToleranceOf(options.task)) {
   Config data = ValidationData(options);
-  if (IsGenerated(data)) data.Set("split=validation");
+  if (IsGenerated(data)) SetYaml(&data, "split=validation");
   const auto& ratios = options.validation.outlier_ratios;
   if (ratios.empty()) AddGroup(options.task, data, "");
   for (const double ratio : ratios) {
-    data.Set("outlier_ratio=" + Number(ratio));
+    SetYaml(&data, "outlier_ratio=" + Number(ratio));
     AddGroup(options.task, data, "_outliers_" + Number(ratio));
   }
 }

@@ -2,11 +2,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/lab/make_estimator.h"
 
 int main(int, char** argv) {
-  const auto row = diffsac::Config::FromString(std::string("{type: diffsac, checkpoint: '") + argv[1] + "'}");
+  const auto row = diffsac::ConfigFromYaml(std::string("{type: diffsac, checkpoint: '") + argv[1] + "'}");
   const diffsac::Task task = diffsac::TaskFromString("line");
   const auto guide = diffsac::MakeEstimator(row, task, {});
   diffsac::Problem problem;

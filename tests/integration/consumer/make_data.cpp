@@ -2,8 +2,9 @@
 #include <cstdio>
 
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 
 int main() {
-  const auto dataset = diffsac::MakeDataset(diffsac::Config::FromString("type: synthetic_line\nnum_points: 30\n"), 1);
+  const auto dataset = diffsac::MakeDataset(diffsac::ConfigFromYaml("type: synthetic_line\nnum_points: 30\n"), 1);
   std::printf("points %d\n", static_cast<int>(dataset->Get(0).problem.points.rows()));
 }

@@ -1,4 +1,4 @@
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 
 #include <sys/utsname.h>
 

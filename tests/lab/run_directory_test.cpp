@@ -1,4 +1,4 @@
-#include "diffsac/core/run_directory.h"
+#include "diffsac/lab/run_directory.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -7,6 +7,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 
@@ -18,7 +19,7 @@ TEST_CASE("RunDirectory records where a result comes from and stays readable YAM
   const std::string text = ReadFile(run.File("config.yaml"));
   CHECK_THAT(text, Contains("# program: diffsac_train\n") && Contains("# seed: 42\n") && Contains("# machine: ") &&
                        Contains("# date: 20") && Contains("# git revision: " + GitRevision() + "\n"));
-  CHECK(Config::FromFile(run.File("config.yaml")).Dump() == "model:\n  width: 64\n");
+  CHECK(ConfigFromFile(run.File("config.yaml")).Dump() == "model:\n  width: 64\n");
   CHECK(std::filesystem::path(run.File("x.csv")).parent_path() == run.path());
 }
 

@@ -1,4 +1,4 @@
-#include "diffsac/core/changed_keys.h"
+#include "diffsac/lab/changed_keys.h"
 
 #include <catch2/catch.hpp>
 

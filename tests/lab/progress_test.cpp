@@ -1,25 +1,22 @@
-#include "diffsac/core/progress.h"
-
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
+#include "diffsac/lab/progress.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <sstream>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
 
-/// Puts the default logger back at the end of a test.
-struct LoggerGuard {
-  std::shared_ptr<spdlog::logger> old = spdlog::default_logger();
-  ~LoggerGuard() { spdlog::set_default_logger(old); }
+/// Puts the log back at the end of a test.
+struct LogGuard {
+  LogFunction old = SetLog(nullptr);
+  ~LogGuard() { SetLog(old); }
 };
 
 }  // namespace
@@ -33,28 +30,26 @@ TEST_CASE("ProgressText shows share, rate and time left") {
 }
 
 TEST_CASE("Progress off a terminal ends with one plain line") {
-  const LoggerGuard guard;
-  std::ostringstream text;
-  auto sink = std::make_shared<spdlog::sinks::ostream_sink_mt>(text);
-  sink->set_pattern("%v");
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
+  const LogGuard guard;
+  std::string text;
+  SetLog([&](LogLevel, const std::string& line) { text += line + "\n"; });
   Progress progress("training", 1000);
   ParallelFor(1000, 4, [&](std::int64_t) { progress.Advance(1, "loss 1"); });
   progress.Finish();
   progress.Finish();
   // On a terminal a bar goes to stderr instead.
-  if (!text.str().empty()) {
-    CHECK(text.str().find("training: 100% 1000/1000 ") == 0);
-    CHECK(text.str().find("loss 1\n") == text.str().size() - 7);
+  if (!text.empty()) {
+    CHECK(text.find("training: 100% 1000/1000 ") == 0);
+    CHECK(text.find("loss 1\n") == text.size() - 7);
   }
 }
 
 TEST_CASE("InitLogging appends to its file and refuses one it cannot write") {
-  const LoggerGuard guard;
+  const LogGuard guard;
   const TemporaryFolder folder;
   for (const char* line : {"first", "second"}) {
     InitLogging(folder.File("log.txt"), true);
-    spdlog::info(line);
+    LogInfo(line);
   }
   const std::string text = ReadFile(folder.File("log.txt"));
   CHECK_THAT(text, Catch::Contains("[info] first\n") && Catch::Contains("[info] second\n"));

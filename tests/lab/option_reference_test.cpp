@@ -1,4 +1,4 @@
-#include "diffsac/core/option_reference.h"
+#include "diffsac/lab/option_reference.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,5 @@
-#include "diffsac/core/progress.h"
+#include "diffsac/lab/progress.h"
 
-#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -10,6 +9,8 @@
 #include <cstdio>
 #include <mutex>
 #include <utility>
+
+#include "diffsac/core/logging.h"
 
 namespace diffsac {
 namespace {
@@ -91,7 +92,7 @@ struct Progress::Impl {
     const double seconds = std::chrono::duration<double>(now - start).count();
     const std::string text = ProgressText(count, total, seconds, note);
     if (!terminal) {
-      spdlog::info("{}: {}", title, text);
+      LogInfo(title + ": " + text);
       return;
     }
     const std::string line = title + " " + BarText(count, total) + text;

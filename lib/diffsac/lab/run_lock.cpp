@@ -1,4 +1,4 @@
-#include "diffsac/core/run_lock.h"
+#include "diffsac/lab/run_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

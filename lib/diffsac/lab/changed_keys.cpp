@@ -1,34 +1,35 @@
-#include "diffsac/core/changed_keys.h"
+#include "diffsac/lab/changed_keys.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "diffsac/core/yaml_tree.h"
+#include "diffsac/core/config_tree.h"
+#include "diffsac/lab/yaml.h"
 
 namespace diffsac {
 namespace {
 
-using Kind = YamlTree::Kind;
+using Kind = ConfigTree::Kind;
 using Values = std::vector<std::pair<std::string, std::string>>;
 
-bool IsPlain(const YamlTree& tree) { return tree.kind != Kind::kMap && tree.kind != Kind::kSequence; }
+bool IsPlain(const ConfigTree& tree) { return tree.kind != Kind::kMap && tree.kind != Kind::kSequence; }
 
 /// Every value by its path, in order.
-void Flatten(const YamlTree& tree, const std::string& path, Values* values) {
+void Flatten(const ConfigTree& tree, const std::string& path, Values* values) {
   const auto below = [&](const std::string& step) { return path.empty() ? step : path + "." + step; };
   if (IsPlain(tree)) values->emplace_back(path, FlowYaml(tree));
-  for (const YamlEntry& entry : tree.entries) Flatten(entry.value, below(entry.key), values);
+  for (const ConfigEntry& entry : tree.entries) Flatten(entry.value, below(entry.key), values);
   if (tree.kind != Kind::kSequence) return;
   if (std::all_of(tree.items.begin(), tree.items.end(), IsPlain)) return values->push_back({path, FlowYaml(tree)});
   for (std::size_t i = 0; i < tree.items.size(); ++i) {
-    const YamlTree* name = tree.items[i].Find("name");
+    const ConfigTree* name = tree.items[i].Find("name");
     Flatten(tree.items[i], below(name != nullptr ? name->scalar : std::to_string(i)), values);
   }
 }
 
 Values ValuesOf(const std::string& yaml) {
   Values values;
-  const YamlTree tree = ParseYaml(yaml, {});
+  const ConfigTree tree = ParseYaml(yaml, {});
   if (tree.kind != Kind::kNull) Flatten(tree, "", &values);
   return values;
 }
