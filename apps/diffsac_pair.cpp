@@ -25,7 +25,7 @@ constexpr int kExitNoModel = 1;
 
 struct Request {
   std::vector<std::string> images;
-  std::string task, config_path, method, picture = "matches.png", json;
+  std::string task, config_path, method, picture = "matches.png", json, matches;
   std::vector<std::string> assignments;
   GivenCalibration calibration;
   FeatureOptions features;
@@ -42,11 +42,12 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
   app->add_option("--config", request->config_path,
-                  "Rows to choose from (default: configs/pair/TASK.yaml beside the program)");
-  app->add_option("--method", request->method, "The row (default: the first)");
+                  "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
+  app->add_option("--method", request->method, "The estimator: learned_prosac (the default; draws by a network, no reverse process runs), "
+                  "prosac_marginalised (no network), ...");
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
       ->allow_extra_args(false);
-  app->add_option("--checkpoint", request->context.checkpoint_override, "Replaces the row's network");
+  app->add_option("--checkpoint", request->context.checkpoint_override, "Replaces the estimator's network");
   app->add_option("--threshold-px", request->threshold_px,
                   "The most that an inlier's residual can be (1; homographies 3)")
       ->check(CLI::PositiveNumber);
@@ -58,6 +59,7 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
   app->add_option("--json", request->json, "Also everything as JSON in this file");
+  app->add_option("--matches", request->matches, "Also the matches in this file, a line each: x1 y1 x2 y2 ratio inlier");
   app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
   app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
   app->add_option("--seed", request->seed, "Of the search");
@@ -87,11 +89,10 @@ int Run(const Request& request) {
   MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration);
   const double threshold = request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
   SetTask(TaskFromString(task), threshold, &matched.pair);
-  // Twice: what a library's user waits for is the second time.
-  const double first_call = method->Run(matched.pair.problem, request.seed).report.ms_total;
   const Estimate estimate = method->Run(matched.pair.problem, request.seed);
-  const PairTimes times{matched.ms_keypoints, matched.ms_matching, first_call};
+  const PairTimes times{matched.ms_keypoints, matched.ms_matching};
   std::cout << PairText(matched.pair, estimate, times);
+  if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(matched.pair.problem, estimate));
   if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times));
   if (!request.picture.empty()) {
     DrawInliers(request.images[0], request.images[1], matched.pair.problem.points, estimate.inliers,

@@ -4,19 +4,30 @@ include(CMakePackageConfigHelpers)
 set(DIFFSAC_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/diffsac)
 
 # Targets are diffsac_core in the build and diffsac::core everywhere else.
-get_property(_libraries GLOBAL PROPERTY DIFFSAC_LIBRARIES)
 foreach(_name compiler torch hdf5)
   set_target_properties(diffsac_${_name} PROPERTIES EXPORT_NAME ${_name})
 endforeach()
-install(TARGETS ${_libraries} diffsac_compiler diffsac_torch diffsac_hdf5 EXPORT diffsacTargets
+# The library, and the lab on top of it, whose dependencies only its users need.
+get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
+set(_library diffsac diffsac_compiler)
+foreach(_room core geometry consensus problem network estimators)
+  list(APPEND _library diffsac_${_room})
+  list(REMOVE_ITEM _lab diffsac_${_room})
+endforeach()
+install(TARGETS ${_library} EXPORT diffsacTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS ${_lab} diffsac_torch diffsac_hdf5 EXPORT diffsacLabTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(EXPORT diffsacTargets NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
+foreach(_export diffsacTargets diffsacLabTargets)
+  install(EXPORT ${_export} NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
+endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/lib/diffsac DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.h")
 
+set(DIFFSAC_INSTALL_MODELS ${CMAKE_INSTALL_DATADIR}/diffsac/models)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/diffsacConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/diffsacConfig.cmake INSTALL_DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
+  ${PROJECT_BINARY_DIR}/diffsacConfig.cmake INSTALL_DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR}
+  PATH_VARS DIFFSAC_INSTALL_MODELS)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake

@@ -275,8 +275,8 @@ TEST_CASE("Documents can be merged, changed and trimmed without touching each ot
   CHECK(merged.Where("a.y") == "over.yaml:2: a.y");
   CHECK(merged.Where("b") == "base.yaml:2: b");
   CHECK(ToYaml(base) == "a:\n  x: 1\n  y: 2\nb: 3\n");
-  CHECK(base.Sub("a").With("x", over.Sub("a.y")).Dump() == "x: 4\ny: 2\n");
-  CHECK(base.Sub("a").With("z", over.Sub("a")).Dump() == "x: 1\ny: 2\nz:\n  y: 4\n");
+  CHECK(ToYaml(base.Sub("a").With("x", over.Sub("a.y"))) == "x: 4\ny: 2\n");
+  CHECK(ToYaml(base.Sub("a").With("z", over.Sub("a"))) == "x: 1\ny: 2\nz:\n  y: 4\n");
   CHECK(ToYaml(base.Without({"a", "none"})) == "b: 3\n");
   CHECK(base.Sub("a").Without({"x"}).Where("y") == "base.yaml:1: a.y");
   CHECK(base.Keys() == std::vector<std::string>{"a", "b"});

@@ -202,7 +202,8 @@ TEST_CASE("Views share the document and keep the whole path") {
   CHECK(config.Sequence("none").empty());
   CHECK_THROWS_WITH(config.Sequence("a.b"), "f.yaml:2: a.b: expected a list");
   CHECK_THROWS_WITH(config.Sub("a.b.width.c"), "f.yaml:3: a.b.width: expected a map of options");
-  SetYaml(config.Sub("a"), "b.width=4");
+  Config part = config.Sub("a");
+  SetYaml(&part, "b.width=4");
   CHECK(ToYaml(copy.Sub("a.b")) == "width: 4\n");
   CHECK(copy.Where("a.b.width") == "--set a.b.width=4");
 }

@@ -10,7 +10,7 @@
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/lab/yaml.h"
-#include "structures_test_util.h"
+#include "generators/structures_test_util.h"
 
 namespace diffsac {
 namespace {

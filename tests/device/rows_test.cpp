@@ -93,7 +93,7 @@ TEST_CASE("rows that ask the network late, for steps or for both guides work on 
   const auto trained = ReadTrainedConfig(kModels + "line/model.safetensors");
   const auto examples = ExamplesOf(Task::kLine);
   for (const std::string more :
-       {", guide: inlier_head", ", head_sets: 5, learned_refit: true", ", max_encoded_points: 30",
+       {", copies: 0, head_sets: 20", ", head_sets: 5, learned_refit: true", ", max_encoded_points: 30",
         ", max_decoded_points: 20", ", intermediate_sets: true, copies: 30", ", selection: gumbel"}) {
     CAPTURE(more);
     CheckRow(*Row(trained, TestDeviceName(), more), *Row(trained, "cpu", more + ", engine: libtorch"), examples);

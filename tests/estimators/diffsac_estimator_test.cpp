@@ -161,7 +161,8 @@ TEST_CASE("a trace has one entry a network call") {
   CHECK_FALSE(method.Trace(PointsOf({{1, 2}}), 1));
   // A row that draws from the inlier head takes no step (its pictures showed one).
   auto drawn = FewSteps();
-  drawn.guide = SetGuide::kInlierHead;
+  drawn.copies = 0;
+  drawn.head_sets = 6;
   drawn.selection = SetSelection::kGumbel;
   CHECK_FALSE(DiffsacEstimator(TinyNetwork(Task::kLine), drawn, 1).Trace(problem, 1));
 }

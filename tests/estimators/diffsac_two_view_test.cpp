@@ -142,7 +142,8 @@ TEST_CASE("temperatures rise from the first copy to the last") {
 TEST_CASE("the inlier head guides without the reverse process, extra sets are counted, 8-point sets are solved") {
   const auto example = TwoViewExamples(Task::kFundamental, 1)[0];
   auto options = Options(10);
-  options.guide = SetGuide::kInlierHead;
+  options.copies = 0;
+  options.head_sets = 10;
   options.selection = SetSelection::kGumbel;
   const auto network = TinyNetwork(Task::kFundamental, TwoViewNetwork());
   CHECK(DiffsacEstimator(network, options, 1).Run(example.problem, 2).minimal_sets.size() == 10);
@@ -164,7 +165,7 @@ TEST_CASE("the inlier head guides without the reverse process, extra sets are co
 
   auto no_head = TwoViewNetwork();
   no_head.denoiser.inlier_head = false;
-  CHECK_THROWS_WITH(DiffsacEstimator(TinyNetwork(Task::kFundamental, no_head), options, 1), Catch::Contains("guide"));
+  CHECK_THROWS_WITH(DiffsacEstimator(TinyNetwork(Task::kFundamental, no_head), options, 1), Catch::Contains("head_sets"));
 }
 
 }  // namespace diffsac

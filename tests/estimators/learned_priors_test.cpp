@@ -48,8 +48,8 @@ TEST_CASE("points count by the network, by the ratio or by both") {
 TEST_CASE("the inlier head's sets are drawn by the network, by the ratio or by both") {
   const auto sets = [](PriorSource source, const Example& example, bool reversed) {
     DiffsacOptions options;
-    options.guide = SetGuide::kInlierHead;
-    options.copies = 20;
+    options.copies = 0;
+    options.head_sets = 20;
     options.selection = SetSelection::kGumbel;
     options.draws_by = source;
     Prediction prediction;

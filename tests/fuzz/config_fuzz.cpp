@@ -18,7 +18,7 @@ std::vector<std::string> Seeds() {
   std::vector<std::string> seeds = SeedFiles("config");
   // With what they include, which stays behind.
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables"))
-    seeds.push_back(ConfigFromFile(entry.path().string()).Dump());
+    seeds.push_back(ToYaml(ConfigFromFile(entry.path().string())));
   std::sort(seeds.begin(), seeds.end());
   return seeds;
 }
@@ -37,7 +37,7 @@ Config ReadConfig(const std::string& text) {
 
 void ReadAll(const std::string& text) {
   const Config config = ReadConfig(text);
-  Require(ConfigFromYaml(ToYaml(config)).Dump() == ToYaml(config), "what is written reads back");
+  Require(ToYaml(ConfigFromYaml(ToYaml(config))) == ToYaml(config), "what is written reads back");
   const auto axes = SweepAxes(config);
   const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
   // Rows and data throw by themselves, so that one that is wrong does not hide the others.

@@ -24,7 +24,7 @@ struct FuzzProblem {
   DgsacOptions dgsac;
   SetsFrom sets_from = SetsFrom::kSource;
   MinimalSamplerOptions source;
-  std::vector<double> quality;     ///< one a point, and what kWeights draws in proportion to
+  std::vector<double> match_ratio;     ///< one a point, and what kWeights draws in proportion to
   std::vector<float> confidences;  ///< some rows of one a point
   bool likeliest_sets = false;     ///< of the confidences
   bool unique_sets = false;        ///< of the confidences

@@ -12,7 +12,7 @@
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/homography.h"
-#include "structures_test_util.h"
+#include "generators/structures_test_util.h"
 
 namespace diffsac {
 namespace {

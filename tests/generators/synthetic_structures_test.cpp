@@ -8,7 +8,7 @@
 #include "datasets/data_test_util.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
-#include "structures_test_util.h"
+#include "generators/structures_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -13,7 +13,7 @@ namespace {
 
 using Catch::Contains;
 
-std::string Composed(const std::string& text) { return ComposeExperiment(ConfigFromYaml(text, "x.yaml")).Dump(); }
+std::string Composed(const std::string& text) { return ToYaml(ComposeExperiment(ConfigFromYaml(text, "x.yaml"))); }
 
 Config Row(const std::string& text, int index) {
   return ComposeExperiment(ConfigFromYaml(text, "x.yaml")).Sub("methods." + std::to_string(index));

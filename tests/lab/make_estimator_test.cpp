@@ -103,13 +103,13 @@ TEST_CASE("a key that changes nothing in a diffsac row is an error with its line
   const SavedNetwork saved;
   const std::string row = "{type: diffsac, checkpoint: '" + saved.path + "', ";
   for (const char* keys :
-       {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5", "guide: inlier_head, temperature: 0.5",
-        "guide: inlier_head, head_sets: 0, selection: gumbel", "selection: gumbel, intermediate_sets: false",
+       {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5", "copies: 0, head_sets: 9, temperature: 0.5",
+        "copies: 0, head_sets: 9, selection: gumbel", "selection: gumbel, intermediate_sets: false",
         "extra_sets: 4, extra_sampler: prosac", "consensus: {stopping: confidence, max_iterations: 50}"})
     CHECK_NOTHROW(Make(row + keys + "}"));
-  for (const char* keys : {"temperature: 0.5", "guide: inlier_head, sampler: {steps: 1}",
-                           "guide: inlier_head, head_sets: 5", "guide: inlier_head, selection: probabilistic",
-                           "guide: inlier_head, max_decoded_points: 5", "selection: gumbel, intermediate_sets: true",
+  for (const char* keys : {"temperature: 0.5", "copies: 0, head_sets: 9, sampler: {steps: 1}",
+                           "copies: 0", "copies: 0, head_sets: 9, selection: probabilistic",
+                           "copies: 0, head_sets: 9, max_decoded_points: 5", "selection: gumbel, intermediate_sets: true",
                            "unique_sets: false, intermediate_sets: true", "extra_sampler: prosac", "model: fundamental8",
                            "consensus: {max_iterations: 50}", "consensus: {min_iterations: 5}"}) {
     CAPTURE(keys);

@@ -111,7 +111,7 @@ TEST_CASE("a batch of learned weights gives what single calls give; budgets are 
         const auto alone = method.Run(problems[i], seeds[i]);
         REQUIRE(together[i].status == alone.status);
         CHECK(together[i].report.hypotheses == alone.report.hypotheses);
-        CHECK(alone.report.hypotheses >= options.hypotheses + (options.weighted_fit ? 1 : 0));
+        CHECK(alone.report.hypotheses >= options.max_iterations + (options.weighted_fit ? 1 : 0));
       }
     }
 }

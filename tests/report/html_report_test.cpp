@@ -50,7 +50,7 @@ std::string FromBase64(const std::string& text) {
 bool HasBit(const std::string& mask, std::size_t i) { return (static_cast<unsigned char>(mask[i / 8]) >> (i % 8)) & 1; }
 
 /// Calls every third match of two views an inlier, with a matrix that is no good.
-struct EveryThird : Method {
+struct EveryThird : RobustEstimator {
   diffsac::Estimate DoRun(const Problem& problem, std::uint64_t) const override {
     diffsac::Estimate estimate;
     estimate.status = Status::kOk;
@@ -222,7 +222,7 @@ TEST_CASE("lines and planes have their fits") {
     const ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(
         std::string("name: x\ntask: ") + (line ? "line" : "plane") + "\nproblems: 3\ndata: {type: " + type +
         "}\nmethods: {oracle: {type: oracle}, a: {type: none}}\n"));
-    struct Failing : Method {
+    struct Failing : RobustEstimator {
       diffsac::Estimate DoRun(const Problem&, std::uint64_t) const override { return {}; }
     };
     const ExperimentResults results =

@@ -281,7 +281,7 @@ methods:
   - {name: d, type: failing}
 figures: {qualitative: 3, images: [{scenes: "x*", folder: images}]}
 )"));
-  struct Failing : Method {
+  struct Failing : RobustEstimator {
     diffsac::Estimate DoRun(const Problem&, std::uint64_t) const override { return {}; }
   };
   const RunInputs inputs{[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr};

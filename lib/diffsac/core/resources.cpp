@@ -22,6 +22,11 @@ void AddOnce(const fs::path& path, std::vector<std::string>* places) {
   if (std::find(places->begin(), places->end(), place) == places->end()) places->push_back(place);
 }
 
+std::vector<std::string>& AddedFolders() {
+  static std::vector<std::string> folders;
+  return folders;
+}
+
 bool IsThere(const std::string& path) {
   std::error_code code;
   return fs::exists(path, code);
@@ -37,6 +42,15 @@ std::vector<std::string> ShareFolders() {
   return folders;
 }
 
+std::vector<std::string> ModelsFolders() {
+  std::vector<std::string> folders;
+  const char* models = std::getenv("DIFFSAC_MODELS");
+  if (models != nullptr && *models != '\0') AddOnce(models, &folders);
+  for (const std::string& folder : ShareFolders()) AddOnce(fs::path(folder) / kModels, &folders);
+  for (const std::string& folder : AddedFolders()) AddOnce(folder, &folders);
+  return folders;
+}
+
 std::vector<std::string> PlacesOf(const ConfigTree& value) {
   const fs::path path = value.scalar;
   if (path.empty() || path.is_absolute()) return {value.scalar};
@@ -44,9 +58,8 @@ std::vector<std::string> PlacesOf(const ConfigTree& value) {
   if (!value.place.file.empty()) AddOnce(fs::path(value.place.file).parent_path() / path, &places);
   AddOnce(path, &places);
   if (value.scalar.starts_with(kModels)) {
-    const char* models = std::getenv("DIFFSAC_MODELS");
-    if (models != nullptr && *models != '\0') AddOnce(models / path.lexically_relative(kModels), &places);
-    for (const std::string& folder : ShareFolders()) AddOnce(folder / path, &places);
+    const fs::path name = path.lexically_relative(kModels);
+    for (const std::string& folder : ModelsFolders()) AddOnce(fs::path(folder) / name, &places);
   }
   return places;
 }
@@ -76,6 +89,13 @@ std::string Listed(const std::vector<std::string>& places) {
   std::string text;
   for (const std::string& place : places) text += (text.empty() ? "" : ", ") + place;
   return text;
+}
+
+/// The first place where something is.
+std::string FirstPlace(const std::string& what, const std::vector<std::string>& places) {
+  const auto found = std::find_if(places.begin(), places.end(), IsThere);
+  if (found == places.end()) throw Error(what + ": no such file; looked for " + Listed(places));
+  return *found;
 }
 
 }  // namespace
@@ -112,13 +132,20 @@ Config WithFoundPaths(const Config& config) {
   return found;
 }
 
+void AddModelsFolder(const std::string& folder) { AddedFolders().push_back(folder); }
+
+std::string FindModel(const std::string& name, const std::string& folder) {
+  std::vector<std::string> places;
+  for (const std::string& models : folder.empty() ? ModelsFolders() : std::vector{folder})
+    AddOnce(fs::path(models) / name, &places);
+  return FirstPlace("model " + name, places);
+}
+
 std::string SharedFile(const std::string& name) {
   std::vector<std::string> places;
   for (const std::string& folder : ShareFolders()) AddOnce(fs::path(folder) / name, &places);
   AddOnce(name, &places);
-  const auto found = std::find_if(places.begin(), places.end(), IsThere);
-  if (found == places.end()) throw Error(name + ": no such file; looked for " + Listed(places));
-  return *found;
+  return FirstPlace(name, places);
 }
 
 }  // namespace diffsac

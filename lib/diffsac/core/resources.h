@@ -13,7 +13,16 @@ namespace diffsac {
 //   1. in the folder of the YAML file that it stands in (what --set or text in memory gives has none),
 //   2. in the current folder,
 //   3. when it begins with `models/`, in the folders of models: $DIFFSAC_MODELS, then `models` of share/diffsac beside
-//      the running program, which `cmake --install` fills and which in a build tree is a link to the sources.
+//      the running program, which `cmake --install` fills and which in a build tree is a link to the sources, then those
+//      of AddModelsFolder.
+
+/// Models are looked for in this folder as well, after the others. Programs of others that link an installed library
+/// call it with their prefix's folder when they start (diffsac/diffsac.h).
+void AddModelsFolder(const std::string& folder);
+
+/// The file of a model ("fundamental/model.safetensors"): in `folder` alone where one is given, else in the folders of
+/// models. Throws Error naming every place looked at.
+std::string FindModel(const std::string& name, const std::string& folder = "");
 
 /// The places where the path that `value` holds is looked for, in order. An absolute one is its own place.
 std::vector<std::string> PlacesOf(const Config& value);

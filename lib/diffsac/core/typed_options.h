@@ -7,14 +7,21 @@
 
 namespace diffsac {
 
-/// The options that the key `type` chose, with that key beside them.
+/// The options that the key `type` chose, with that key beside them, and where the type has several sets of defaults the
+/// key `preset`, which chose among these.
 template <class Options>
 struct TypedOptions {
   std::string type;
   Options options;
+  std::string preset = {};
+  std::vector<std::string> presets = {};
   void Bind(OptionsBinder& b) {
     b.Choice("type", type, std::vector<std::string>{type});
+    BindPreset(b, presets, &preset);
     options.Bind(b);
+  }
+  static void BindPreset(OptionsBinder& b, const std::vector<std::string>& presets, std::string* preset) {
+    if (!presets.empty()) b.Choice("preset", *preset, presets).Help("the options that the keys below change");
   }
 };
 

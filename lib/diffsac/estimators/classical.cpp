@@ -61,7 +61,8 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   b.Field("structures", structures).Help("whether several models are looked for, and how");
   b.Require(consensus.max_iterations == max_iterations, "consensus.max_iterations",
             "nothing; this row's budget is `max_iterations`");
-  b.Require(consensus.min_iterations <= max_iterations, "consensus.min_iterations", "at most `max_iterations`");
+  b.Require(consensus.stopping == Stopping::kBudget || consensus.min_iterations <= max_iterations,
+            "consensus.min_iterations", "at most `max_iterations`");
 }
 
 ClassicalOptions LoRansacOptions(Task task) {

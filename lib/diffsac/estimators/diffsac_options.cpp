@@ -21,7 +21,7 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
           "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
   b.Field("head_sets", head_sets, Within(0, 10000))
       .Help("so many sets from the inlier head, after those of the copies; at least 1 where copies is 0");
-  b.Require(diffusion || head_sets > 0, diffusion ? "head_sets" : "copies", "at least 1, or head_sets above 0");
+  b.Require(diffusion || head_sets > 0, "copies", "at least 1, or head_sets above 0");
   b.Field("draws_by", draws_by)
       .OnlyIf(head_sets > 0, "head_sets above 0")
       .Help(
@@ -57,7 +57,8 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
           "what computes the network; `fused`: plain C++ on the CPU, one problem a thread, for kind: pooled; "
           "`libtorch`: every kind and device; `auto`: fused where it can");
   BindShared(b);
-  b.Require(consensus.min_iterations <= consensus.max_iterations, "consensus.min_iterations",
+  b.Require(consensus.stopping == Stopping::kBudget || consensus.min_iterations <= consensus.max_iterations,
+            "consensus.min_iterations",
             "at most consensus.max_iterations");
 }
 

@@ -2,16 +2,31 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/presets.h"
 #include "diffsac/lab/estimator_registry.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
 
+/// The presets of estimators/presets.h that a search without a network has, with the sampler of its type.
+ClassicalOptions OfPreset(const std::string& preset, Task task, const ClassicalOptions& defaults) {
+  if (preset == ToString(Preset::kDefault)) return defaults;
+  ClassicalOptions options =
+      preset == ToString(Preset::kSeveral) ? SeveralStructures(task) : RecommendedClassical(task);
+  options.sampling = defaults.sampling;
+  return options;
+}
+
 struct RegisteredClassical : RegisteredEstimator<ClassicalOptions> {
   RegisteredClassical(const std::string& type, const std::string& help, Defaults defaults)
-      : RegisteredEstimator(type, help, std::move(defaults),
-                         [](const ClassicalOptions& options) { return std::make_unique<ClassicalEstimator>(options); }) {}
+      : RegisteredEstimator(
+            type, help,
+            {ToString(Preset::kDefault), ToString(Preset::kRecommended), ToString(Preset::kSeveral)},
+            [defaults = std::move(defaults)](Task task, const std::string& preset) {
+              return OfPreset(preset, task, defaults(task));
+            },
+            [](const ClassicalOptions& options) { return std::make_unique<ClassicalEstimator>(options); }) {}
 };
 
 /// `lo_ransac` with another sampler.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -23,6 +24,26 @@ auto DefaultsAt(const Config& row, const Defaults& defaults) {
   }
 }
 
+/// What a row's key `preset` says; the first of those that its type has where it says nothing. The reader of the row
+/// refuses other names.
+inline std::string PresetOf(const Config& row, const std::vector<std::string>& presets) {
+  if (presets.empty()) return "";
+  const std::string named = row.Has("preset") ? row.Text("preset") : presets.front();
+  return std::find(presets.begin(), presets.end(), named) != presets.end() ? named : presets.front();
+}
+
+/// For the documentation.
+template <class Options>
+struct PresetKeys {
+  std::vector<std::string> presets;
+  Options options;
+  void Bind(OptionsBinder& b) {
+    std::string preset = presets.empty() ? "" : presets.front();
+    TypedOptions<Options>::BindPreset(b, presets, &preset);
+    options.Bind(b);
+  }
+};
+
 /// A type of row. It is registered at the end of the file that estimates; see RegisteredEstimator, and
 /// lab/registered_learned_estimator.h for rows with a network.
 struct EstimatorEntry {
@@ -41,18 +62,28 @@ struct EstimatorEntry {
 ///     "theil_sen", "The median of ...", [](Task task) { ...; return TheilSenOptions(); },
 ///     [](const TheilSenOptions& options) { return std::make_unique<TheilSenEstimator>(options); });
 /// ```
-/// defaults: of a task; throws Error for one that it does not estimate. make: called with what was read.
+/// defaults: of a task; throws Error for one that it does not estimate. make: called with what was read. presets: what
+/// the key `preset` may be, "default" first, where there are other sets of defaults: of_preset.
 template <class Options>
 struct RegisteredEstimator : Registered<EstimatorEntry> {
   using Defaults = std::function<Options(Task)>;
+  using PresetDefaults = std::function<Options(Task, const std::string& preset)>;
   using Make = std::function<std::unique_ptr<RobustEstimator>(const Options&)>;
   RegisteredEstimator(const std::string& type, const std::string& help, Defaults defaults, Make make)
-      : Registered<EstimatorEntry>(type, EntryOf(type, help, std::move(defaults), std::move(make))) {}
+      : RegisteredEstimator(
+            type, help, {}, [defaults = std::move(defaults)](Task task, const std::string&) { return defaults(task); },
+            std::move(make)) {}
+  RegisteredEstimator(const std::string& type, const std::string& help, const std::vector<std::string>& presets,
+                      PresetDefaults of_preset, Make make)
+      : Registered<EstimatorEntry>(type, EntryOf(type, help, presets, std::move(of_preset), std::move(make))) {}
 
  private:
-  static EstimatorEntry EntryOf(const std::string& type, const std::string& help, Defaults defaults, Make make) {
-    const auto read = [type, defaults](const Config& config, Task task) {
-      return ReadOptions(config, TypedOptions<Options>{type, DefaultsAt(config, [&] { return defaults(task); })});
+  static EstimatorEntry EntryOf(const std::string& type, const std::string& help,
+                                const std::vector<std::string>& presets, PresetDefaults defaults, Make make) {
+    const auto read = [type, presets, defaults](const Config& config, Task task) {
+      const std::string preset = PresetOf(config, presets);
+      return ReadOptions(config, TypedOptions<Options>{
+                                     type, DefaultsAt(config, [&] { return defaults(task, preset); }), preset, presets});
     };
     EstimatorEntry entry;
     entry.help = help;
@@ -62,7 +93,9 @@ struct RegisteredEstimator : Registered<EstimatorEntry> {
     entry.resolve = [read](const Config& config, Task task, const EstimatorContext&) {
       return ToConfig(read(config, task));
     };
-    entry.describe = [defaults](Task task) { return DescribeOptions(defaults(task)); };
+    entry.describe = [presets, defaults](Task task) {
+      return DescribeOptions(PresetKeys<Options>{presets, defaults(task, presets.empty() ? "" : presets.front())});
+    };
     entry.options = typeid(Options);
     return entry;
   }

@@ -22,15 +22,18 @@ struct LearnedKeys {
   }
 };
 
-/// A row with a network: its own keys override the checkpoint's `inference` group, so that it says only what it
-/// changes.
+/// A row with a network: its own keys override the checkpoint's `inference` group, or the preset that it names, so that it
+/// says only what it changes.
 template <class Options>
 struct CheckpointRow {
   std::string type;
   std::string checkpoint;
   LearnedKeys<Options> keys;
+  std::string preset = {};
+  std::vector<std::string> presets = {};
   void Bind(OptionsBinder& b) {
     b.Choice("type", type, std::vector<std::string>{type});
+    TypedOptions<Options>::BindPreset(b, presets, &preset);
     b.Field("checkpoint", checkpoint);
     keys.Bind(b);
   }
@@ -42,6 +45,13 @@ TrainedConfig TrainedConfigOf(const Config& row, Task task, const EstimatorConte
 
 /// The row without what it repeats of `inherited`: a resolved row repeats everything.
 Config KeysThatDiffer(const Config& row, const Config& inherited);
+
+/// Sets of options that a row may name in place of the checkpoint's `inference` group, which is the first, "default".
+template <class Options>
+struct LearnedPresets {
+  std::vector<std::string> names = {};
+  std::function<Options(Task, const std::string& preset)> options = {};
+};
 
 /// A row with a network, registered at the end of its method's file:
 /// ```
@@ -55,39 +65,56 @@ template <class Row, class Options, class Network>
 struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
   using Load =
       std::function<std::shared_ptr<const Network>(const TrainedConfig&, const Options&, const EstimatorContext&)>;
-  RegisteredLearnedEstimator(const std::string& type, const std::string& help, const Options& defaults, Load load)
-      : Registered<EstimatorEntry>(type, EntryOf(help, defaults, std::move(load))) {}
+  RegisteredLearnedEstimator(const std::string& type, const std::string& help, const Options& defaults, Load load,
+                             const LearnedPresets<Options>& presets = {})
+      : Registered<EstimatorEntry>(type, EntryOf(help, defaults, std::move(load), presets)) {}
 
  private:
-  /// The checkpoint's `inference` group over the defaults.
-  static Options Inherited(const TrainedConfig& trained, const Options& defaults) {
-    Options options = ReadStoredOptions(trained.config.Sub("inference"), defaults);
+  using Presets = LearnedPresets<Options>;
+
+  /// What a row's own keys override: its preset, or the checkpoint's `inference` group over the defaults.
+  static Options Inherited(const TrainedConfig& trained, const Options& defaults, const Presets& presets,
+                           const std::string& preset) {
+    const bool named = !presets.names.empty() && preset != presets.names.front();
+    Options options = named ? presets.options(trained.task, preset)
+                            : ReadStoredOptions(trained.config.Sub("inference"), defaults);
     options.model = trained.model;
     return options;
   }
 
-  static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited) {
-    auto row = ReadOptions(config, CheckpointRow<Options>{trained.method, {}, {inherited, trained.task}});
+  static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited,
+                                     const Presets& presets) {
+    auto row = ReadOptions(config, CheckpointRow<Options>{trained.method,
+                                                          {},
+                                                          {inherited, trained.task},
+                                                          PresetOf(config, presets.names),
+                                                          presets.names});
     row.checkpoint = trained.checkpoint;
     return row;
   }
 
-  static EstimatorEntry EntryOf(const std::string& help, const Options& defaults, Load load) {
+  static EstimatorEntry EntryOf(const std::string& help, const Options& defaults, Load load, const Presets& presets) {
+    const auto inherited_of = [defaults, presets](const Config& config, const TrainedConfig& trained) {
+      return Inherited(trained, defaults, presets, PresetOf(config, presets.names));
+    };
     EstimatorEntry entry;
     entry.help = help;
-    entry.make = [defaults, load = std::move(load)](const Config& config, Task task, const EstimatorContext& context) {
+    entry.make = [inherited_of, presets, load = std::move(load)](const Config& config, Task task,
+                                                                const EstimatorContext& context) {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
-      const Options inherited = Inherited(trained, defaults);
-      const Options options = Read(config, trained, inherited).keys.options;
+      const Options inherited = inherited_of(config, trained);
+      const Options options = Read(config, trained, inherited, presets).keys.options;
       const auto network = load(trained, options, context);
       CheckRow(KeysThatDiffer(config, ToConfig(inherited)), options, *network);
       return std::make_unique<Row>(network, options, context.threads);
     };
-    entry.resolve = [defaults](const Config& config, Task task, const EstimatorContext& context) {
+    entry.resolve = [inherited_of, presets](const Config& config, Task task, const EstimatorContext& context) {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
-      return ToConfig(Read(config, trained, Inherited(trained, defaults)));
+      return ToConfig(Read(config, trained, inherited_of(config, trained), presets));
     };
-    entry.describe = [defaults](Task task) { return DescribeOptions(LearnedKeys<Options>{defaults, task}); };
+    entry.describe = [defaults, presets](Task task) {
+      return DescribeOptions(PresetKeys<LearnedKeys<Options>>{presets.names, {defaults, task}});
+    };
     entry.options = typeid(Options);
     return entry;
   }

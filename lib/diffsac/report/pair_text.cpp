@@ -41,7 +41,6 @@ std::string TimesText(const PairTimes& times, const EstimateReport& report) {
   if (report.ms_features > 0.0) text += Format(", features %.3g", report.ms_features);
   if (report.ms_network > 0.0) text += Format(", network %.3g", report.ms_network);
   text += Format(", consensus %.3g; estimate in all %.3g", report.ms_consensus, report.ms_total);
-  if (times.first_call > 0.0) text += Format(" (the first call, which makes ready, %.3g)", times.first_call);
   return text + "\n";
 }
 
@@ -76,6 +75,18 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   return text + TimesText(times, estimate.report);
 }
 
+std::string MatchesText(const Problem& problem, const Estimate& estimate) {
+  std::string text;
+  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
+  const bool has_mask = static_cast<Eigen::Index>(estimate.inliers.size()) == problem.points.rows();
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+    const double* match = problem.points.row(i).data();
+    text += Format("%.17g %.17g %.17g %.17g ", match[0], match[1], match[2], match[3]);
+    text += Format("%.17g %d\n", has_ratio ? problem.match_ratio[i] : 1.0, has_mask ? int{estimate.inliers[i]} : 0);
+  }
+  return text;
+}
+
 std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times) {
   const EstimateRecord record = RecordOf(pair, estimate);
   const EstimateReport& report = estimate.report;
@@ -97,8 +108,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                        {"features", report.ms_features},
                        {"network", report.ms_network},
                        {"consensus", report.ms_consensus},
-                       {"estimate", report.ms_total},
-                       {"first_call", times.first_call}}}};
+                       {"estimate", report.ms_total}}}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -10,12 +10,14 @@ namespace diffsac {
 /// Milliseconds of what happens before an estimate.
 struct PairTimes {
   double keypoints = 0.0, matching = 0.0;
-  double first_call = 0.0;  ///< Of the first estimate, in which networks and allocators get ready; 0: not told.
 };
 
 /// What an estimate says of two images, for a terminal: matrix, pose where it has one, inliers, noise, milliseconds by
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);
+
+/// A line each: x1 y1 x2 y2 ratio inlier, with all digits; ratio 1 where it is unknown.
+std::string MatchesText(const Problem& problem, const Estimate& estimate);
 
 /// The same as one JSON object, with the inliers' rows.
 std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times);

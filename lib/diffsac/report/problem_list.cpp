@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 // Short: there are many of them. JSON has no infinity.
-std::string NumberJson(double value) {
+std::string JsonNumber(double value) {
   if (std::isnan(value)) return "null";
   if (std::isinf(value)) return "\"inf\"";
   char text[32];
@@ -61,11 +61,11 @@ std::string StatusText(const ProblemRecord& record) {
 std::string LineJson(const ProblemRecord& record, std::size_t problem, std::size_t method, std::size_t status,
                      const ExperimentOptions& experiment, const MetricKinds& kinds) {
   std::string line = "[" + std::to_string(problem) + "," + std::to_string(method) + "," + std::to_string(status) + "," +
-                     NumberJson(ShownError(record.error, experiment.tolerance()));
-  if (kinds.poses) line += "," + NumberJson(record.error.rotation_deg) + "," + NumberJson(record.error.translation_deg);
-  if (kinds.structures) line += "," + NumberJson(record.error.recall) + "," + std::to_string(record.structures);
+                     JsonNumber(ShownError(record.error, experiment.tolerance()));
+  if (kinds.poses) line += "," + JsonNumber(record.error.rotation_deg) + "," + JsonNumber(record.error.translation_deg);
+  if (kinds.structures) line += "," + JsonNumber(record.error.recall) + "," + std::to_string(record.structures);
   return line + "," + std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
-         NumberJson(record.report.ms_total) + "]";
+         JsonNumber(record.report.ms_total) + "]";
 }
 
 std::vector<double> ErrorsOf(const Cell& cell, const Tolerance& tolerance) {

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/geometry/rigid_motion.h"
+#include "diffsac/problem/image_pair.h"
+#include "diffsac/problem/problem.h"
+
+/// Robust estimation of geometric models from points that are only partly right. One function a problem:
+///
+/// ```
+/// diffsac::Matches matches;                                   // points1, points2: N × 2, in pixels
+/// matches.match_ratios = ratios;                              // not needed, but they help most
+/// const auto estimate = diffsac::EstimateEssential(matches, {K1, K2});
+/// if (estimate.ok() && !estimate.may_be_chance()) Use(estimate.pose->rotation, estimate.inliers);
+/// ```
+///
+/// Use it when a share of the points is wrong: matches between images, scans, 2D-3D correspondences. The defaults are
+/// what we recommend (docs/two_view.md says what each part is worth); with a network where one helps, which comes with the
+/// library. When nothing is wrong, fit by least squares; when you want another search, its options are plain structs
+/// (estimators/presets.h), and RobustEstimator is the interface of all.
+///
+/// Needs Eigen and TBB alone. Functions may be called from any number of threads. The same input, options and seed give
+/// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no sense,
+/// inputs of unlike lengths and models that are not found throw diffsac::Error, whose text says what was expected.
+namespace diffsac {
+
+/// What every estimate may be told.
+struct EstimateOptions {
+  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where the
+  /// search is confident earlier.
+  int max_iterations = 0;
+  /// Two views: whether a network says where to draw. Without one PROSAC draws by the ratios, or uniformly.
+  bool use_network = true;
+  /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
+  std::string models_folder = {};
+  std::uint64_t seed = 0;
+  /// Throws Error naming the field and what was expected.
+  void Check() const;
+};
+
+/// Of images.
+struct ImageOptions : EstimateOptions {
+  /// The greatest residual of an inlier, in pixels (E and F: Sampson error; H: transfer error; poses: reprojection error).
+  /// 0: 1 px, homographies 3, absolute poses 4. E, F and H find the noise by themselves, so that this only caps it.
+  double max_residual_px = 0.0;
+  void Check() const;
+};
+
+/// Of points in the plane or in space.
+struct PointOptions : EstimateOptions {
+  /// The greatest distance of an inlier, in the points' unit. There is no good default: it must be given.
+  double max_distance = 0.0;
+  PointOptions() = default;
+  explicit PointOptions(double max_distance_value) : max_distance(max_distance_value) {}
+  void Check() const;
+};
+
+/// Matches of two images.
+struct Matches {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points1, points2;  ///< N × 2, in pixels; row i of one matches row i of the other.
+  Eigen::VectorXd match_ratios = {};  ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
+  ImageSize size1 = {}, size2 = {};   ///< In pixels; {}: unknown. They help fundamental matrices.
+};
+
+/// Points of a scene and where an image shows them.
+struct ScenePoints {
+  Eigen::Matrix<double, Eigen::Dynamic, 3> points3d;  ///< N × 3, in the scene's unit.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points2d;  ///< N × 2, in pixels.
+  Eigen::VectorXd match_ratios = {};                  ///< As Matches::match_ratios.
+};
+
+/// A result. Model: a matrix, or the coefficients of a line or plane.
+template <class Model>
+struct ModelEstimate {
+  Status status = Status::kNoModel;
+  Model model = Model::Zero();        ///< Zero unless status is kOk.
+  std::vector<std::uint8_t> inliers;  ///< N values, 1 for an inlier of `model`.
+  int num_inliers = 0;
+  double inlier_threshold = 0.0;  ///< Of these: what was asked for, or less where the noise was found to be less.
+  /// σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
+  double noise_scale = 0.0;
+  /// log10 of the number of models with as many inliers that chance would give.
+  double log_false_alarms = 0.0;
+  /// N values, how likely each point is an inlier as the network said before the search; empty without a network.
+  std::vector<float> inlier_probabilities;
+  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  bool ok() const { return status == Status::kOk; }
+  /// Whether points without any model would give one like this: better not relied upon.
+  bool may_be_chance() const { return log_false_alarms > 0.0; }
+};
+
+/// Of two views: x2ᵀ F x1 = 0 in pixels, x2ᵀ E x1 = 0 in coordinates K⁻¹ x, x2 ~ H x1 in pixels.
+struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
+  /// E, and F with cameras given: the second camera seen from the first, |t| = 1, chosen by cheirality.
+  std::optional<RigidMotion> pose = {};
+};
+/// model: [R | t], world-to-camera, u ~ K (R X + t).
+struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
+  RigidMotion pose = {};  ///< The same; identity unless status is kOk.
+};
+/// a x + b y + c = 0 with a² + b² = 1, and likewise for planes.
+using LineEstimate = ModelEstimate<Eigen::Vector3d>;
+using PlaneEstimate = ModelEstimate<Eigen::Vector4d>;
+
+TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options = {});
+/// cameras: calibration matrices K1 and K2, without lens distortion.
+TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options = {});
+TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options = {});
+AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
+                                          const ImageOptions& options = {});
+/// points: N × 2.
+LineEstimate EstimateLine(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points, const PointOptions& options);
+/// points: N × 3.
+PlaneEstimate EstimatePlane(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points, const PointOptions& options);
+
+/// Several models of one kind in the same points, found without being told how many.
+template <class Model>
+struct ModelsEstimate {
+  Status status = Status::kNoModel;  ///< kNoModel: nothing that chance would not give.
+  std::vector<Model> models;         ///< That of most points first.
+  /// N values: 0 for a point of none, k for one of models[k − 1].
+  std::vector<std::int32_t> assignment;
+  EstimateReport cost;
+  bool ok() const { return status == Status::kOk; }
+};
+
+/// The same inputs; samples are drawn from neighbouring points, no network is used (docs/several.md).
+ModelsEstimate<Eigen::Matrix3d> EstimateFundamentals(const Matches& matches, const ImageOptions& options = {});
+ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const CameraPair& cameras,
+                                                   const ImageOptions& options = {});
+ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, const ImageOptions& options = {});
+ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
+                                                                  const ImageOptions& options = {});
+ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,
+                                              const PointOptions& options);
+ModelsEstimate<Eigen::Vector4d> EstimatePlanes(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points,
+                                               const PointOptions& options);
+
+/// Models are looked for in this folder as well, after the others.
+void AddModelsFolder(const std::string& folder);
+
+#ifdef DIFFSAC_INSTALLED_MODELS
+namespace internal {
+// find_package(diffsac) knows where the models were installed.
+inline const bool kInstalledModelsAdded = (AddModelsFolder(DIFFSAC_INSTALLED_MODELS), true);
+}  // namespace internal
+#endif
+
+}  // namespace diffsac

@@ -1,0 +1,241 @@
+#include "diffsac/diffsac.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "diffsac/core/resources.h"
+#include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimators/presets.h"
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+namespace {
+
+void Require(bool ok, const std::string& field, const std::string& expected) {
+  if (!ok) throw Error(field + ": expected " + expected);
+}
+
+/// Networks stay loaded: a second call costs no file.
+std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
+  static std::mutex mutex;
+  static std::map<std::string, std::shared_ptr<const DiffsacModel>> networks;
+  const std::lock_guard lock(mutex);
+  auto& network = networks[file];
+  if (network == nullptr) network = LoadDiffsac(ReadTrainedConfig(file, "diffsac", task), NetworkEngine::kAuto, "cpu");
+  return network;
+}
+
+/// The halves of a budget that the head and PROSAC draw.
+DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
+  DiffsacOptions learned = LearnedProsac(task);
+  if (options.max_iterations == 0) return learned;
+  learned.head_sets = (options.max_iterations + 1) / 2;
+  learned.extra_sets = options.max_iterations / 2;
+  learned.consensus.max_iterations = options.max_iterations;
+  learned.consensus.min_iterations = std::min(learned.consensus.min_iterations, options.max_iterations);
+  return learned;
+}
+
+ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& options) {
+  if (options.max_iterations == 0) return classical;
+  classical.max_iterations = options.max_iterations;
+  ConsensusOptions& consensus = classical.consensus;
+  consensus.min_iterations = std::min(consensus.min_iterations, options.max_iterations);
+  return classical;
+}
+
+Estimate Run(const Problem& problem, const EstimateOptions& options) {
+  if (!IsTwoView(problem.task) || !options.use_network)
+    return ClassicalEstimator(WithBudget(RecommendedClassical(problem.task), options)).Run(problem, options.seed);
+  const auto network = NetworkOf(FindModel(ModelFile(problem.task), options.models_folder), problem.task);
+  return DiffsacEstimator(network, LearnedOptionsOf(problem.task, options), 1).Run(problem, options.seed);
+}
+
+Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
+  return ClassicalEstimator(WithBudget(SeveralStructures(problem.task), options)).Run(problem, options.seed);
+}
+
+void RequireRatios(const Eigen::VectorXd& ratios, Eigen::Index points) {
+  Require(ratios.size() == 0 || ratios.size() == points, "match_ratios",
+          "one for each of " + std::to_string(points) + " points, or none, got " + std::to_string(ratios.size()));
+}
+
+double ResidualOr(const ImageOptions& options, double px) {
+  options.Check();
+  return options.max_residual_px > 0.0 ? options.max_residual_px : px;
+}
+
+Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
+  const Eigen::Index count = matches.points1.rows();
+  Require(matches.points2.rows() == count, "points2",
+          "as many rows as points1, " + std::to_string(count) + ", got " + std::to_string(matches.points2.rows()));
+  RequireRatios(matches.match_ratios, count);
+  Problem problem;
+  problem.task = task;
+  problem.inlier_threshold = max_residual_px;
+  problem.points.resize(count, 4);
+  problem.points << matches.points1, matches.points2;
+  problem.match_ratio = matches.match_ratios;
+  problem.size1 = matches.size1;
+  problem.size2 = matches.size2;
+  return problem;
+}
+
+Problem ProblemOf(const ScenePoints& points, const Eigen::Matrix3d& K, double max_residual_px) {
+  const Eigen::Index count = points.points3d.rows();
+  Require(points.points2d.rows() == count, "points2d",
+          "as many rows as points3d, " + std::to_string(count) + ", got " + std::to_string(points.points2d.rows()));
+  RequireRatios(points.match_ratios, count);
+  Problem problem;
+  problem.task = Task::kAbsolutePose;
+  problem.inlier_threshold = max_residual_px;
+  problem.points.resize(count, 5);
+  problem.points << points.points3d, points.points2d;
+  problem.match_ratio = points.match_ratios;
+  problem.cameras = CameraPair{K, K};
+  return problem;
+}
+
+template <class Points>
+Problem ProblemOf(Task task, const Points& points, const PointOptions& options) {
+  options.Check();
+  Problem problem;
+  problem.task = task;
+  problem.inlier_threshold = options.max_distance;
+  problem.points = points;
+  return problem;
+}
+
+/// Parameters are row-major.
+template <class Model>
+Model ModelOf(const ModelParameters& parameters) {
+  constexpr auto kOrder = Model::ColsAtCompileTime == 1 ? Eigen::ColMajor : Eigen::RowMajor;
+  using Layout = Eigen::Matrix<double, Model::RowsAtCompileTime, Model::ColsAtCompileTime, kOrder>;
+  return Eigen::Map<const Layout>(parameters.data());
+}
+
+template <class Result>
+void Take(Estimate estimate, Result* result) {
+  using Model = decltype(result->model);
+  result->status = estimate.status;
+  if (result->ok()) result->model = ModelOf<Model>(estimate.model);
+  for (const std::uint8_t inlier : estimate.inliers) result->num_inliers += inlier;
+  result->inliers = std::move(estimate.inliers);
+  result->inlier_threshold = estimate.inlier_threshold;
+  result->noise_scale = estimate.noise_scale;
+  result->log_false_alarms = estimate.log_false_alarms;
+  result->inlier_probabilities = std::move(estimate.inlier_probabilities);
+  result->cost = estimate.report;
+}
+
+TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options) {
+  Estimate estimate = Run(problem, options);
+  TwoViewEstimate result;
+  if (estimate.status == Status::kOk && problem.cameras)
+    result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
+  Take(std::move(estimate), &result);
+  return result;
+}
+
+template <class Model>
+ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options) {
+  Estimate estimate = RunForSeveral(problem, options);
+  ModelsEstimate<Model> result;
+  result.status = estimate.status;
+  for (const ModelParameters& model : estimate.structures) result.models.push_back(ModelOf<Model>(model));
+  result.assignment = std::move(estimate.assignment);
+  result.cost = estimate.report;
+  return result;
+}
+
+constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
+
+Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
+  Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, kMatchPx));
+  problem.cameras = cameras;
+  return problem;
+}
+
+}  // namespace
+
+void EstimateOptions::Check() const {
+  Require(max_iterations >= 0 && max_iterations <= 10'000'000, "max_iterations", "from 0 to 10000000");
+}
+
+void ImageOptions::Check() const {
+  EstimateOptions::Check();
+  Require(max_residual_px >= 0.0 && std::isfinite(max_residual_px), "max_residual_px", "pixels, 0 for the default");
+}
+
+void PointOptions::Check() const {
+  EstimateOptions::Check();
+  Require(max_distance > 0.0 && std::isfinite(max_distance), "max_distance", "a distance above 0, in the points' unit");
+}
+
+TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options) {
+  return TwoViews(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+}
+
+TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
+  return TwoViews(EssentialProblem(matches, cameras, options), options);
+}
+
+TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {
+  return TwoViews(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+}
+
+AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
+                                          const ImageOptions& options) {
+  AbsolutePoseEstimate result;
+  Take(Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options), &result);
+  if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
+  return result;
+}
+
+LineEstimate EstimateLine(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points, const PointOptions& options) {
+  LineEstimate result;
+  Take(Run(ProblemOf(Task::kLine, points, options), options), &result);
+  return result;
+}
+
+PlaneEstimate EstimatePlane(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points, const PointOptions& options) {
+  PlaneEstimate result;
+  Take(Run(ProblemOf(Task::kPlane, points, options), options), &result);
+  return result;
+}
+
+ModelsEstimate<Eigen::Matrix3d> EstimateFundamentals(const Matches& matches, const ImageOptions& options) {
+  return Several<Eigen::Matrix3d>(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+}
+
+ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const CameraPair& cameras,
+                                                   const ImageOptions& options) {
+  return Several<Eigen::Matrix3d>(EssentialProblem(matches, cameras, options), options);
+}
+
+ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, const ImageOptions& options) {
+  return Several<Eigen::Matrix3d>(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+}
+
+ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
+                                                                  const ImageOptions& options) {
+  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+}
+
+ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,
+                                              const PointOptions& options) {
+  return Several<Eigen::Vector3d>(ProblemOf(Task::kLine, points, options), options);
+}
+
+ModelsEstimate<Eigen::Vector4d> EstimatePlanes(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points,
+                                               const PointOptions& options) {
+  return Several<Eigen::Vector4d>(ProblemOf(Task::kPlane, points, options), options);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,88 @@
+#include "diffsac/estimators/presets.h"
+
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kDraws = 1000;
+
+void StopWhenConfident(ConsensusOptions* consensus) {
+  consensus->stopping = Stopping::kConfidence;
+  consensus->confidence = 0.9999;
+}
+
+/// MSAC over noise scales and ten refined hypotheses, for two views in pixels.
+ConsensusOptions MarginalisedConsensus(Task task) {
+  ConsensusOptions consensus;
+  consensus.score = consensus.final_score = ScoreKind::kMarginalised;
+  consensus.threshold = ThresholdKind::kAdaptive;
+  consensus.least_scale = task == Task::kFundamental ? 0.5 : 1.0;
+  consensus.greatest_scale = 4.0;
+  consensus.camera_prior = task == Task::kFundamental ? 0.3 : 0.0;
+  consensus.local_optimization = LocalOptimization::kInnerSamples;
+  consensus.refit = Refit::kIterated;
+  consensus.refit_rounds = 5;
+  consensus.refit_threshold_factor = 1.2;
+  consensus.refit_candidates = 10;
+  consensus.final_refinement = FinalRefinement::kMarginalised;
+  consensus.inlier_prior_power = 1.0;
+  StopWhenConfident(&consensus);
+  // A sample of inliers alone is not yet a good model.
+  consensus.min_iterations = 100;
+  return consensus;
+}
+
+ClassicalOptions RecommendedForPoints() {
+  ClassicalOptions options;
+  options.max_iterations = 420;
+  ConsensusOptions& consensus = options.consensus;
+  consensus.score = consensus.final_score = ScoreKind::kGaussianUniform;
+  consensus.refit = Refit::kMixture;
+  consensus.refit_candidates = 5;
+  consensus.sigma_prior = 30.0;
+  return options;
+}
+
+}  // namespace
+
+ClassicalOptions RecommendedClassical(Task task) {
+  if (task == Task::kLine || task == Task::kPlane) return RecommendedForPoints();
+  ClassicalOptions options = LoRansacOptions(task);
+  options.max_iterations = kDraws;
+  options.sampling.sampler = MinimalSamplerKind::kProsac;
+  StopWhenConfident(&options.consensus);
+  if (IsTwoView(task)) options.consensus = MarginalisedConsensus(task);
+  return options;
+}
+
+DiffsacOptions LearnedProsac(Task task) {
+  DiffsacOptions options;
+  options.copies = 0;
+  options.head_sets = kDraws / 2;
+  options.extra_sets = kDraws / 2;
+  options.extra_sampler = MinimalSamplerKind::kProsac;
+  options.draws_by = PriorSource::kBoth;
+  options.selection = SetSelection::kGumbel;
+  options.temperature = {0.2, 1.0};
+  // The matches that are likeliest by ratio and neighbourhood, twice as many as in training.
+  options.max_encoded_points = 512;
+  options.inlier_prior_of = PriorSource::kRatio;
+  options.consensus = MarginalisedConsensus(task);
+  return options;
+}
+
+ClassicalOptions SeveralStructures(Task task) {
+  ClassicalOptions options = LoRansacOptions(task);
+  options.max_iterations = kDraws;
+  options.sampling.sampler = MinimalSamplerKind::kNapsac;
+  options.consensus.refit_rounds = 3;
+  options.structures.search = StructureSearch::kAtOnce;
+  return options;
+}
+
+DiffsacOptions PaperDiffsac() { return {}; }
+
+std::string ModelFile(Task task) { return ToString(task) + "/model.safetensors"; }
+
+}  // namespace diffsac

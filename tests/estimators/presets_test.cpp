@@ -1,0 +1,132 @@
+#include "diffsac/estimators/presets.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "diffsac/core/resources.h"
+#include "diffsac/diffsac.h"
+#include "diffsac/eval/experiment.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/yaml.h"
+
+namespace diffsac {
+namespace {
+
+const std::string kConfigs = std::string(DIFFSAC_SOURCE_DIR) + "/configs/";
+
+/// A row of a shipped table or of diffsac_pair, for its task.
+std::unique_ptr<RobustEstimator> Row(const std::string& config, const std::string& name) {
+  const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(kConfigs + config));
+  for (const EstimatorRow& row : experiment.methods)
+    if (row.name == name) return MakeEstimator(row.config, experiment.task, {});
+  throw Error(config + ": no row " + name);
+}
+
+Problem ProblemOf(const std::string& yaml) { return MakeDataset(ConfigFromYaml(yaml), 3)->Get(0).problem; }
+
+Matches MatchesOf(const Problem& problem) {
+  return {problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio, problem.size1, problem.size2};
+}
+
+template <class Result>
+void CheckSame(const Result& result, const Estimate& row) {
+  REQUIRE(row.status == Status::kOk);
+  REQUIRE(result.ok());
+  using Layout = Eigen::Matrix<double, decltype(result.model)::RowsAtCompileTime,
+                               decltype(result.model)::ColsAtCompileTime,
+                               decltype(result.model)::ColsAtCompileTime == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+  CHECK(result.model == Eigen::Map<const Layout>(row.model.data()));
+  CHECK(result.inliers == row.inliers);
+  CHECK(result.inlier_threshold == row.inlier_threshold);
+  CHECK(result.cost.hypotheses == row.report.hypotheses);
+  CHECK(result.cost.draws == row.report.draws);
+}
+
+ImageOptions Seeded(bool use_network) {
+  ImageOptions options;
+  options.use_network = use_network;
+  options.seed = 5;
+  return options;
+}
+
+const char* kViews = "{type: synthetic_two_view, outlier_ratio: 0.5, num_points: 300, match_ratio: true, task: ";
+
+}  // namespace
+
+TEST_CASE("the functions of two views give the digits of the tables' rows") {
+  for (const bool network : {true, false}) {
+    const std::string name = network ? "learned_prosac" : "prosac_marginalised_confident";
+    CAPTURE(name);
+    const ImageOptions options = Seeded(network);
+    Problem problem = ProblemOf(kViews + std::string("fundamental}"));
+    problem.cameras.reset();
+    problem.inlier_threshold = 1.0;
+    CheckSame(EstimateFundamental(MatchesOf(problem), options),
+              Row("tables/learned_prosac_fundamental.yaml", name)->Run(problem, options.seed));
+    problem = ProblemOf(kViews + std::string("essential}"));
+    problem.inlier_threshold = 1.0;
+    const auto essential = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
+    CheckSame(essential, Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed));
+    CHECK(essential.pose);
+    problem = ProblemOf(kViews + std::string("homography}"));
+    problem.inlier_threshold = 3.0;
+    const std::string row = network ? "learned_prosac" : "prosac_marginalised_confident";
+    CheckSame(EstimateHomography(MatchesOf(problem), options),
+              Row("tables/learned_homography.yaml", row)->Run(problem, options.seed));
+  }
+}
+
+TEST_CASE("the functions of lines and planes, and of several, give the digits of the tables' rows") {
+  PointOptions options(0.1);
+  options.seed = 5;
+  Problem problem = ProblemOf("{type: synthetic_line, outlier_ratio: 0.6}");
+  CheckSame(EstimateLine(problem.points, options), Row("tables/line.yaml", "ransac_em")->Run(problem, 5));
+  problem = ProblemOf("{type: synthetic_plane, outlier_ratio: 0.6}");
+  CheckSame(EstimatePlane(problem.points, options), Row("tables/plane.yaml", "ransac_em")->Run(problem, 5));
+  problem = ProblemOf("{type: synthetic_structures, task: line, structures: 3, num_points: 150, outlier_ratio: 0.2}");
+  const Estimate row = Row("tables/multi_line.yaml", "napsac_1000")->Run(problem, 5);
+  const auto lines = EstimateLines(problem.points, options);
+  REQUIRE(lines.models.size() == row.structures.size());
+  CHECK(lines.models.size() >= 2);
+  for (std::size_t i = 0; i < lines.models.size(); ++i) CHECK(lines.models[i] == row.structures[i]);
+  CHECK(lines.assignment == row.assignment);
+}
+
+TEST_CASE("a row's preset is the start of its keys, another name is refused with its line") {
+  const auto resolved = [](const std::string& row) { return ResolvedRow(ConfigFromYaml(row, "t.yaml"), Task::kFundamental, {}); };
+  const Config row = resolved("{type: prosac, preset: recommended, max_iterations: 300}");
+  CHECK(row.Text("max_iterations") == "300");
+  CHECK(row.Text("consensus.least_scale") == "0.5");
+  CHECK(ToYaml(resolved(ToYaml(row))) == ToYaml(row));
+  CHECK(resolved("{type: napsac, preset: several}").Text("structures.search") == "at_once");
+  CHECK(resolved("{type: napsac, preset: several}").Text("sampling.sampler") == "napsac");
+  CHECK_THROWS_WITH(resolved("# a row\n{type: prosac, preset: recomended}"),
+                    Catch::StartsWith("t.yaml:2: preset: expected") && Catch::Contains("did you mean 'recommended'"));
+}
+
+TEST_CASE("options in C++ are held to their limits, the message names field and expectation") {
+  EstimateOptions options;
+  CHECK_NOTHROW(options.Check());
+  options.max_iterations = -1;
+  CHECK_THROWS_WITH(options.Check(), "max_iterations: expected from 0 to 10000000");
+  CHECK_THROWS_WITH(PointOptions(0.0).Check(), Catch::StartsWith("max_distance: expected"));
+  ImageOptions image;
+  image.max_residual_px = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(image.Check(), Catch::StartsWith("max_residual_px: expected"));
+}
+
+TEST_CASE("fewer draws than the least that confidence asks for are possible") {
+  const Problem problem = ProblemOf(kViews + std::string("fundamental}"));
+  for (const bool network : {true, false}) {
+    ImageOptions options = Seeded(network);
+    options.max_iterations = 20;
+    const auto estimate = EstimateFundamental(MatchesOf(problem), options);
+    CHECK(estimate.ok());
+    CHECK(estimate.cost.draws <= 20);
+  }
+}
+
+}  // namespace diffsac
