@@ -42,7 +42,8 @@ for table in "${wanted[@]}"; do
 done
 [[ ${#wanted[@]} -lt 2 || " ${options[*]} " != *" --output"* ]] || fail "--output works with one table"
 scripts/setup.sh && mkdir -p build/release && echo "reproduce: building (details in build/release/reproduce.log)"
-{ cmake --preset release -DDIFFSAC_BUILD_TESTS=OFF && cmake --build --preset release; } >build/release/reproduce.log 2>&1 ||
+# Programs alone; scripts/test.sh, run afterwards, compiles only the tests.
+{ cmake --preset release && cmake --build --preset release --target programs; } >build/release/reproduce.log 2>&1 ||
   { tail -n 30 build/release/reproduce.log >&2; fail "the build failed; all of its output is in build/release/reproduce.log"; }
 
 # evaluate TABLE OPTIONS...

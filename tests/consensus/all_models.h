@@ -144,7 +144,6 @@ void ForEachCombination(int shift, const Function& function) {
                                  : i % 4 ? FinalRefinement::kMarginalised
                                          : FinalRefinement::kNone;
       options.stopping = i % 3 ? Stopping::kBudget : Stopping::kConfidence;
-      options.sprt = i % 7 == 0;
       options.refit_candidates = 1 + i % 3;
       options.local_samples = 4;
       ++i;

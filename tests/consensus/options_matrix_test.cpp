@@ -34,26 +34,7 @@ void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.hypotheses == b.hypotheses);
   CHECK(a.iterations == b.iterations);
   CHECK(a.stop == b.stop);
-  CHECK(a.rejected_early == b.rejected_early);
   CHECK(a.unique_minimal_sets == b.unique_minimal_sets);
-}
-
-TEST_CASE("The sequential test gives the same bits for any threads and blocks") {
-  for (int trial = 0; trial < 6; ++trial) {
-    const auto problem = MakeRandomProblem<3>(200, 0.7, 0.03, Rng(trial));
-    ConsensusOptions options;
-    options.sprt = true;
-    options.stopping = trial % 2 ? Stopping::kBudget : Stopping::kConfidence;
-    const auto run = [&](int threads, int block) {
-      options.block_size = block;
-      return SearchUniformly<Plane>(problem.points, kThreshold, options, Rng(trial), {}, threads);
-    };
-    const ConsensusResult one = run(1, 0);
-    CHECK(one.rejected_early > 0);
-    CheckSame(one, run(8, 0));
-    CheckSame(one, run(8, 1000));
-    CheckSame(one, run(8, 11));
-  }
 }
 
 TEST_CASE("Same seed, same result; another seed, other sets") {
@@ -231,15 +212,13 @@ TEST_CASE("New options read from YAML and come back out; the defaults are the ol
   CHECK(defaults.refit == Refit::kInliers);
   CHECK(defaults.stopping == Stopping::kBudget);
   CHECK(defaults.final_refinement == FinalRefinement::kNone);
-  CHECK_FALSE(defaults.sprt);
   const auto options = ReadOptions<ConsensusOptions>(
       ConfigFromYaml("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
-                         "spatial_weight: 0.14\nsprt: true\nstopping: confidence\nconfidence: 0.999\n"
+                         "spatial_weight: 0.14\nstopping: confidence\nconfidence: 0.999\n"
                          "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
                          "final_refinement: lm\nblock_size: 16\n"));
   CHECK(options.residual_dof == 4);
   CHECK(options.max_iterations == 7);
-  CHECK(options.sprt);
   CHECK(WriteYaml(ReadOptions<ConsensusOptions>(ToConfig(options))) ==
         WriteYaml(options));
   for (const char* wrong : {"confidence: 1\n", "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n",

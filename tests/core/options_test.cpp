@@ -181,8 +181,8 @@ TEST_CASE("The option --set reaches into missing maps and lists of maps") {
   SetYaml(&config, "methods.0.max_iterations=5");
   SetYaml(&config, "x.y.z=1");
   CHECK(config.Has("x.y.z"));
-  CHECK(config.Sequence("methods")[0].Has("hypotheses"));
-  CHECK_FALSE(config.Sequence("methods")[1].Has("hypotheses"));
+  CHECK(config.Sequence("methods")[0].Has("max_iterations"));
+  CHECK_FALSE(config.Sequence("methods")[1].Has("max_iterations"));
   CHECK_THROWS_AS(SetYaml(&config, "methods.0.name.deep=1"), Error);
   CHECK_THROWS_WITH(SetYaml(&config, "q=[1"), Contains("--set q=[1: not valid YAML"));
   CHECK_FALSE(config.Has("q"));

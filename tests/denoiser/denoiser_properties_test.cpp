@@ -89,21 +89,6 @@ TEST_CASE("weights depend on the seed alone") {
   CHECK_FALSE(torch::equal(a->parameters()[0], c->parameters()[0]));
 }
 
-TEST_CASE("self-conditioning reads the previous prediction, zeros when there is none") {
-  for (const char* kind : kKinds) {
-    auto options = SmallOptions(kind);
-    options.self_conditioning = true;
-    auto network = MakeDenoiser(options, 6, Rng(1));
-    FillWithWave(*network);
-    const torch::NoGradGuard no_grad;
-    const auto context = network->Encode(BatchOf({RandomFeatures(9, 6, Rng(2))}));
-    const auto c_t = RandomTensor({1, 3, 9}, Rng(3)), t = torch::full({1, 1}, 5.0f);
-    const auto none = network->Denoise(context, c_t, t);
-    CHECK(torch::equal(none, network->Denoise(context, c_t, t, torch::zeros_like(c_t))));
-    CHECK(MaxDifference(none, network->Denoise(context, c_t, t, torch::ones_like(c_t))) > 1e-3);
-  }
-}
-
 TEST_CASE("options that make no network are refused with their place") {
   const auto read = [](const std::string& yaml) { return ReadOptions<DenoiserOptions>(ConfigFromYaml(yaml, "x.yaml")); };
   CHECK_THROWS_WITH(read("width: 63"), Catch::Contains("x.yaml:1") && Catch::Contains("even"));

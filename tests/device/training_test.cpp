@@ -39,9 +39,9 @@ validation: {problems: 4, outlier_ratios: [0.2]}
 const char* kDiffsac = R"(
 network:
   features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
-  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, self_conditioning: true, relation: true}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, relation: true}
 inference: {copies: 4, sampler: {steps: 2}}
-train: {noise_copies: 2, self_conditioning_probability: 0.5, precision: float32, positive_weight: 4}
+train: {noise_copies: 2, precision: float32, positive_weight: 4}
 )";
 
 const char* kNgRansac = R"(

@@ -72,6 +72,7 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     CheckSame(essential, Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed));
     CHECK(essential.pose);
     problem = ProblemOf(kViews + std::string("homography}"));
+    problem.cameras.reset();
     problem.inlier_threshold = 3.0;
     const std::string row = network ? "learned_prosac" : "prosac_marginalised_confident";
     CheckSame(EstimateHomography(MatchesOf(problem), options),

@@ -108,7 +108,6 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
   options.local_optimization = Choose<LocalOptimization>(reader);
   options.refit = Choose<Refit>(reader);
   options.final_refinement = Choose<FinalRefinement>(reader);
-  options.sprt = reader->Flag();
   options.stopping = Choose<Stopping>(reader);
   options.max_iterations = 1 + reader->Below(40);
   options.min_iterations = reader->Below(50);

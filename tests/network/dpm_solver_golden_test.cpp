@@ -29,11 +29,9 @@ torch::Tensor FromV(const torch::Tensor& x, const torch::Tensor& output, const T
 }
 
 /// diffusers' full loop with 10 steps of order 2 on T = 1000, beginning at a point of the grid.
-torch::Tensor FullLoop(const ToX0& to_x0, const char* spacing, torch::Tensor x, std::size_t first = 0,
-                       const std::function<TimeGrid(TimeGrid)>& change = {}) {
+torch::Tensor FullLoop(const ToX0& to_x0, const char* spacing, torch::Tensor x, std::size_t first = 0) {
   auto grid = MakeTimeGrid(MakeSchedule("linear", 1000),
                            {10, FromString<TimestepSpacing>(spacing), FinalSigma::kSigmaMin, kNoClipping});
-  if (change) grid = change(grid);
   grid.erase(grid.begin(), grid.begin() + first);
   DpmSolverOptions options;
   options.lower_order_final = false;
@@ -65,21 +63,6 @@ TEST_CASE("2M agrees with diffusers for epsilon, v and sample prediction") {
   CHECK(MeanAbs(FullLoop(FromEpsilon, "linspace", DummySample())) == Approx(0.330147).margin(6e-7));
   CHECK(MeanAbs(FullLoop(FromV, "linspace", DummySample())) == Approx(0.225099).margin(6e-7));
   CHECK(MeanAbs(FullLoop(FromSample, "linspace", DummySample())) == Approx(1.102924).margin(6e-7));
-}
-
-TEST_CASE("2M agrees with diffusers on Karras and Lu spacing") {
-  CHECK(MeanAbs(FullLoop(FromV, "lu", DummySample())) == Approx(0.1554).margin(1e-4));
-  // Their own test allows 1e-3. The four digits come out when the points stand on the rounded indices, below.
-  CHECK(MeanAbs(FullLoop(FromV, "karras", DummySample())) == Approx(0.2096).margin(1e-3));
-  const auto schedule = MakeSchedule("linear", 1000);
-  const auto snapped = [&](TimeGrid grid) {
-    for (TimePoint& at : grid) {
-      const int t = static_cast<int>(at.t);
-      at = {at.t, schedule.alpha(t), schedule.sigma(t), schedule.lambda(t)};
-    }
-    return grid;
-  };
-  CHECK(MeanAbs(FullLoop(FromV, "karras", DummySample(), 0, snapped)) == Approx(0.2096).margin(6e-5));
 }
 
 TEST_CASE("2M agrees with diffusers with thresholding") {

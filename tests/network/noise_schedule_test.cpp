@@ -89,17 +89,6 @@ TEST_CASE("every schedule falls from data to noise and is consistent with itself
   }
 }
 
-TEST_CASE("TimestepOfLambda inverts lambda and is linear between indices") {
-  const auto schedule = MakeSchedule("cosine");
-  for (int t = 0; t < 100; ++t) CHECK(schedule.TimestepOfLambda(schedule.lambda(t)) == Approx(t).margin(1e-9));
-  const double between = 0.25 * schedule.lambda(40) + 0.75 * schedule.lambda(41);
-  CHECK(schedule.TimestepOfLambda(between) == Approx(40.75));
-  CHECK(schedule.TimestepOfLambda(1e9) == 0.0);
-  CHECK(schedule.TimestepOfLambda(-std::numeric_limits<double>::infinity()) == 99.0);
-  const auto zero = MakeSchedule("linear", 100, true);
-  CHECK(std::isfinite(zero.TimestepOfLambda(-50.0)));
-}
-
 TEST_CASE("only a schedule that leaves signal at the end warns, once a construction") {
   const auto count = [](const std::string& text) {
     int warnings = 0;

@@ -53,7 +53,7 @@ TEST_CASE("the last point is clean data or index 0") {
 
 TEST_CASE("lambda rises along every grid, for any number of steps") {
   const char* kind = GENERATE("cosine", "linear");
-  const char* spacing = GENERATE("linspace", "leading", "trailing", "uniform_lambda", "karras", "lu");
+  const char* spacing = GENERATE("linspace", "leading", "trailing");
   const double clipping = GENERATE(kNoClipping, -5.1, 1.0);
   const auto schedule = MakeSchedule(kind, 20);
   for (int steps = 1; steps <= 20; ++steps) {
@@ -81,15 +81,7 @@ TEST_CASE("clipping leaves out the noisiest timesteps") {
   const auto schedule = MakeSchedule("cosine");  // λ is −4.2 at 98 and −7.6 at 99
   CHECK(Timesteps(Grid(schedule, 5, "linspace", "zero", -5.1)).front() == 98);
   CHECK(Timesteps(Grid(schedule, 100, "linspace", "zero", -5.1)).size() == 99);
-  CHECK(Grid(schedule, 5, "uniform_lambda", "zero", -5.1).front().lambda == Approx(-5.1));
   CHECK(Timesteps(Grid(MakeSchedule("linear"), 5, "linspace", "zero", -5.1)).front() == 99);
-}
-
-TEST_CASE("uniform_lambda has equal steps of lambda down to index 0") {
-  const auto schedule = MakeSchedule("cosine");
-  const auto grid = Grid(schedule, 8, "uniform_lambda", "sigma_min");
-  const double h = (schedule.lambda(0) - schedule.lambda(99)) / 8;
-  for (int i = 0; i < 8; ++i) CHECK(grid[i + 1].lambda - grid[i].lambda == Approx(h));
 }
 
 TEST_CASE("bad grids are errors") {
@@ -99,7 +91,4 @@ TEST_CASE("bad grids are errors") {
   CHECK_THROWS_AS(Grid(schedule, 5, "quadratic"), Error);
   CHECK_THROWS_AS(Grid(schedule, 5, "linspace", "small"), Error);
   CHECK_THROWS_AS(Grid(schedule, 5, "linspace", "zero", std::nan("")), Error);
-  const auto zero_snr = MakeSchedule("cosine", 100, true);
-  CHECK_THROWS_AS(Grid(zero_snr, 5, "uniform_lambda"), Error);
-  CHECK_NOTHROW(Grid(zero_snr, 5, "uniform_lambda", "zero", -5.1));
 }

@@ -55,10 +55,8 @@ void CheckSame(const NetworkOptions& options) {
   const FeatureSet* one = &features;
   const Context context = network->denoiser->Encode(MakePointBatch({&one, 1}));
   torch::manual_seed(1);
-  const auto c_t = torch::randn({1, copies, points}), previous = torch::randn({1, copies, points}).tanh();
-  const bool conditioned = options.denoiser.self_conditioning;
-  const auto raw =
-      network->denoiser->Denoise(context, c_t, torch::full({1, 1}, 37.5), conditioned ? previous : torch::Tensor());
+  const auto c_t = torch::randn({1, copies, points});
+  const auto raw = network->denoiser->Denoise(context, c_t, torch::full({1, 1}, 37.5));
 
   const KernelList kernels = AvailableKernels();
   for (int i = 0; i < kernels.count; ++i) {
@@ -71,8 +69,7 @@ void CheckSame(const NetworkOptions& options) {
     CHECK(WorstDifference(context.points, work.context) < kTolerance);
     if (options.denoiser.inlier_head) CHECK(WorstDifference(context.inlier_logits, work.logits) < kTolerance);
     std::vector<float> out(static_cast<std::size_t>(copies) * points);
-    fused.Denoise(c_t.data_ptr<float>(), copies, 37.5, conditioned ? previous.data_ptr<float>() : nullptr, &work,
-                  out.data());
+    fused.Denoise(c_t.data_ptr<float>(), copies, 37.5, &work, out.data());
     CHECK(WorstDifference(raw, out) < kTolerance * (1.0 + raw.abs().max().item<double>()));
   }
 }
@@ -94,9 +91,8 @@ TEST_CASE("the fused network says what LibTorch's says, with every kernel and fo
     options.denoiser.inlier_head = false;
     CheckSame(options);
   }
-  SECTION("self-conditioning and relation") {
+  SECTION("relation") {
     NetworkOptions options = TinyOptions();
-    options.denoiser.self_conditioning = true;
     options.denoiser.relation = true;
     CheckSame(options);
   }

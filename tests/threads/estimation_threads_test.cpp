@@ -34,7 +34,6 @@ void CheckThreads(const Example& example) {
     options.score = options.final_score = ScoreKind::kMsac;
     options.local_optimization = local;
     options.refit = Refit::kIterated;
-    options.sprt = local == LocalOptimization::kGraphCut;
     options.stopping = Stopping::kConfidence;
     options.max_iterations = 400;
     const auto one = Search<Model>(example.problem.points, example.problem.inlier_threshold, options, 1);

@@ -71,7 +71,7 @@ TEST_CASE("weights are imported over a training only where that is said") {
   TrainRequest request = OneThread(ConfigFromYaml(kConfig, "test.yaml"), folder.path(), {"name=other"});
   request.overwrite = true;
   ImportNetwork(request, kFile);
-  CHECK_THAT(ReadCheckpointInfo(best).config, Contains("name: other"));
+  CHECK_THAT(ReadCheckpointInfo(best).config, Contains("\"name\":\"other\""));
 }
 
 TEST_CASE("weights of another network, task or method are refused in one line") {

@@ -27,7 +27,7 @@ task: line
 data: {type: synthetic_line, num_points: [30, 40], outlier_ratio: [0.1, 0.5]}
 network:
   features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
-  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, self_conditioning: true}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}
 train: {iterations: 60, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 30,
         checkpoint_every: 10, learning_rate: 0.003}
 validation: {problems: 8, outlier_ratios: [0.2]}

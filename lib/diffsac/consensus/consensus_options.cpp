@@ -6,15 +6,14 @@ namespace {
 void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("stopping", o.stopping)
       .Help(
-          "budget: exactly so many draws; confidence: until uniform draws would be confident; guided: until draws of "
-          "the guide's own probabilities would");
+          "budget: exactly so many draws; confidence: until uniform draws would be confident");
   b.Field("max_iterations", o.max_iterations, Within(1, 1e7)).Help("minimal sets drawn, at most");
   const bool by_confidence = o.stopping != Stopping::kBudget;
   b.Field("min_iterations", o.min_iterations, Within(0, 1e7))
-      .OnlyIf(by_confidence, "stopping: confidence or guided")
+      .OnlyIf(by_confidence, "stopping: confidence")
       .Help("minimal sets drawn, at least");
   b.Field("confidence", o.confidence, Within(0.0, 1.0 - 1e-9))
-      .OnlyIf(by_confidence, "stopping: confidence or guided")
+      .OnlyIf(by_confidence, "stopping: confidence")
       .Help("probability that a set of the best model's inliers alone was drawn");
 }
 
@@ -90,8 +89,6 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("spatial_weight", spatial_weight, Within(0.0, 1e3))
       .OnlyIf(graph_cut, "local_optimization: gc_ransac")
       .Help("λ, the weight of their agreement");
-  b.Field("sprt", sprt)
-      .Help("drops hypotheses by a sequential test before they are scored in full; can change the result");
 
   BindStopping(*this, b);
   BindRefits(*this, b);

@@ -91,9 +91,6 @@ struct ConsensusOptions {
   int irls_rounds = 20;
   int graph_neighbors = 8;
   double spatial_weight = 0.1;
-  /// Drops hypotheses by a sequential probability ratio test before they are scored in full (sprt.h). Unlike the bound
-  /// that always ends hopeless scoring, this can change the result.
-  bool sprt = false;
   /// When to end the search. At confidence: once the best model's inliers, at ε, say that a better one would have been
   /// drawn with probability `confidence`, by the exact hypergeometric rule; after min_iterations at least and
   /// max_iterations at most.

@@ -49,15 +49,6 @@ class FinalRefiner {
     return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
   }
 
-  /// N values, not 0 for these.
-  std::vector<std::uint8_t> Inliers(const Parameters& model) const {
-    const Eigen::VectorXd residuals = scorer_.Residuals(model);
-    const double threshold = scales_.SupportThreshold(residuals);
-    std::vector<std::uint8_t> inliers(static_cast<std::size_t>(residuals.size()));
-    for (Eigen::Index i = 0; i < residuals.size(); ++i) inliers[i] = residuals[i] <= threshold ? 1 : 0;
-    return inliers;
-  }
-
   /// What an inlier of the model is: ε at most.
   double MaskThreshold(const Parameters& model) const {
     return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));

@@ -1,19 +1,17 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/minimal_solver.h"
 #include "diffsac/consensus/scorer.h"
-#include "diffsac/consensus/sprt.h"
 #include "diffsac/core/parallel.h"
 
 namespace diffsac {
 
-/// A block of minimal sets, and what comes of each before earlier draws matter: the models that it is solved to, how
-/// they pass the sequential test, what they score. Several threads solve and score all that is left of a block at once;
+/// A block of minimal sets, and what comes of each before earlier draws matter: the models that it is solved to, and what
+/// they score. Several threads solve and score all that is left of a block at once;
 /// one does each draw when it is asked for. Either way the draws come in their order and are the same.
 template <MinimalModel Model>
 class HypothesisBlock {
@@ -23,17 +21,14 @@ class HypothesisBlock {
     const int* set = nullptr;  ///< γ indices.
     int solutions = 0;
     typename Model::Parameters models[Model::kMaxSolutions];
-    double scores[Model::kMaxSolutions];  ///< Of models that passed the test.
-    SequentialTest::Outcome outcomes[Model::kMaxSolutions];
+    double scores[Model::kMaxSolutions];
   };
-  using Test = std::optional<SequentialFilter<Model>>;
 
   /// capacity: sets at a time, 0: from 64 growing to 4096. threads: 0 for all cores. Borrows the rest.
-  HypothesisBlock(const Scorer<Model>& scorer, const Score& score, const Test& test, int capacity, int threads)
+  HypothesisBlock(const Scorer<Model>& scorer, const Score& score, int capacity, int threads)
       : solve_(scorer.points()),
         scorer_(scorer),
         score_(score),
-        test_(test),
         grows_(capacity <= 0),
         capacity_(grows_ ? kFirstCapacity : capacity),
         threads_(threads <= 0 ? HardwareThreads() : threads) {}
@@ -65,9 +60,6 @@ class HypothesisBlock {
     return &draws_[next_++];
   }
 
-  /// The sequential test has changed: it judges the draws that follow anew.
-  void JudgeAgain() { scored_ = next_; }
-
  private:
   void Solve(int i) {
     draws_[i].set = sets_.data() + static_cast<std::size_t>(i) * Model::kMinimalSize;
@@ -76,10 +68,7 @@ class HypothesisBlock {
 
   void ScoreOne(int i, double bar) {
     Draw& draw = draws_[i];
-    for (int k = 0; k < draw.solutions; ++k) {
-      if (test_) draw.outcomes[k] = test_->Test(draw.models[k]);
-      if (draw.outcomes[k].accepted) draw.scores[k] = scorer_(draw.models[k], score_, bar);
-    }
+    for (int k = 0; k < draw.solutions; ++k) draw.scores[k] = scorer_(draw.models[k], score_, bar);
   }
 
   static constexpr int kFirstCapacity = 64;
@@ -88,7 +77,6 @@ class HypothesisBlock {
   MinimalSolver<Model> solve_;
   const Scorer<Model>& scorer_;
   const Score& score_;
-  const Test& test_;
   bool grows_;
   int capacity_;
   int threads_;

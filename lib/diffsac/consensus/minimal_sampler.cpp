@@ -35,19 +35,6 @@ void DrawDistinct(int n, int size, Rng& rng, int* out) {
   }
 }
 
-double MinimalSampler::LogMissed(const InlierSets& inliers) const {
-  const auto points = static_cast<std::int64_t>(inliers.inliers.size());
-  return std::log1p(-AllInlierProbability(inliers.count, points, inliers.set_size) * inliers.pass_probability);
-}
-
-std::int64_t MinimalSampler::DrawsUntil(const InlierSets& inliers, double log_miss) const {
-  const double each = LogMissed(inliers);
-  if (!(each < 0.0)) return kNeverEnough;
-  const double draws = std::ceil(log_miss / each);
-  constexpr double kTooMany = 9.2233720368547758e18;  // 2^63
-  return draws < kTooMany ? std::max<std::int64_t>(1, static_cast<std::int64_t>(draws)) : kNeverEnough;
-}
-
 std::vector<int> DrawSets(MinimalSampler& source, int set_size, std::int64_t count) {
   std::vector<int> sets, set(std::max(set_size, 0));
   for (std::int64_t i = 0; i < count && source.Next(set); ++i) sets.insert(sets.end(), set.begin(), set.end());
@@ -101,24 +88,6 @@ bool SequenceSampler::Next(std::span<int> set) {
     return true;
   }
   return false;
-}
-
-double SequenceSampler::LogMissed(const InlierSets& inliers) const {
-  return parts_.empty() ? 0.0 : parts_[std::min(current_, parts_.size() - 1)].source->LogMissed(inliers);
-}
-
-std::int64_t SequenceSampler::DrawsUntil(const InlierSets& inliers, double log_miss) const {
-  std::int64_t before = 0;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const Part& part = parts_[i];
-    const std::int64_t enough = part.source->DrawsUntil(inliers, log_miss);
-    // A part that is over gave what it gave, whatever it was asked for.
-    const std::int64_t count = i < current_ ? part.drawn : part.count;
-    if (count == kAll || enough <= count) return enough == kNeverEnough ? enough : before + enough;
-    before += count;
-    log_miss -= static_cast<double>(count) * part.source->LogMissed(inliers);
-  }
-  return kNeverEnough;
 }
 
 std::int64_t Combinations(int n, int k) {

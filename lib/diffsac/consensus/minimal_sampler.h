@@ -9,14 +9,6 @@
 
 namespace diffsac {
 
-/// Points that a draw is hoped to hold alone.
-struct InlierSets {
-  std::span<const std::uint8_t> inliers;  ///< N values, not 0 for an inlier.
-  std::int64_t count = 0;                 ///< Of these.
-  int set_size = 0;                       ///< γ
-  double pass_probability = 1.0;          ///< Of a good model, at the sequential test.
-};
-
 /// Where minimal sets come from: the one thing in which the rows of a table differ. A source is made for one problem
 /// (its points, γ, a generator) and yields one set after the other, as long as the loop asks for them.
 ///
@@ -28,13 +20,6 @@ class MinimalSampler {
   /// Fills `set` with the next minimal set, γ indices in ascending order. False, leaving `set` as it may be, when there
   /// is none, or `set` has not the size that the source was made for.
   virtual bool Next(std::span<int> set) = 0;
-
-  /// log(1 − p) ≤ 0, p the probability that one draw holds inliers alone, and passes; on the mean where draws differ.
-  /// Uniform draws unless the source knows better.
-  virtual double LogMissed(const InlierSets& inliers) const;
-  /// The number of draws, from the first, after which the probability of having missed all such sets is
-  /// exp(log_miss) at most; kNeverEnough where it never is.
-  virtual std::int64_t DrawsUntil(const InlierSets& inliers, double log_miss) const;
 };
 
 /// Up to `count` sets, one behind the other.
@@ -85,9 +70,6 @@ class SequenceSampler : public MinimalSampler {
   /// count: sets, or kAll.
   void Add(std::unique_ptr<MinimalSampler> source, std::int64_t count = kAll);
   bool Next(std::span<int> set) override;
-  /// Of the part that is drawn from now.
-  double LogMissed(const InlierSets& inliers) const override;
-  std::int64_t DrawsUntil(const InlierSets& inliers, double log_miss) const override;
 
  private:
   struct Part {

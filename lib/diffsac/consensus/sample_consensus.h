@@ -35,7 +35,6 @@ struct ConsensusResult {
   std::vector<std::vector<int>> first_sets;
   std::int64_t iterations = 0;            ///< minimal sets drawn
   StopReason stop = StopReason::kNotRun;  ///< why there were no more
-  int rejected_early = 0;                 ///< models dropped by the sequential test
 };
 
 /// What is known of a problem beside its points: extra hypotheses, and what scores take into account.

@@ -47,9 +47,7 @@ class ConsensusSearch {
         refine_(scorer_, options, scales_),
         rule_(options.stopping, options.max_iterations, options.min_iterations, options.confidence, points.rows(),
               Model::kMinimalSize),
-        block_(scorer_, score_, test_, options.block_size, threads) {
-    if (options.sprt) test_.emplace(points, scales.score_threshold, rng.Fork("sprt"));
-  }
+        block_(scorer_, score_, options.block_size, threads) {}
 
   void Consider(const EstimationPriors& hints) {
     for (const ModelParameters& hint : hints.models)
@@ -61,10 +59,8 @@ class ConsensusSearch {
   }
 
   void Draw(MinimalSampler& source) {
-    source_ = &source;
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(source, rule_.max_iterations() - result_.iterations);
-      if (rule_.guided()) UpdateRule();  // the source may have gone on to other sets
       while (result_.stop == StopReason::kNotRun) {
         const auto* draw = block_.Next(best_.bar());
         if (draw == nullptr) break;
@@ -97,48 +93,20 @@ class ConsensusSearch {
     sets_.insert(sets_.end(), draw.set, draw.set + Model::kMinimalSize);
     ++result_.iterations;
     result_.hypotheses += std::max(1, draw.solutions);
-    bool test_changed = false;
-    for (int i = 0; i < draw.solutions; ++i) {
-      if (draw.outcomes[i].accepted) {
-        test_changed |= Offer({draw.models[i], draw.scores[i]}, draw.set);
-      } else {
-        ++result_.rejected_early;
-        test_changed |= test_->AddRejected(draw.outcomes[i]);
-      }
-    }
-    if (!test_changed) return;
-    UpdateRule();
-    block_.JudgeAgain();
+    for (int i = 0; i < draw.solutions; ++i) Offer({draw.models[i], draw.scores[i]}, draw.set);
   }
 
   /// A model that was given, not drawn.
   void Consider(const Parameters& model) { Offer({model, scorer_(model, score_, best_.bar())}, nullptr); }
 
-  /// set: what the model was solved from; null when it was given. True when the sequential test has changed.
-  bool Offer(const ScoredModel<Model>& found, const int* set) {
+  /// set: what the model was solved from; null when it was given.
+  void Offer(const ScoredModel<Model>& found, const int* set) {
     const bool is_best = found.score > best_.best();
     best_.Offer(found.model, found.score);
-    if (!is_best) return false;
+    if (!is_best) return;
     const ScoredModel<Model> improved = improve_(found, set, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
-    if (rule_.guided()) {
-      best_mask_ = refine_.Inliers(best_.entries().front().model);
-      best_inliers_ = static_cast<int>(std::count(best_mask_.begin(), best_mask_.end(), 1));
-    } else {
-      best_inliers_ = refine_.CountInliers(best_.entries().front().model);
-    }
-    const bool test_changed = test_ && test_->AddBest(static_cast<double>(best_inliers_) / scorer_.size());
-    UpdateRule();
-    return test_changed;
-  }
-
-  void UpdateRule() {
-    const double pass = test_ ? test_->PassProbability() : 1.0;
-    if (!rule_.guided() || source_ == nullptr || best_mask_.empty()) {
-      rule_.Update(best_inliers_, pass);
-    } else {
-      rule_.UpdateNeeded(source_->DrawsUntil({best_mask_, best_inliers_, Model::kMinimalSize, pass}, rule_.LogMiss()));
-    }
+    rule_.Update(refine_.CountInliers(best_.entries().front().model));
   }
 
   const NoiseScales scales_;
@@ -148,12 +116,8 @@ class ConsensusSearch {
   LocalOptimizer<Model> improve_;
   FinalRefiner<Model> refine_;
   StoppingRule rule_;
-  std::optional<SequentialFilter<Model>> test_;
   HypothesisBlock<Model> block_;
   std::vector<int> sets_;  ///< Those that were taken.
-  const MinimalSampler* source_ = nullptr;
-  std::vector<std::uint8_t> best_mask_;  ///< Of kGuided.
-  int best_inliers_ = 0;
   ConsensusResult result_;  ///< What is known of it so far.
 };
 

@@ -32,12 +32,9 @@ StoppingRule::StoppingRule(Stopping stopping, std::int64_t max_iterations, std::
       num_points_(num_points),
       set_size_(set_size) {}
 
-void StoppingRule::Update(std::int64_t inliers, double pass_probability) {
-  const double good = AllInlierProbability(inliers, num_points_, set_size_);
-  needed_ = DrawsForConfidence(good * pass_probability, confidence_);
+void StoppingRule::Update(std::int64_t inliers) {
+  needed_ = DrawsForConfidence(AllInlierProbability(inliers, num_points_, set_size_), confidence_);
 }
-
-double StoppingRule::LogMiss() const { return std::log1p(-std::clamp(confidence_, 0.0, 1.0)); }
 
 StopReason StoppingRule::After(std::int64_t iterations) const {
   if (stopping_ != Stopping::kBudget && iterations >= std::max(min_iterations_, needed_))

@@ -24,13 +24,10 @@ inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason:
 /// When a search ends.
 ///   kBudget      "budget": after exactly so many draws, unless the source runs out
 ///   kConfidence  "confidence": as soon as uniform draws would have found a better model
-///   kGuided      "guided": as soon as draws of the source's own probabilities would have
-///                (MinimalSampler::LogMissed), which a good guide's do far sooner
-enum class Stopping { kBudget, kConfidence, kGuided };
+enum class Stopping { kBudget, kConfidence };
 template <>
 inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},
-                                                                {Stopping::kConfidence, "confidence"},
-                                                                {Stopping::kGuided, "guided"}});
+                                                                {Stopping::kConfidence, "confidence"}});
 
 inline constexpr std::int64_t kNeverEnough = std::numeric_limits<std::int64_t>::max();
 
@@ -46,17 +43,12 @@ std::int64_t DrawsForConfidence(double probability, double confidence, double mu
 /// Decides after each draw whether the search goes on.
 class StoppingRule {
  public:
-  /// γ and N of the problem; at most max_iterations draws. With kConfidence and kGuided fewer, but min_iterations at
+  /// γ and N of the problem; at most max_iterations draws. With kConfidence fewer, but min_iterations at
   /// least, once a set of inliers alone has been drawn with probability `confidence`.
   StoppingRule(Stopping stopping, std::int64_t max_iterations, std::int64_t min_iterations, double confidence,
                std::int64_t num_points, int set_size);
-  /// The best model so far has so many inliers; pass_probability: of a good model to pass the sequential test.
-  void Update(std::int64_t inliers, double pass_probability);
-  /// So many draws are enough.
-  void UpdateNeeded(std::int64_t draws) { needed_ = draws; }
-  bool guided() const { return stopping_ == Stopping::kGuided; }
-  /// The logarithm of what the probability of having drawn no set of inliers alone may be.
-  double LogMiss() const;
+  /// The best model so far has so many inliers.
+  void Update(std::int64_t inliers);
   /// kNotRun: go on.
   StopReason After(std::int64_t iterations) const;
   std::int64_t max_iterations() const { return max_iterations_; }

@@ -68,22 +68,4 @@ bool WeightedSampler::Next(std::span<int> set) {
   return true;
 }
 
-double WeightedSampler::LogMissed(const InlierSets& sets) const {
-  if (positive_ < set_size_ || sets.inliers.size() != weights_.size()) return MinimalSampler::LogMissed(sets);
-  double inside = 0.0, squares = 0.0;
-  for (std::size_t i = 0; i < weights_.size(); ++i) {
-    const double weight = sets.inliers[i] != 0 ? weights_[i] : 0.0;
-    inside += weight;
-    squares += weight * weight;
-  }
-  if (!(inside > 0.0)) return 0.0;
-  // Each member that is drawn takes its weight with it: of an inlier, drawn in proportion to its weight, this on the
-  // mean. Equal weights make it the hypergeometric law.
-  const double taken = squares / inside;
-  double probability = sets.pass_probability;
-  for (int k = 0; k < set_size_; ++k)
-    probability *= std::max(0.0, inside - k * taken) / std::max(cumulative_.back() - k * taken, taken);
-  return std::log1p(-std::min(probability, 1.0));
-}
-
 }  // namespace diffsac

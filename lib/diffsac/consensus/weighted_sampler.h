@@ -16,7 +16,6 @@ class WeightedSampler : public MinimalSampler {
   /// weights: one number a point, copied.
   WeightedSampler(std::span<const double> weights, int set_size, const Rng& rng);
   bool Next(std::span<int> set) override;
-  double LogMissed(const InlierSets& inliers) const override;
 
  private:
   int DrawOne(std::span<const int> taken, Rng& rng) const;

@@ -60,7 +60,9 @@ std::string FlowText(const ConfigTree& tree) {
     case Kind::kNull:
       return "~";
     case Kind::kScalar:
-      return tree.quoted ? '"' + tree.scalar + '"' : tree.scalar;
+      return tree.quoted || tree.scalar.empty() || std::string("*&!|>%@{[").find(tree.scalar.front()) != std::string::npos
+                 ? '"' + tree.scalar + '"'
+                 : tree.scalar;
     case Kind::kSequence:
       for (const ConfigTree& item : tree.items) text += (text.empty() ? "" : ", ") + FlowText(item);
       return "[" + text + "]";

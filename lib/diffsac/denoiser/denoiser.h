@@ -27,11 +27,9 @@ class Denoiser : public torch::nn::Module {
  public:
   /// Conditioning features of a batch.
   virtual Context Encode(const PointBatch& batch) = 0;
-  /// c_t: [B, κ, N]; t: [B, κ] or one value, diffusion times as floats; previous: ĉ_0 of the step before [B, κ, N],
-  /// used with self_conditioning (undefined: zeros). Returns the raw output [B, κ, N]: ĉ_0 or its logit, as the loss
-  /// says.
-  virtual torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
-                                const torch::Tensor& previous = {}) = 0;
+  /// c_t: [B, κ, N]; t: [B, κ] or one value, diffusion times as floats. Returns the raw output [B, κ, N]: ĉ_0 or
+  /// its logit, as the loss says.
+  virtual torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t) = 0;
 };
 
 /// Builds a network for such features; its weights depend on `rng` alone. Throws Error for bad options, and for

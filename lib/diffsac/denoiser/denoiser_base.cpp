@@ -30,7 +30,7 @@ nn::LayerNorm DenoiserBase::AddNorm(const char* name) {
 }
 
 void DenoiserBase::AddConfidenceInput(const Rng& rng) {
-  int inputs = options_.self_conditioning ? 2 : 1;
+  int inputs = 1;
   if (options_.relation) {
     relation_ = register_module("relation", std::make_shared<PointRelation>());
     inputs += PointRelation::kOutputs;
@@ -39,13 +39,10 @@ void DenoiserBase::AddConfidenceInput(const Rng& rng) {
 }
 
 // [B, κ, N, inputs]
-torch::Tensor DenoiserBase::ConfidenceInput(const Context& context, const torch::Tensor& c_t,
-                                             const torch::Tensor& previous) {
-  if (!options_.self_conditioning && !options_.relation) return c_t.unsqueeze(-1);
+torch::Tensor DenoiserBase::ConfidenceInput(const Context& context, const torch::Tensor& c_t) {
+  if (!options_.relation) return c_t.unsqueeze(-1);
   std::vector<torch::Tensor> inputs = {c_t};
-  if (options_.self_conditioning) inputs.push_back(previous.defined() ? previous : torch::zeros_like(c_t));
-  if (options_.relation)
-    for (const auto& related : relation_->Forward(context.agreements, context.mask, c_t)) inputs.push_back(related);
+  for (const auto& related : relation_->Forward(context.agreements, context.mask, c_t)) inputs.push_back(related);
   return torch::stack(inputs, -1);
 }
 
@@ -68,11 +65,10 @@ Context DenoiserBase::Encode(const PointBatch& batch) {
   return context;
 }
 
-torch::Tensor DenoiserBase::Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
-                                     const torch::Tensor& previous) {
+torch::Tensor DenoiserBase::Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t) {
   const std::int64_t batch = c_t.size(0), copies = c_t.size(1), points = c_t.size(2), width = options_.width;
   const auto time = time_mlp_(TimestepEmbedding(t.expand({batch, copies}), width));
-  auto h = input_confidence_(ConfidenceInput(context, c_t, previous)) + context.points.unsqueeze(1) + time.unsqueeze(2);
+  auto h = input_confidence_(ConfidenceInput(context, c_t)) + context.points.unsqueeze(1) + time.unsqueeze(2);
   h = Normed(ln_pre_, h.reshape({batch * copies, points, width}));
   const auto mask = MaskOfCopies(context.mask, copies);
   for (auto& block : decoder_) h = block->Forward(h, mask);

@@ -24,14 +24,13 @@ namespace diffsac {
 class DenoiserBase : public Denoiser {
  public:
   Context Encode(const PointBatch& batch) final;
-  torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t,
-                        const torch::Tensor& previous) final;
+  torch::Tensor Denoise(const Context& context, const torch::Tensor& c_t, const torch::Tensor& t) final;
 
  protected:
   using Blocks = std::vector<std::shared_ptr<PointBlock>>;
 
   DenoiserBase(const DenoiserOptions& options, const FeatureColumns& columns) : options_(options), columns_(columns) {}
-  /// Registers what FC(c) reads and FC(c) itself: c_t, with the options the previous ĉ_0, the relations.
+  /// Registers what FC(c) reads and FC(c) itself: c_t, with the option the relations.
   void AddConfidenceInput(const Rng& rng);
   /// Registers a linear layer that starts from rng.Fork(name), kDefault unless `zero`.
   torch::nn::Linear AddLinear(const char* name, std::int64_t in, std::int64_t out, const Rng& rng, bool zero = false);
@@ -40,7 +39,7 @@ class DenoiserBase : public Denoiser {
   Blocks AddBlocks(const std::string& name, int count, const Rng& rng,
                    const std::function<std::shared_ptr<PointBlock>(Rng)>& make);
 
-  torch::Tensor ConfidenceInput(const Context& context, const torch::Tensor& c_t, const torch::Tensor& previous);
+  torch::Tensor ConfidenceInput(const Context& context, const torch::Tensor& c_t);
 
   DenoiserOptions options_;
   FeatureColumns columns_;

@@ -8,7 +8,7 @@ namespace diffsac {
 
 template class ReverseSamplerOf<torch::Tensor>;
 template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&, torch::Tensor,
-                                    const NoiseFunction&, const StepObserver&, const std::function<TimePoint(double)>&);
+                                    const StepObserver&);
 
 std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule) {
   return MakeReverseSamplerOf<torch::Tensor>(options, schedule);

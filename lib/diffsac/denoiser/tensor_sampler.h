@@ -23,8 +23,7 @@ using ReverseSampler = ReverseSamplerOf<torch::Tensor>;
 
 extern template class ReverseSamplerOf<torch::Tensor>;
 extern template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&,
-                                           torch::Tensor, const NoiseFunction&, const StepObserver&,
-                                           const std::function<TimePoint(double)>&);
+                                           torch::Tensor, const StepObserver&);
 
 /// Throws Error on bad options, steps > T included.
 std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule);

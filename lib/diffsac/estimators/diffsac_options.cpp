@@ -84,7 +84,7 @@ void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacMod
   CheckRowKeys(row,
                {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
                 {"consensus.max_iterations", by_confidence,
-                 "it needs consensus.stopping: confidence or guided; the budget is copies, head_sets and extra_sets"}});
+                 "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
   CheckSharedKeys(row, network.learned());
 }
 

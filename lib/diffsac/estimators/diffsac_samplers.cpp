@@ -45,10 +45,4 @@ TemperedSampler::TemperedSampler(std::span<const float> probabilities, int set_s
 
 bool TemperedSampler::Next(std::span<int> set) { return rungs_[next_++ % rungs_.size()].Next(set); }
 
-double TemperedSampler::LogMissed(const InlierSets& inliers) const {
-  double sum = 0.0;
-  for (const WeightedSampler& rung : rungs_) sum += rung.LogMissed(inliers);
-  return sum / static_cast<double>(rungs_.size());
-}
-
 }  // namespace diffsac

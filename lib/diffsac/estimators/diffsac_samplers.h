@@ -37,7 +37,6 @@ class TemperedSampler : public MinimalSampler {
   /// probabilities: one a point, copied.
   TemperedSampler(std::span<const float> probabilities, int set_size, Range temperature, const Rng& rng);
   bool Next(std::span<int> set) override;
-  double LogMissed(const InlierSets& inliers) const override;
 
  private:
   std::vector<WeightedSampler> rungs_;

@@ -98,13 +98,10 @@ class Denoising {
 
   ConfidenceRows Call(const ConfidenceRows& c_t, double t) { return Call(c_t, t, options_.copies); }
   ConfidenceRows Call(const ConfidenceRows& c_t, double t, int copies) {
-    const bool conditioned = network_.network_options().denoiser.self_conditioning;
     ConfidenceRows out{Eigen::ArrayXf(c_t.values.size())};
-    network_.denoiser().Denoise(c_t.values.data(), copies, t, previous_.size() > 0 ? previous_.data() : nullptr, work_,
-                                out.values.data());
+    network_.denoiser().Denoise(c_t.values.data(), copies, t, work_, out.values.data());
     if (network_.network_options().loss == DiffusionLossKind::kBce)
       network_.denoiser().kernels().confidence(out.values.data(), static_cast<std::size_t>(out.values.size()));
-    if (conditioned) previous_ = out.values;
     return out;
   }
 
@@ -140,8 +137,7 @@ class Denoising {
   Rng rng_;
   Workspace* work_;
   int points_;
-  std::vector<int> kept_;    ///< Places of the decoded points; empty: all are.
-  Eigen::ArrayXf previous_;  ///< The last ĉ_0, for self-conditioning.
+  std::vector<int> kept_;  ///< Places of the decoded points; empty: all are.
 };
 
 class FusedInference : public DiffsacInference {

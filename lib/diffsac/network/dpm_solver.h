@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <type_traits>
 
 #include "diffsac/network/sampling.h"
@@ -9,33 +8,26 @@
 namespace diffsac {
 
 /// Lu et al., "DPM-Solver++: Fast solver for guided sampling of diffusion probabilistic models", 2022: data
-/// prediction, midpoint form.
+/// prediction, midpoint form, multistep (2M): the slope of order 2 comes from the previous step's prediction, so that each
+/// step calls the network once.
 struct DpmSolverOptions {
   /// 1 or 2. Order 1 is DDIM with η = 0.
   int order = 2;
-  /// Order 2 from the previous step's prediction ("2M": one network call a step) instead of from a point in the middle
-  /// of the step ("2S": two calls).
-  bool multistep = true;
-  /// The last step of 2M is of order 1 when there are fewer than 15 steps (as diffusers). A last step onto clean data
+  /// The last step is of order 1 when there are fewer than 15 steps (as diffusers). A last step onto clean data
   /// always is.
   bool lower_order_final = true;
-  /// The stochastic variant (order 1 or 2M).
-  bool sde = false;
 };
 
 /// The order at which step `step` of `grid` is made: 1 or 2.
 int DpmSolverOrder(const TimeGrid& grid, int step, const DpmSolverOptions& options);
 
 /// Runs the solver along any sequence of points, continuous in λ: x stands at grid.front(), the answer at grid.back().
-/// `lambda_to_point` gives 2S its middle points, and may be empty for the others; `noise` may be empty unless sde.
 /// One update from s to t of order 1, given the prediction m_s at s, is
 ///   x_t = (σ_t/σ_s) x − α_t expm1(−h) m_s,  h = λ_t − λ_s.
 /// Defined in dpm_solver_impl.h.
 template <class Value>
 Value RunDpmSolver(const TimeGrid& grid, const DpmSolverOptions& options,
                    const std::type_identity_t<DenoiseFunctionOf<Value>>& denoise, Value x,
-                   const std::type_identity_t<NoiseFunctionOf<Value>>& noise = {},
-                   const std::type_identity_t<StepObserverOf<Value>>& observer = {},
-                   const std::function<TimePoint(double lambda)>& lambda_to_point = {});
+                   const std::type_identity_t<StepObserverOf<Value>>& observer = {});
 
 }  // namespace diffsac

@@ -98,7 +98,6 @@ FusedDenoiser::FusedDenoiser(const NetworkOptions& options, const FeatureColumns
       width_(options.denoiser.width),
       feature_width_(columns.width),
       first_preference_(columns.first_preference),
-      self_conditioning_(options.denoiser.self_conditioning),
       relation_(options.denoiser.relation) {
   Reader read{file, this};
   input_points_ = read.Linear("input_points", feature_width_, width_);
@@ -106,7 +105,7 @@ FusedDenoiser::FusedDenoiser(const NetworkOptions& options, const FeatureColumns
     encoder_.push_back(read.PooledBlock("encoder" + std::to_string(i), width_));
   ln_encoder_ = read.Norm("ln_encoder", width_);
   if (options.denoiser.inlier_head) inlier_ = read.Row("inlier_proj", width_, &inlier_bias_);
-  confidence_inputs_ = 1 + (self_conditioning_ ? 1 : 0) + (relation_ ? kRelations : 0);
+  confidence_inputs_ = 1 + (relation_ ? kRelations : 0);
   if (relation_) {
     const float* logs = read.Read("relation.log_sharpness", {kRelations});
     for (int i = 0; i < kRelations; ++i) sharpness_.push_back(std::exp(logs[i]));
@@ -198,7 +197,7 @@ void FusedDenoiser::AddRelations(const float* c_t, Workspace* work) const {
   }
 }
 
-void FusedDenoiser::Denoise(const float* c_t, int copies, double t, const float* previous, Workspace* work,
+void FusedDenoiser::Denoise(const float* c_t, int copies, double t, Workspace* work,
                             float* out) const {
   const int points = work->points, half = width_ / 2;
   // The embedding of t and its two layers, the biases of both inputs added.
@@ -217,13 +216,10 @@ void FusedDenoiser::Denoise(const float* c_t, int copies, double t, const float*
   for (int i = 0; i < width_; ++i) constant[i] += input_confidence_.bias[i];
 
   work->rows.resize(static_cast<std::size_t>(points) * width_);
-  static thread_local std::vector<float> zeros;
-  if (self_conditioning_ && previous == nullptr) zeros.assign(points, 0.0f);
   for (int k = 0; k < copies; ++k) {
     const auto copy = static_cast<std::size_t>(k) * points;
-    const float* inputs[2 + kRelations] = {c_t + copy};
+    const float* inputs[1 + kRelations] = {c_t + copy};
     int count = 1;
-    if (self_conditioning_) inputs[count++] = previous != nullptr ? previous + copy : zeros.data();
     if (relation_) {
       AddRelations(c_t + copy, work);
       for (int i = 0; i < kRelations; ++i)

@@ -38,9 +38,8 @@ class FusedDenoiser {
   void Encode(const float* features, int points, Workspace* work) const;
   /// Keeps only these of the encoded points, in this order.
   void Keep(std::span<const int> kept, Workspace* work) const;
-  /// The raw output for `copies` rows of c_t at time t, into out. previous: ĉ_0 of the step before, for
-  /// self-conditioning (null: zeros).
-  void Denoise(const float* c_t, int copies, double t, const float* previous, Workspace* work, float* out) const;
+  /// The raw output for `copies` rows of c_t at time t, into out.
+  void Denoise(const float* c_t, int copies, double t, Workspace* work, float* out) const;
 
   int width() const { return width_; }
   std::int64_t parameters() const { return parameters_; }
@@ -54,7 +53,7 @@ class FusedDenoiser {
 
   const Kernels& kernels_;
   int width_, feature_width_, first_preference_;
-  bool self_conditioning_, relation_;
+  bool relation_;
   std::int64_t parameters_ = 0;
   std::vector<std::vector<float>> weights_;  ///< What the packed layers point into.
   PackedLinear input_points_{}, time_hidden_{}, time_output_{};

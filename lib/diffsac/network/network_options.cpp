@@ -23,8 +23,6 @@ void DenoiserOptions::Bind(OptionsBinder& b) {
       .Help(
           "each point also sees how much it agrees with the points that are confident now, for several structures; "
           "needs features.kinds: [preference]");
-  b.Field("self_conditioning", self_conditioning)
-      .Help("the previous ĉ_0 is a second input (Chen et al., \"Analog bits\", 2023)");
   b.Require(width % 2 == 0, "width", "an even number");
   b.Require(!transformer || width % heads == 0, "heads", "a divisor of width");
   b.Require(!inlier_head || encoder_layers > 0, "inlier_head",
@@ -39,7 +37,6 @@ void NetworkOptions::Bind(OptionsBinder& b) {
       .Help("`mse`: the network's output is ĉ_0 (Algorithm 1); `bce`: it is the logit of \"c_0 = +1\"");
   b.Field("direct", direct)
       .Help("no diffusion: trained without noise to predict c_0 from the points at once, and called once");
-  b.Require(!direct || !denoiser.self_conditioning, "direct", "false with denoiser.self_conditioning");
 }
 
 }  // namespace diffsac

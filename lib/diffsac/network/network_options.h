@@ -32,7 +32,6 @@ struct DenoiserOptions {
   /// Each point also sees how much it agrees with the points that are confident now (PointRelation): what a set of
   /// points of one structure among several needs. For features with preferences.
   bool relation = false;
-  bool self_conditioning = false;  ///< the previous ĉ_0 is a second input (Chen et al., "Analog bits", 2023)
   void Bind(OptionsBinder& b);
 };
 

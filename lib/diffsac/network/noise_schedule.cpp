@@ -120,18 +120,4 @@ double NoiseSchedule::lambda(int t) const {
 
 double NoiseSchedule::TerminalSnr() const { return alphas_bar_.back() / (1.0 - alphas_bar_.back()); }
 
-double NoiseSchedule::TimestepOfLambda(double value) const {
-  int low = 0;
-  int high = steps() - 1;
-  if (value >= lambda(low)) return low;
-  if (value <= lambda(high)) return high;
-  while (high - low > 1) {  // lambda(low) > value > lambda(high)
-    const int middle = (low + high) / 2;
-    (lambda(middle) > value ? low : high) = middle;
-  }
-  // The interval down to no signal at all has no slope; its noisy end is the better description of what is in it.
-  if (std::isinf(lambda(high))) return high;
-  return low + (lambda(low) - value) / (lambda(low) - lambda(high));
-}
-
 }  // namespace diffsac

@@ -64,8 +64,6 @@ class NoiseSchedule {
   double lambda(int t) const;
   /// Signal-to-noise ratio ᾱ/(1 − ᾱ) of the last step.
   double TerminalSnr() const;
-  /// The real-valued index at which λ(t), linear between indices, is `lambda`; clamped to [0, T−1].
-  double TimestepOfLambda(double lambda) const;
 
  private:
   std::size_t Index(int t) const;

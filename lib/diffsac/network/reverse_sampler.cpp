@@ -17,8 +17,7 @@ void ReverseSamplerOptions::Bind(OptionsBinder& b) {
   BindDpmSolver(b);
   b.Field("timestep_spacing", timestep_spacing)
       .Help(
-          "`linspace`, `leading`, `trailing`: of the index, as diffusers; `uniform_lambda`: of λ, at real-valued "
-          "indices; `karras`, `lu`: as diffusers, steps of σ^(1/7) and of λ with rounded indices");
+          "`linspace`, `leading`, `trailing`: equal steps of the index, as diffusers");
   b.Field("final_sigma", final_sigma)
       .Help("where the last step ends: `zero` on clean data (the answer is the last ĉ_0), `sigma_min` at index 0");
   b.Field("lambda_min_clipped", lambda_min_clipped)
@@ -33,16 +32,10 @@ void ReverseSamplerOptions::Bind(OptionsBinder& b) {
 
 void ReverseSamplerOptions::BindDpmSolver(OptionsBinder& b) {
   const bool dpm = kind == ReverseSamplerKind::kDpmSolverPp;
-  b.Field("order", order, Within(1, 2)).OnlyIf(dpm, "kind: dpm_solver_pp").Help("of the solver");
-  b.Field("variant", variant)
-      .OnlyIf(dpm && order == 2, "kind: dpm_solver_pp of order 2")
-      .Help("`2M`: one network call a step, `2S`: two");
-  const bool multistep = order == 2 && variant == DpmSolverVariant::k2M;
+  b.Field("order", order, Within(1, 2)).OnlyIf(dpm, "kind: dpm_solver_pp").Help("of the solver; 2: multistep (2M)");
   b.Field("lower_order_final", lower_order_final)
-      .OnlyIf(dpm && multistep, "kind: dpm_solver_pp of order 2, variant 2M")
+      .OnlyIf(dpm && order == 2, "kind: dpm_solver_pp of order 2")
       .Help("with fewer than 15 steps the last one is of order 1");
-  b.Field("sde", sde).OnlyIf(dpm, "kind: dpm_solver_pp").Help("the stochastic variant (sde-dpmsolver++)");
-  b.Require(!dpm || !sde || order == 1 || multistep, "sde", "variant 2M or order 1");
 }
 
 std::unique_ptr<ReverseSamplerOf<ConfidenceRows>> MakeConfidenceSampler(const ReverseSamplerOptions& options,

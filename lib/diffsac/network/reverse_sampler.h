@@ -25,31 +25,22 @@ inline constexpr auto kEnumNames<ReverseSamplerKind> = NamesOf<ReverseSamplerKin
                                                                       {ReverseSamplerKind::kDdim, "ddim"},
                                                                       {ReverseSamplerKind::kDpmSolverPp, "dpm_solver_pp"}});
 
-/// DPM-Solver++ of order 2 with one network call a step (2M), or with two (2S).
-enum class DpmSolverVariant { k2M, k2S };
-template <>
-inline constexpr auto kEnumNames<DpmSolverVariant> = NamesOf<DpmSolverVariant>({{DpmSolverVariant::k2M, "2M"},
-                                                                                {DpmSolverVariant::k2S, "2S"}});
-
 /// How confidences are drawn.
 struct ReverseSamplerOptions {
   ReverseSamplerKind kind = ReverseSamplerKind::kDpmSolverPp;
   /// Steps, at most the schedule's T. `ddpm` as published takes all T.
   int steps = 10;
-  /// dpm_solver_pp: 1 or 2.
+  /// dpm_solver_pp: 1, or 2 (2M: from the previous step's prediction).
   int order = 2;
-  DpmSolverVariant variant = DpmSolverVariant::k2M;  ///< dpm_solver_pp of order 2.
   TimestepSpacing timestep_spacing = TimestepSpacing::kLinspace;
   FinalSigma final_sigma = FinalSigma::kZero;
-  /// dpm_solver_pp 2M with fewer than 15 steps: the last one is of order 1.
+  /// dpm_solver_pp of order 2 with fewer than 15 steps: the last one is of order 1.
   bool lower_order_final = true;
   /// Timesteps with a smaller λ are left out, since the solver is unstable there with the cosine schedule; -1000 or
   /// less keeps all, and with it a zero-terminal-SNR schedule starts at exactly no signal.
   double lambda_min_clipped = -5.1;
   /// ddim: 0 deterministic, 1 as noisy as ddpm.
   double ddim_eta = 0.0;
-  /// dpm_solver_pp: the stochastic variant (sde-dpmsolver++); not with 2S.
-  bool sde = false;
   /// Clamps every ĉ_0 to [−1, 1], the range of labels.
   bool clip_x0 = true;
 
@@ -67,8 +58,7 @@ struct ReverseSamplerOptions {
 /// auto c0 = sampler->Sample([&](const torch::Tensor& c, double t) { return network->Denoise(context, c, t); }, c_T,
 ///                           [&](int step) { return NormalLike(c_T, rng.Fork("noise", step)); });
 /// ```
-/// Holds no state: one sampler may serve many threads. Self-conditioning needs nothing from it: the denoise function
-/// keeps its last answer.
+/// Holds no state: one sampler may serve many threads.
 template <class Value>
 class ReverseSamplerOf {
  public:
@@ -85,7 +75,7 @@ class ReverseSamplerOf {
 
   /// Whether Sample draws noise after c_T.
   virtual bool IsStochastic() const = 0;
-  /// Steps really made; see MakeTimeGrid. Each calls the network once, a second-order 2S step twice.
+  /// Steps really made; see MakeTimeGrid. Each calls the network once.
   int Steps() const { return static_cast<int>(grid_.size()) - 1; }
   const TimeGrid& grid() const { return grid_; }
 

@@ -56,24 +56,19 @@ class DpmSolverSampler : public ReverseSamplerOf<Value> {
  public:
   using Base = ReverseSamplerOf<Value>;
 
-  DpmSolverSampler(TimeGrid grid, bool clip_x0, const DpmSolverOptions& options, const NoiseSchedule& schedule)
-      : Base(std::move(grid), clip_x0), options_(options), schedule_(schedule) {}
+  DpmSolverSampler(TimeGrid grid, bool clip_x0, const DpmSolverOptions& options)
+      : Base(std::move(grid), clip_x0), options_(options) {}
 
-  // One step onto clean data adds no noise.
-  bool IsStochastic() const override { return options_.sde && (this->Steps() > 1 || this->grid().back().sigma > 0.0); }
+  bool IsStochastic() const override { return false; }
 
  protected:
-  Value Run(const typename Base::DenoiseFunction& denoise, Value c, const typename Base::NoiseFunction& noise,
+  Value Run(const typename Base::DenoiseFunction& denoise, Value c, const typename Base::NoiseFunction&,
             const typename Base::StepObserver& observer) const override {
-    const auto to_point = [this](double lambda) {
-      return TimePoint::FromLambda(schedule_.TimestepOfLambda(lambda), lambda);
-    };
-    return RunDpmSolver<Value>(this->grid(), options_, denoise, std::move(c), noise, observer, to_point);
+    return RunDpmSolver<Value>(this->grid(), options_, denoise, std::move(c), observer);
   }
 
  private:
   DpmSolverOptions options_;
-  NoiseSchedule schedule_;
 };
 
 template <class Value>
@@ -93,9 +88,8 @@ std::unique_ptr<ReverseSamplerOf<Value>> MakeReverseSamplerOf(const ReverseSampl
   auto grid = MakeTimeGrid(schedule,
                            {options.steps, options.timestep_spacing, options.final_sigma, options.lambda_min_clipped});
   if (options.kind == ReverseSamplerKind::kDpmSolverPp) {
-    const DpmSolverOptions solver{options.order, options.variant == DpmSolverVariant::k2M, options.lower_order_final,
-                                  options.sde};
-    return std::make_unique<DpmSolverSampler<Value>>(std::move(grid), options.clip_x0, solver, schedule);
+    const DpmSolverOptions solver{options.order, options.lower_order_final};
+    return std::make_unique<DpmSolverSampler<Value>>(std::move(grid), options.clip_x0, solver);
   }
   typename LinearSampler<Value>::Update update = DdpmUpdate;
   if (options.kind == ReverseSamplerKind::kRenoise) update = RenoiseUpdate;

@@ -10,8 +10,7 @@ template <class Value>
 struct SampledValue;  // static Value Clamp(const Value&): to [−1, 1]; type Scope, alive while a sampler runs
 
 /// The network: ĉ_0 from c_t, of the same shape. `t` is the schedule's timestep index, 0…T−1 as in diffusers (the
-/// paper's t minus 1); it lies between two indices for spacings that are uniform in λ and for the middle of a 2S step.
-/// The output of a network trained with loss "bce" must be turned into a confidence first.
+/// paper's t minus 1). The output of a network trained with loss "bce" must be turned into a confidence first.
 template <class Value>
 using DenoiseFunctionOf = std::function<Value(const Value& c_t, double t)>;
 

@@ -9,7 +9,6 @@
 namespace diffsac {
 namespace {
 
-constexpr double kKarrasRho = 7.0;
 // Far below any λ of a schedule but that of no signal at all, −∞, which must pass as well.
 constexpr double kNoClipping = -1000.0;
 
@@ -71,41 +70,6 @@ std::vector<int> SpacedIndices(const NoiseSchedule& schedule, const TimeGridOpti
   return LinspaceIndices(usable, options.steps);
 }
 
-double Interpolate(double from, double to, int k, int last) { return last == 0 ? from : from + (to - from) * k / last; }
-
-/// λ of step k of `steps`, from `first` (noisy) towards `last` (index 0). "karras" and "lu" reach `last`, as in
-/// diffusers; "uniform_lambda" keeps it for the end of the last step.
-double SpacedLambda(TimestepSpacing spacing, double first, double last, int k, int steps) {
-  if (spacing == TimestepSpacing::kUniformLambda) return Interpolate(first, last, k, steps);
-  if (spacing == TimestepSpacing::kLu) return Interpolate(first, last, k, steps - 1);
-  const double root = Interpolate(std::exp(-first / kKarrasRho), std::exp(-last / kKarrasRho), k, steps - 1);
-  return -kKarrasRho * std::log(root);
-}
-
-TimeGrid GridByLambda(const NoiseSchedule& schedule, const TimeGridOptions& options, int usable) {
-  const double last = schedule.lambda(0);
-  double first = schedule.lambda(schedule.steps() - 1);
-  // Clipping is exact where points need not stand on an index.
-  if (usable < schedule.steps()) first = std::min(options.lambda_min_clipped, last);
-  if (std::isinf(first)) {
-    throw Error("sampler: timestep_spacing " + ToString(options.spacing) +
-                " needs a finite lambda_min_clipped with a zero-terminal-SNR schedule");
-  }
-  TimeGrid grid;
-  for (int k = 0; k < options.steps; ++k) {
-    const double lambda = SpacedLambda(options.spacing, first, last, k, options.steps);
-    const double t = schedule.TimestepOfLambda(lambda);
-    grid.push_back(
-        TimePoint::FromLambda(options.spacing == TimestepSpacing::kUniformLambda ? t : std::nearbyint(t), lambda));
-  }
-  return grid;
-}
-
-bool IsByLambda(TimestepSpacing spacing) {
-  return spacing == TimestepSpacing::kUniformLambda || spacing == TimestepSpacing::kKarras ||
-         spacing == TimestepSpacing::kLu;
-}
-
 void CheckSteps(const NoiseSchedule& schedule, const TimeGridOptions& options) {
   if (options.steps < 1) throw Error("sampler: steps must be at least 1");
   if (options.steps > schedule.steps()) {
@@ -117,19 +81,11 @@ void CheckSteps(const NoiseSchedule& schedule, const TimeGridOptions& options) {
 
 }  // namespace
 
-TimePoint TimePoint::FromLambda(double t, double lambda) {
-  return {t, 1.0 / std::sqrt(1.0 + std::exp(-2.0 * lambda)), 1.0 / std::sqrt(1.0 + std::exp(2.0 * lambda)), lambda};
-}
-
 TimeGrid MakeTimeGrid(const NoiseSchedule& schedule, const TimeGridOptions& options) {
   CheckSteps(schedule, options);
   const int usable = UsableIndices(schedule, options.lambda_min_clipped);
   TimeGrid grid;
-  if (IsByLambda(options.spacing)) {
-    grid = GridByLambda(schedule, options, usable);
-  } else {
-    for (const int t : SpacedIndices(schedule, options, usable)) grid.push_back(AtIndex(schedule, t));
-  }
+  for (const int t : SpacedIndices(schedule, options, usable)) grid.push_back(AtIndex(schedule, t));
   grid.push_back(options.final_sigma == FinalSigma::kZero ? CleanData() : AtIndex(schedule, 0));
   return grid;
 }

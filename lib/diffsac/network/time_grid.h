@@ -15,27 +15,17 @@ struct TimePoint {
   double sigma = 0.0;
   /// log(α/σ) = −log of diffusers' "sigma"; +∞ for clean data, −∞ for pure noise.
   double lambda = 0.0;
-
-  /// α and σ from λ.
-  static TimePoint FromLambda(double t, double lambda);
 };
 
 /// n + 1 points with rising λ: the network is called at the first n, the last is where sampling ends.
 using TimeGrid = std::vector<TimePoint>;
 
-/// Where the network is called.
-///   kLinspace, kLeading, kTrailing   equal steps of the index, as diffusers
-///   kUniformLambda                   equal steps of λ, at real-valued indices
-///   kKarras, kLu                     as diffusers: steps of σ^(1/7) and of λ with rounded indices
-enum class TimestepSpacing { kLinspace, kLeading, kTrailing, kUniformLambda, kKarras, kLu };
+/// Where the network is called: at equal steps of the index, as diffusers.
+enum class TimestepSpacing { kLinspace, kLeading, kTrailing };
 template <>
 inline constexpr auto kEnumNames<TimestepSpacing> = NamesOf<TimestepSpacing>({{TimestepSpacing::kLinspace, "linspace"},
                                                                               {TimestepSpacing::kLeading, "leading"},
-                                                                              {TimestepSpacing::kTrailing, "trailing"},
-                                                                              {TimestepSpacing::kUniformLambda,
-                                                                               "uniform_lambda"},
-                                                                              {TimestepSpacing::kKarras, "karras"},
-                                                                              {TimestepSpacing::kLu, "lu"}});
+                                                                              {TimestepSpacing::kTrailing, "trailing"}});
 
 /// Where the last step ends: on clean data (the answer is the last ĉ_0), or at index 0.
 enum class FinalSigma { kZero, kSigmaMin };
@@ -52,8 +42,7 @@ struct TimeGridOptions {
   double lambda_min_clipped = -5.1;
 };
 
-/// Chooses `steps` points of a schedule, with the conventions of Hugging Face's diffusers for "linspace", "leading",
-/// "trailing", "karras" and "lu". Indices are never repeated: where clipping leaves fewer indices than steps, all that
+/// Chooses `steps` points of a schedule, with the conventions of Hugging Face's diffusers. Indices are never repeated: where clipping leaves fewer indices than steps, all that
 /// are left are used, so that a grid can be shorter than asked for (diffusers repeats them, or divides by zero).
 /// Throws Error on steps < 1 or steps > T.
 TimeGrid MakeTimeGrid(const NoiseSchedule& schedule, const TimeGridOptions& options);

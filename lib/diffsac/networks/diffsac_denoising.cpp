@@ -77,9 +77,7 @@ class Denoising {
 
   torch::Tensor Call(const torch::Tensor& c_t, double t) {
     const auto time = torch::full({1, 1}, t, c_t.options());
-    auto confidence = network_.Confidence(network_.denoiser->Denoise(context_, c_t, time, previous_));
-    if (network_.options.denoiser.self_conditioning) previous_ = confidence;
-    return confidence;
+    return network_.Confidence(network_.denoiser->Denoise(context_, c_t, time));
   }
 
   void Keep(double t, const torch::Tensor& prediction, DecodedSteps* result) const {
@@ -109,8 +107,7 @@ class Denoising {
   const PointBatch& batch_;
   std::span<const std::uint64_t> seeds_;
   Context context_;
-  torch::Tensor kept_;      // [B, M] places of the decoded points; undefined: all are
-  torch::Tensor previous_;  // the last ĉ_0, for self-conditioning
+  torch::Tensor kept_;  // [B, M] places of the decoded points; undefined: all are
 };
 
 // The b-th problem's rows [κ, N] of a tensor, without padding.

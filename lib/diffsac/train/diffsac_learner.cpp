@@ -33,7 +33,6 @@ struct DiffsacTraining : LearnerOptions {
   int noise_copies = 4;  ///< draws of (label, t, noise) for each problem; the encoder runs once for them
   double inlier_weight = 1.0;
   double positive_weight = 1.0;
-  double self_conditioning_probability = 0.5;
   TrainingPrecision precision = TrainingPrecision::kAuto;
 
   explicit DiffsacTraining(Task) {}
@@ -58,9 +57,6 @@ void DiffsacTraining::BindTrain(OptionsBinder& b) {
       .Help("weight of the inlier head's cross-entropy beside the diffusion loss");
   b.Field("positive_weight", positive_weight, Positive())
       .Help("weight of the minimal set's points in the diffusion loss");
-  b.Field("self_conditioning_probability", self_conditioning_probability, Within(0.0, 1.0))
-      .OnlyIf(network.denoiser.self_conditioning, "network.denoiser.self_conditioning")
-      .Help("share of the steps in which the network sees its own prediction");
   b.Field("precision", precision).Help("`auto`: bfloat16 on GPUs and, but for pooled networks, CPUs that have it");
 }
 
@@ -146,7 +142,7 @@ class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacEstimator, D
   };
   /// c_t and t.
   std::pair<torch::Tensor, torch::Tensor> Noised(const StepTensors& step) const;
-  Losses Forward(const StepTensors& step, std::int64_t iteration);
+  Losses Forward(const StepTensors& step);
 };
 
 std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors& step) const {
@@ -158,20 +154,12 @@ std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors
   return {c_t.view_as(step.labels), t};
 }
 
-DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int64_t iteration) {
+DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step) {
   const Autocast autocast(UseBfloat16(own_, device_), device_);
   auto& denoiser = *network_->denoiser;
   const auto context = denoiser.Encode(step.points);
   const auto [c_t, t] = Noised(step);
-  torch::Tensor previous;
-  if (own_.network.denoiser.self_conditioning) {
-    Rng coin = Rng(options_.train.seed).Fork("self_conditioning", static_cast<std::uint64_t>(iteration));
-    if (coin.Uniform() < own_.self_conditioning_probability) {
-      const torch::NoGradGuard no_grad;
-      previous = network_->Confidence(denoiser.Denoise(context, c_t, t).to(torch::kFloat)).detach();
-    }
-  }
-  const auto output = denoiser.Denoise(context, c_t, t, previous).to(torch::kFloat);
+  const auto output = denoiser.Denoise(context, c_t, t).to(torch::kFloat);
   const auto mask = step.points.mask.defined() ? step.points.mask.unsqueeze(1).expand_as(output) : torch::Tensor();
   Losses losses;
   losses.diffusion = DiffusionLoss(own_.network.loss, output, step.labels, mask, own_.positive_weight);
@@ -182,9 +170,9 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step, std::int
   return losses;
 }
 
-Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
+Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t /*iteration*/,
                                       const std::vector<double>& shares) {
-  const auto losses = Forward(Collate(items, own_.noise_copies, device_), iteration);
+  const auto losses = Forward(Collate(items, own_.noise_copies, device_));
   auto total = shares[0] * losses.diffusion;
   if (losses.inlier.defined()) total = total + own_.inlier_weight * shares[1] * losses.inlier;
   return {total, {losses.diffusion.item<double>(), losses.inlier.defined() ? losses.inlier.item<double>() : 0.0}};
