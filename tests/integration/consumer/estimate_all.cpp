@@ -1,6 +1,8 @@
 // Every function of diffsac/diffsac.h on small problems that have one answer.
 #include <diffsac/diffsac.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
