@@ -29,7 +29,7 @@ TEST_CASE("whatever a name holds, it is text on the page") {
   Table table = SmallTable();
   table.heading = table.columns[1] = table.rows[0].cells[0] = table.rows[0].cells[1] = kNasty;
   page.AddTable(table, kNasty);
-  page.AddSvg("<svg></svg>", kNasty);
+  page.AddPicture("png", kNasty);
   page.AddJson("list", "[\"</script><script>alert(1)</script>\"]");
   CHECK_THAT(page.Text(), !Contains("<script>alert") && Contains("&lt;/script&gt;&lt;script&gt;alert(1)") &&
                               Contains("[\"\\u003c/script>\\u003cscript>alert(1)"));

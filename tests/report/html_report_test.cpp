@@ -77,11 +77,15 @@ TEST_CASE("a report has the tables with intervals, the pictures and every proble
   ExperimentResults results = MadeUpResults();
   results.experiment.figures.bars = {"first", "second"};
   const Report report = MakeReport(results);
-  const std::string html = ReportHtml(report);
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("bars.png"), "png");
+  const std::string html = ReportHtml(report, folder.path());
   for (const Table& table : report.tables) CHECK_THAT(html, Contains("<caption>" + table.heading));
   CHECK_THAT(html, Contains("data-value=\"0.85\">0.850 <small>[0.750, 0.950]") &&
-                       Contains("Accuracy by outlier ratio") && Contains("Accuracy of chosen rows"));
-  CHECK_THAT(html, !Contains("http:") && !Contains("https:") && !Contains("src=") && !Contains("url("));
+                       Contains("src=\"data:image/png;base64,cG5n\"") && Contains("higher is better, with 95 % intervals"));
+  CHECK_THAT(html, !Contains("http:") && !Contains("https:") && !Contains("url("));
+  results.partial = true;
+  CHECK_THAT(ReportHtml(MakeReport(results), folder.path()), !Contains("data:image/png"));
   const Json list = Json::parse(DataOf(html, "problems"));
   CHECK(list["problems"].size() == 8);
   CHECK(list["lines"].size() == 24);
@@ -97,20 +101,17 @@ TEST_CASE("of several structures the report lists misclassification and recall")
   CHECK(list["structures"] == true);
   // Second on condition 0.5: problem, method, status, error, recall, structures, inliers, hypotheses, ms.
   CHECK(list["lines"][17] == Json({5, 1, 0, 75.0, 0.25, 3, 20, 20, 0.5}));
-  CHECK_THAT(html, Contains("recall of structures, higher is better") && !Contains("mAA@"));
+  CHECK_THAT(html, !Contains("mAA@"));
   const Json plain = Json::parse(DataOf(ReportHtml(MakeReport(one)), "problems"));
   CHECK(plain["structures"] == false);
   CHECK(plain["lines"][0].size() == 7);
 }
 
-TEST_CASE("the fits of several structures have their colours") {
+TEST_CASE("the fits of several structures are named with their errors") {
   ExperimentResults results = MadeUpStructures();
   const Example example = LinesCross();
   results.fits = {{0, example, LinesFound(example), 0}};
-  const std::string html = ReportHtml(MakeReport(results));
-  for (const char* colour : {"stroke:var(--s0)", "stroke:var(--s1)", "stroke:var(--s2)", "stroke:var(--other)"})
-    CHECK_THAT(html, Contains(colour));
-  CHECK_THAT(html, Contains("a colour for each structure that is found") && Contains("error 0 %"));
+  CHECK_THAT(ReportHtml(MakeReport(results)), Contains("Fits</h2>") && Contains("error 0 %"));
 }
 
 TEST_CASE("names of users stay texts, failures are listed as the worst") {
@@ -227,9 +228,7 @@ TEST_CASE("lines and planes have their fits") {
     };
     const ExperimentResults results =
         RunExperiment(experiment, {[](const Config&, Task) { return std::make_unique<Failing>(); }, {}, nullptr});
-    CHECK_THAT(ReportHtml(MakeReport(results)), Contains("Fits</h2>") && Contains("missed inlier") &&
-                                                    Contains("no model (no_model)") &&
-                                                    Contains("stroke-dasharray:6 4"));
+    CHECK_THAT(ReportHtml(MakeReport(results)), Contains("Fits</h2>") && Contains("no model (no_model)"));
   }
 }
 

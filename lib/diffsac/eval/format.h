@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -11,6 +12,12 @@ std::string Format(const char* format, Values... values) {
   char text[160];
   std::snprintf(text, sizeof(text), format, values...);
   return text;
+}
+
+/// "0.512", short: what stands in legends and lists.
+inline std::string ShortNumber(double value) {
+  const double size = std::abs(value);
+  return Format(size >= 1000.0 && size < 1e6 ? "%.0f" : "%.3g", size < 1e-12 ? 0.0 : value);
 }
 
 /// A field of a CSV file, quoted only when it must be (RFC 4180).

@@ -157,8 +157,10 @@ void HtmlPage::AddTable(const Table& table, const std::string& note) {
   if (!note.empty()) body_ += "<p class=\"note\">" + HtmlText(note) + "</p>\n";
 }
 
-void HtmlPage::AddSvg(const std::string& svg, const std::string& caption) {
-  body_ += "<figure>" + svg + "<figcaption>" + HtmlText(caption) + "</figcaption></figure>\n";
+void HtmlPage::AddPicture(std::string_view png, const std::string& caption) {
+  const std::string text = HtmlText(caption);
+  body_ += "<figure><img alt=\"" + text + "\" src=\"data:image/png;base64," + Base64(png) + "\"><figcaption>" + text +
+           "</figcaption></figure>\n";
 }
 
 void HtmlPage::AddMarkup(const std::string& html) { body_ += html; }

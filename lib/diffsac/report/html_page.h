@@ -14,7 +14,7 @@ std::string HtmlText(std::string_view text);
 std::string Base64(std::string_view bytes);
 
 /// A page that needs nothing beside itself: style, scripts, pictures and data are in it, and it asks the browser to load
-/// nothing else. What is called text may be anything: it is escaped. What is called markup, SVG or script is the
+/// nothing else. What is called text may be anything: it is escaped. What is called markup or script is the
 /// caller's own and stands as it is. Parts appear in the order in which they are added.
 ///
 /// Tables can be sorted by a click on a column's name. The page's address may ask for it: `#sort=2.3` is a click on
@@ -34,8 +34,8 @@ class HtmlPage {
   /// A table under its heading. Numbers are right-aligned; "0.51 [0.45, 0.57]" shows its interval in smaller type; rows
   /// of the paper stay below the others however the table is sorted. `note` stands below it.
   void AddTable(const Table& table, const std::string& note = "");
-  /// A picture with a caption below it.
-  void AddSvg(const std::string& svg, const std::string& caption);
+  /// A picture, the bytes of a PNG file, with a caption below it.
+  void AddPicture(std::string_view png, const std::string& caption);
   void AddMarkup(const std::string& html);
   /// JSON that scripts find by `id` (letters, digits, dashes), parsed when they ask for it.
   void AddJson(const std::string& id, const std::string& json);

@@ -1,22 +1,27 @@
 #include "diffsac/report/html_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/eval/format.h"
+#include "diffsac/eval/metrics.h"
+#include "diffsac/report/gnuplot.h"
 #include "diffsac/report/html_page.h"
+#include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_pictures.h"
 #include "diffsac/report/plot_texts.h"
 #include "diffsac/report/markdown_report.h"
-#include "diffsac/report/svg_chart.h"
-#include "diffsac/report/svg_fits.h"
 
 namespace diffsac {
 
 extern const char kReportJs[];
 
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::size_t kMostLines = 30000;  // Of the list of problems.
 
@@ -27,77 +32,65 @@ void AddTables(const Report& report, HtmlPage* page) {
   if (!report.results.experiment.notes.empty()) page->AddText(report.results.experiment.notes);
 }
 
-LineChart AccuracyChart(const Report& report, const std::string& title, const std::string& x_label) {
-  LineChart chart;
-  chart.title = title;
-  chart.x_label = x_label;
-  chart.y_label = AccuracyTitle(report.results);
-  chart.y_range = {0.0, 1.0};
-  return chart;
+/// What gnuplot drew of the run (report/plots.h), in the order in which the page shows it.
+struct Picture {
+  const char* name;
+  std::string caption;
+};
+
+std::vector<Picture> Pictures(const ExperimentResults& results) {
+  const std::string accuracy = AccuracyTitle(results);
+  const std::string joins = "; a curve joins budgets of one estimator.";
+  return {{"curve", accuracy + ", higher is better."},
+          {"bars", accuracy + ", higher is better, with 95 % intervals" +
+                       (JudgesPoses(results) ? "; R: of the rotation alone, t: of the translation alone." : ".")},
+          {"budget", accuracy + " against the median number of hypotheses" + joins},
+          {"time", accuracy + " against the median milliseconds" + joins},
+          {"reliability", "How often a point is an inlier, by the probability that was said of it."}};
 }
 
-void AddCurve(const Report& report, HtmlPage* page) {
-  const ExperimentOptions& experiment = report.results.experiment;
-  LineChart chart = AccuracyChart(report, "Accuracy by " + experiment.condition_label, experiment.condition_label);
-  chart.curves = ConditionCurves(report);
-  if (!experiment.figures.curve || chart.curves.empty()) return;
-  chart.width = 660;
-  chart.height = 420;
-  page->AddSvg(SvgOf(chart), chart.y_label + ", higher is better, with 95 % intervals.");
+std::string PictureIn(const std::string& folder, const std::string& name) {
+  const fs::path path = fs::path(folder) / (name + ".png");
+  return !folder.empty() && fs::is_regular_file(path) ? ReadFile(path.string()) : "";
 }
 
-void AddBars(const Report& report, HtmlPage* page) {
-  const ExperimentOptions& experiment = report.results.experiment;
-  BarChart chart;
-  chart.title = "Accuracy of chosen rows";
-  chart.y_label = AccuracyTitle(report.results);
-  for (const std::size_t row : BarRows(experiment)) chart.rows.push_back(experiment.methods[row].label);
-  chart.clusters = BarClusters(report, BarRows(experiment));
-  const std::string svg = SvgOf(chart);
-  if (svg.empty()) return;
-  page->AddSvg(svg, chart.y_label + ", higher is better, with 95 % intervals" +
-                        (JudgesPoses(report.results) ? "; R: of the rotation alone, t: of the translation alone." : "."));
-}
-
-void AddCosts(const Report& report, const std::string& cost, const std::string& title, const std::string& x_label,
-              HtmlPage* page) {
-  const ExperimentOptions& experiment = report.results.experiment;
-  for (const CostPanel& panel : CostPanels(report, cost)) {
-    LineChart chart = AccuracyChart(report, title, x_label);
-    if (experiment.conditions.size() > 1)
-      chart.title += ", " + experiment.condition_label + " " + experiment.conditions[panel.condition].label;
-    chart.log_x = true;
-    chart.curves = panel.curves;
-    page->AddSvg(SvgOf(chart), chart.y_label + " against the median " + x_label + "; a curve joins budgets of one method.");
-  }
-}
-
-bool HasFigures(const Report& report) {
-  const ExperimentOptions& experiment = report.results.experiment;
-  return (experiment.figures.curve && !ConditionCurves(report).empty()) ||
-         !BarClusters(report, BarRows(experiment)).empty() || !CostPanels(report, "hypotheses").empty();
-}
-
-void AddFigures(const Report& report, HtmlPage* page) {
-  if (!HasFigures(report)) return;
-  page->AddSection("Curves and bars");
-  AddCurve(report, page);
-  AddBars(report, page);
-  AddCosts(report, "hypotheses", "Accuracy by budget", "hypotheses (models solved or scored)", page);
-  AddCosts(report, "ms_total", "Accuracy by time", "milliseconds", page);
-}
-
-void AddFits(const ExperimentResults& results, HtmlPage* page) {
+// A partial run's pictures are those of an earlier one.
+void AddFigures(const Report& report, const std::string& folder, HtmlPage* page) {
+  if (report.results.partial) return;
   bool any = false;
-  for (const KeptFit& fit : results.fits) {
-    const std::string svg = SvgOfFit(fit);
-    if (svg.empty()) continue;
-    if (!any) page->AddSection("Fits");
-    if (!any) page->AddMarkup("<div class=\"figures\">\n");
+  for (const Picture& picture : Pictures(report.results)) {
+    const std::string png = PictureIn(folder, picture.name);
+    if (png.empty()) continue;
+    if (!any) page->AddSection("Curves and bars");
     any = true;
-    page->AddSvg(svg, FitCaption(fit, results.experiment));
+    page->AddPicture(png, picture.caption);
   }
-  if (any) page->AddMarkup("</div>\n");
+  if (!any && !folder.empty() && !HasGnuplot()) page->AddText("There are no pictures: gnuplot is not installed.");
+}
+
+std::string FitCaption(const KeptFit& fit, const ExperimentOptions& experiment) {
+  std::string text = experiment.methods[fit.method].label + ", " + fit.example.id;
+  if (experiment.conditions.size() > 1)
+    text += ", " + experiment.condition_label + " " + experiment.conditions[fit.condition].label;
+  if (fit.estimate.status != Status::kOk) return text + ": no model (" + std::string(ToString(fit.estimate.status)) + ")";
+  const EstimateError errors = MeasureError(fit.estimate, fit.example);
+  const double error = ShownError(errors, experiment.tolerance());
+  const std::string unit = ShownUnit(!std::isnan(errors.recall), experiment.tolerance());
+  if (!std::isnan(error)) text += Format(": error %.3g%s%s", error, unit == "°" ? "" : " ", unit.c_str());
+  const auto points = static_cast<std::size_t>(fit.example.problem.points.rows());
+  const MatchCounts counts = CountMatches(fit.estimate.inliers, fit.example.truth.inliers, points);
+  if (fit.example.truth.inliers.empty()) return text + Format("; %d of %zu points are inliers", counts.right, points);
+  return text + Format("; %zu points, inliers: %d right, %d wrong, %d missed", points, counts.right, counts.wrong,
+                       counts.missed);
+}
+
+// Two views have theirs in the list of pairs.
+void AddFits(const ExperimentResults& results, const std::string& folder, HtmlPage* page) {
+  if (results.fits.empty() || IsTwoView(results.experiment.task)) return;
+  page->AddSection("Fits");
+  const std::string png = results.partial ? "" : PictureIn(folder, "fits");
+  if (!png.empty()) page->AddPicture(png, "The kept fits, a column a condition.");
+  for (const KeptFit& fit : results.fits) page->AddText(FitCaption(fit, results.experiment));
 }
 
 // Without them there is nothing to draw but points.
@@ -134,7 +127,7 @@ void AddProblems(const ExperimentResults& results, HtmlPage* page) {
 
 }  // namespace
 
-std::string ReportHtml(const Report& report) {
+std::string ReportHtml(const Report& report, const std::string& folder) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
   HtmlPage page(PlotTitle(results));
@@ -143,8 +136,8 @@ std::string ReportHtml(const Report& report) {
   if (results.partial) page.AddWarning("Partial results: the run was interrupted.");
   for (const std::string& row : experiment.left_out) page.AddText("Left out: " + row + ".");
   AddTables(report, &page);
-  AddFigures(report, &page);
-  AddFits(results, &page);
+  AddFigures(report, folder, &page);
+  AddFits(results, folder, &page);
   AddProblems(results, &page);
   return page.Text();
 }
@@ -154,7 +147,7 @@ void WriteReport(const Report& report, const std::string& folder) {
   if (!report.results.experiment.report) return RemoveFile(path);
   std::string text;
   try {
-    text = ReportHtml(report);
+    text = ReportHtml(report, folder);
   } catch (const std::exception& error) {
     LogWarning("no " + path + ": " + error.what());
     return RemoveFile(path);

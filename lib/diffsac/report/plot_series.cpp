@@ -7,12 +7,7 @@ namespace diffsac {
 namespace {
 
 CurvePoint AccuracyAt(const Report& report, std::size_t condition, std::size_t method, double x) {
-  CurvePoint point{x, report.Metric(condition, method, "mean", AccuracyMetric(report.results))};
-  if (const Cell* cell = report.results.Find(condition, method)) {
-    point.low = report.Of(*cell).accuracy.low;
-    point.high = report.Of(*cell).accuracy.high;
-  }
-  return point;
+  return {x, report.Metric(condition, method, "mean", AccuracyMetric(report.results))};
 }
 
 CurveKind KindOf(const EstimatorRow& row) {

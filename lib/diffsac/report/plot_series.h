@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,17 +8,13 @@
 
 namespace diffsac {
 
-/// A point of a curve; `low` and `high` are its 95 % interval, NaN where there is none.
 struct CurvePoint {
   double x = 0.0;
   double y = 0.0;
-  double low = std::numeric_limits<double>::quiet_NaN();
-  double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// How a curve is drawn: an estimator, one that the reader should see first, the oracle's ceiling, another reference;
-/// or points without a line.
-enum class CurveKind { kMethod, kStrong, kCeiling, kReference, kPoints };
+/// How a curve is drawn: an estimator, one that the reader should see first, the oracle's ceiling, another reference.
+enum class CurveKind { kMethod, kStrong, kCeiling, kReference };
 
 struct Curve {
   std::string label;

@@ -2,6 +2,7 @@
 
 #include <iterator>
 
+#include "diffsac/core/files.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"
@@ -67,6 +68,11 @@ bool PlotCost(const Report& report, const std::string& folder, const std::string
   return DrawPicture(folder, name, script + "unset multiplot\n", width, 480);
 }
 
+// An earlier run's picture must not stand for one that this run has not.
+void Keep(bool drawn, const std::string& folder, const std::string& name) {
+  if (!drawn) RemoveFile(folder + "/" + name + ".png");
+}
+
 }  // namespace
 
 bool PlotCurve(const Report& report, const std::string& folder) {
@@ -89,18 +95,18 @@ bool PlotTime(const Report& report, const std::string& folder) {
 }
 
 void DrawExamples(const ExperimentResults& results, const std::string& folder) {
-  PlotFits(results, folder);
+  Keep(PlotFits(results, folder), folder, "fits");
   PlotMatches(results, folder);
   for (const KeptTrace& kept : results.traces)
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");
 }
 
 void DrawFigures(const Report& report, const std::string& folder) {
-  if (report.results.experiment.figures.curve) PlotCurve(report, folder);
-  PlotBars(report, folder);
-  PlotBudget(report, folder);
-  PlotTime(report, folder);
-  PlotReliability(report.results, folder);
+  Keep(report.results.experiment.figures.curve && PlotCurve(report, folder), folder, "curve");
+  Keep(PlotBars(report, folder), folder, "bars");
+  Keep(PlotBudget(report, folder), folder, "budget");
+  Keep(PlotTime(report, folder), folder, "time");
+  Keep(PlotReliability(report.results, folder), folder, "reliability");
   DrawExamples(report.results, folder);
 }
 

@@ -77,12 +77,13 @@ std::string ValidationMeasure(const std::string& column) {
 }
 
 void MetricsLog::WriteReport() const {
-  const std::filesystem::path folder(folder_), config = folder / "config.yaml";
+  const std::filesystem::path folder(folder_), config = folder / "config.yaml", curve = folder / "training_curve.png";
   std::string page;
   try {
     const std::string text = std::filesystem::exists(config) ? ReadFile(config.string()) : "";
     const std::string name = std::filesystem::weakly_canonical(folder).filename().string();
-    page = TrainingReportHtml("Training of " + name, columns_, rows_, text);
+    page = TrainingReportHtml("Training of " + name, columns_, rows_, text,
+                              std::filesystem::exists(curve) ? ReadFile(curve.string()) : "");
   } catch (const std::exception& error) {
     return LogWarning(folder_ + ": no report.html: " + error.what());
   }
