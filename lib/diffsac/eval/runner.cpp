@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "diffsac/core/logging.h"
@@ -93,6 +95,7 @@ struct Outcome {
   ProblemRecord record;
   EstimateRecord estimate;
   Reliability of_network, of_ratio;  ///< Empty for rows that give no probabilities.
+  std::optional<Estimate> shown = {};  ///< Where a picture shows it.
 };
 
 Outcome OutcomeOf(const ExperimentOptions& experiment, const RobustEstimator* method, const Example& example,
@@ -125,7 +128,9 @@ struct CellRun {
   const Block& examples;
   const RobustEstimator* method;  // null: the oracle
   Progress& progress;
+  const std::vector<std::size_t>& shown;  // Ascending positions of the problems whose estimates pictures show.
 
+  bool Shows(std::size_t position) const { return std::binary_search(shown.begin(), shown.end(), position); }
   Estimate EstimateOne(const Example& example) const {
     if (method == nullptr) return OracleEstimate(example.problem, example.truth);
     return method->Run(example.problem, ProblemSeed(experiment.seed, example));
@@ -136,7 +141,9 @@ void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, 
   ParallelFor(static_cast<std::int64_t>(outcomes->size()), run.experiment.threads, [&](std::int64_t i) {
     if (Stopped(run.inputs)) return;
     const Example& example = run.examples[positions[i]];
-    (*outcomes)[i] = OutcomeOf(run.experiment, run.method, example, run.EstimateOne(example));
+    Estimate estimate = run.EstimateOne(example);
+    (*outcomes)[i] = OutcomeOf(run.experiment, run.method, example, estimate);
+    if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimate);
     run.progress.Advance();
   });
 }
@@ -152,9 +159,11 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
       problems.push_back(&example.problem);
       seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
-    const std::vector<Estimate> estimates = run.method->RunBatch(problems, seeds);
-    for (std::size_t i = first; i < last; ++i)
+    std::vector<Estimate> estimates = run.method->RunBatch(problems, seeds);
+    for (std::size_t i = first; i < last; ++i) {
       (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
+      if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimates[i - first]);
+    }
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
 }
@@ -164,6 +173,7 @@ struct CellResults {
   std::vector<std::size_t> positions;  ///< All that are run, ascending.
   Cell cell;
   ReliabilityCurve of_network, of_ratio;
+  std::map<std::size_t, Estimate> shown = {};  ///< By position.
 };
 
 // The part of ascending positions that lies in the block.
@@ -183,8 +193,10 @@ void RunBlock(const CellRun& run, CellResults* results) {
   } else {
     RunOneByOne(run, positions, &outcomes);
   }
-  for (Outcome& outcome : outcomes) {
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    Outcome& outcome = outcomes[i];
     if (!outcome.record.done) continue;
+    if (outcome.shown) results->shown.emplace(positions[i], std::move(*outcome.shown));
     const std::string& scene = outcome.record.scene;
     if (!outcome.of_network.empty()) results->of_network.scenes[scene].Add(outcome.of_network);
     if (!outcome.of_ratio.empty()) results->of_ratio.scenes[scene].Add(outcome.of_ratio);
@@ -193,12 +205,13 @@ void RunBlock(const CellRun& run, CellResults* results) {
   }
 }
 
-// Those of the block.
-void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, std::size_t problems,
+// Those of the block: as they were estimated, or now where the row runs on other problems.
+void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, CellResults* row,
               std::vector<KeptFit>* fits) {
-  for (const std::size_t i : PositionsIn(run.examples, FitPositions(run.experiment, problems))) {
+  for (const std::size_t i : PositionsIn(run.examples, run.shown)) {
     if (Stopped(run.inputs)) return;
-    fits->push_back({condition, run.examples[i], run.EstimateOne(run.examples[i]), method});
+    const auto known = row->shown.extract(i);
+    fits->push_back({condition, run.examples[i], known ? known.mapped() : run.EstimateOne(run.examples[i]), method});
   }
 }
 
@@ -242,6 +255,8 @@ void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::
     if (groups.count(entry.first) == 0) LogWarning("scene_groups: no scene of the data is in '" + entry.first + "'");
 }
 
+const std::vector<std::size_t> kNone;
+
 /// All rows on one condition.
 class ConditionRun {
  public:
@@ -254,6 +269,7 @@ class ConditionRun {
         methods_(methods),
         problems_(ProblemCount(dataset, experiment)),
         needed_(problems_, 0),
+        fit_positions_(FitPositions(experiment, problems_)),
         rows_(methods.size()),
         fits_(methods.size()) {
     const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
@@ -264,7 +280,7 @@ class ConditionRun {
         rows_[m].positions = RowPositions(row, methods[m].get(), problems_, inputs.shard);
       Need(rows_[m].positions);
     }
-    if (pictures) Need(FitPositions(experiment, problems_));
+    if (pictures) Need(fit_positions_);
     shows_trace_ = pictures && ShowsTrace(experiment, condition);
     if (pictures && ShowsFits(experiment, condition)) fits_rows_ = FitsRows(experiment);
   }
@@ -298,10 +314,10 @@ class ConditionRun {
   void RunRow(const Block& block, std::size_t m, Progress& progress, ExperimentResults* results) {
     const EstimatorRow& row = experiment_.methods[m];
     if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
-    const CellRun run{experiment_, inputs_, block, methods_[m].get(), progress};
+    const bool shows_fits = std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end();
+    const CellRun run{experiment_, inputs_, block, methods_[m].get(), progress, shows_fits ? fit_positions_ : kNone};
     RunBlock(run, &rows_[m]);
-    if (std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end())
-      KeepFits(run, condition_, m, problems_, &fits_[m]);
+    if (shows_fits) KeepFits(run, condition_, m, &rows_[m], &fits_[m]);
     if (run.method != nullptr && shows_trace_) KeepTrace(run, row.label, results);
   }
 
@@ -320,6 +336,7 @@ class ConditionRun {
   const Estimators& methods_;
   const std::size_t problems_;
   std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
+  const std::vector<std::size_t> fit_positions_;
   std::vector<CellResults> rows_;
   std::vector<std::vector<KeptFit>> fits_;
   std::vector<std::size_t> fits_rows_;

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/eval/record_fields.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {
@@ -16,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 6";
+constexpr const char* kFormat = "diffsac shard 7";
 
 // The library's own conversion is undefined for numbers that no integer holds.
 template <class Integer>
@@ -34,80 +36,53 @@ std::vector<std::size_t> Wholes(const Json& values) {
   return read;
 }
 
-// The text of a record's numbers, in one place for both directions.
-class Fields {
- public:
-  virtual ~Fields() = default;
-  virtual void Number(double& value) = 0;
-  virtual void Count(int& value) = 0;
-  virtual void Count(std::int64_t& value) = 0;
-};
-
-void Visit(ProblemRecord& record, Fields& fields) {
-  fields.Number(record.error.angle_deg);
-  fields.Number(record.error.offset);
-  fields.Number(record.error.rotation_deg);
-  fields.Number(record.error.translation_deg);
-  fields.Number(record.error.error_px);
-  fields.Count(record.points);
-  fields.Count(record.inliers);
-  fields.Number(record.log_false_alarms);
-  fields.Number(record.all_inlier_sets);
-  fields.Count(record.report.hypotheses);
-  fields.Count(record.report.unique_minimal_sets);
-  fields.Number(record.report.ms_features);
-  fields.Number(record.report.ms_network);
-  fields.Number(record.report.ms_consensus);
-  fields.Number(record.report.ms_total);
-  fields.Number(record.error.misclassified);
-  fields.Number(record.error.recall);
-  fields.Number(record.one_structure_sets);
-  fields.Number(record.structures_in_sets);
-  fields.Count(record.structures);
-  fields.Count(record.report.draws);
+template <class Record, class Visit>
+void VisitAll(Record& record, const Visit& visit) {
+  VisitRecord(record, visit);
+  VisitChance(record, visit);
+  VisitStructures(record, visit);
 }
 
-class Writer : public Fields {
- public:
-  explicit Writer(Json* line) : line_(*line) {}
-  void Number(double& value) override {
+struct AppendValues {
+  Json& line;
+  void operator()(const char*, double value) const {
     if (std::isfinite(value))
-      line_.push_back(value);
+      line.push_back(value);
     else
-      line_.push_back(std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
+      line.push_back(std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
   }
-  void Count(int& value) override { line_.push_back(value); }
-  void Count(std::int64_t& value) override { line_.push_back(value); }
-
- private:
-  Json& line_;
+  template <std::integral Count>
+  void operator()(const char*, Count value) const {
+    line.push_back(value);
+  }
 };
 
-class Reader : public Fields {
+class TakeValues {
  public:
-  Reader(const Json& line, std::size_t next) : line_(line), next_(next) {}
-  void Number(double& value) override {
-    const Json& item = line_.at(next_++);
+  TakeValues(const Json& line, std::size_t* next) : line_(line), next_(next) {}
+  void operator()(const char*, double& value) const {
+    const Json& item = Next();
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
-  void Count(int& value) override { value = Whole<int>(line_.at(next_++)); }
-  void Count(std::int64_t& value) override { value = Whole<std::int64_t>(line_.at(next_++)); }
-  bool done() const { return next_ == line_.size(); }
+  void operator()(const char*, bool& value) const { value = Next().get<bool>(); }
+  template <std::integral Count>
+  void operator()(const char*, Count& value) const {
+    value = Whole<Count>(Next());
+  }
 
  private:
+  const Json& Next() const { return line_.at((*next_)++); }
+
   const Json& line_;
-  std::size_t next_;
+  std::size_t* next_;
 };
 
 std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 // Cells, rather than names, which would be most of the file.
-Json RecordLine(const Cell& cell, ProblemRecord record) {
-  Json line = {cell.condition,     cell.method,  record.index,
-               record.id,          record.scene, std::string(ToString(record.status)),
-               record.error.failed};
-  Writer writer(&line);
-  Visit(record, writer);
+Json RecordLine(const Cell& cell, const ProblemRecord& record) {
+  Json line = {cell.condition, cell.method, record.index, record.id, record.scene, std::string(ToString(record.status))};
+  VisitAll(record, AppendValues{line});
   return line;
 }
 
@@ -120,11 +95,10 @@ void ReadRecord(const Json& line, ExperimentResults* results) {
   record.id = line.at(3).get<std::string>();
   record.scene = line.at(4).get<std::string>();
   record.status = StatusFromText(line.at(5).get<std::string>());
-  record.error.failed = line.at(6).get<bool>();
   record.done = true;
-  Reader reader(line, 7);
-  Visit(record, reader);
-  if (!reader.done()) throw Error("too many values");
+  std::size_t next = 6;
+  VisitAll(record, TakeValues(line, &next));
+  if (next != line.size()) throw Error("too many values");
   auto& cells = results->cells;
   if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
     cells.push_back({condition, method, {}, {}});

@@ -95,7 +95,7 @@ bool PlotTime(const Report& report, const std::string& folder) {
 }
 
 void DrawExamples(const ExperimentResults& results, const std::string& folder) {
-  Keep(PlotFits(results, folder), folder, "fits");
+  PlotFits(results, folder);
   PlotMatches(results, folder);
   for (const KeptTrace& kept : results.traces)
     PlotConfidenceTrace(kept.example.problem, kept.trace, folder + "/confidence.png");

@@ -4,10 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <concepts>
 #include <cstdio>
 
 #include "diffsac/core/files.h"
 #include "diffsac/eval/format.h"
+#include "diffsac/eval/record_fields.h"
 #include "diffsac/report/markdown_report.h"
 
 namespace diffsac {
@@ -96,29 +98,24 @@ Json PaperJson(const ExperimentResults& results) {
 // An error that is unknown is empty, one of no end is "inf".
 std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
 
-std::string RecordText(const ProblemRecord& record) {
-  const EstimateError& error = record.error;
-  const EstimateReport& report = record.report;
-  std::string text(ToString(record.status));
-  for (const double value : {error.angle_deg, error.offset, error.rotation_deg, error.translation_deg, error.error_px})
-    text += "," + ErrorText(value);
-  text += "," + std::to_string(record.inliers) + "," + std::to_string(report.hypotheses);
-  for (const double value : {report.ms_features, report.ms_network, report.ms_consensus, report.ms_total})
-    text += "," + NumberText(value);
-  return text + "," + std::to_string(record.points) + "," + std::to_string(error.failed) + "," +
-         std::to_string(report.unique_minimal_sets) + "," + NumberText(record.all_inlier_sets);
-}
+/// Appends ",VALUE" for each number that is visited.
+struct AppendValues {
+  std::string* text;
+  void operator()(const char*, double value) const { *text += "," + ErrorText(value); }
+  template <std::integral Count>
+  void operator()(const char*, Count value) const {
+    *text += "," + std::to_string(value);
+  }
+};
 
-// Where several structures are judged.
-constexpr const char* kStructureNames = ",misclassified,recall,one_structure_sets,structures_in_sets,structures,draws";
-
-std::string StructuresText(const ProblemRecord& record) {
-  std::string text;
-  for (const double value :
-       {record.error.misclassified, record.error.recall, record.one_structure_sets, record.structures_in_sets})
-    text += "," + NumberText(value);
-  return text + "," + std::to_string(record.structures) + "," + std::to_string(record.report.draws);
-}
+/// Appends ",NAME".
+struct AppendNames {
+  std::string* text;
+  template <class Value>
+  void operator()(const char* name, const Value&) const {
+    *text += std::string(",") + name;
+  }
+};
 
 // σ and the pose; empty values for what is not known.
 constexpr const char* kNoEstimate = ",,,,,,,";
@@ -156,20 +153,25 @@ std::string ResultsCsv(const Report& report) {
 }
 
 std::string ProblemsCsv(const ExperimentResults& results) {
-  std::string text =
-      "id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,hypotheses,"
-      "ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,"
-      "noise_scale,qw,qx,qy,qz,tx,ty,tz,log_false_alarms";
   const bool structures = JudgesStructures(results);
-  text += std::string(structures ? kStructureNames : "") + "\n";
+  std::string text = "id,scene,condition,method,status";
+  const ProblemRecord any;
+  VisitRecord(any, AppendNames{&text});
+  text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz";
+  VisitChance(any, AppendNames{&text});
+  if (structures) VisitStructures(any, AppendNames{&text});
+  text += "\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
                               CsvText(results.experiment.methods[cell.method].name) + ",";
     for (std::size_t i = 0; i < cell.records.size(); ++i) {
       const ProblemRecord& record = cell.records[i];
-      text += CsvText(record.id) + "," + CsvText(record.scene) + names + RecordText(record) + "," +
-              (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i])) + "," +
-              ErrorText(record.log_false_alarms) + (structures ? StructuresText(record) : "") + "\n";
+      text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status));
+      VisitRecord(record, AppendValues{&text});
+      text += "," + (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i]));
+      VisitChance(record, AppendValues{&text});
+      if (structures) VisitStructures(record, AppendValues{&text});
+      text += "\n";
     }
   }
   return text;

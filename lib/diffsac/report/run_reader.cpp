@@ -3,12 +3,15 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <filesystem>
 #include <map>
+#include <string_view>
 #include <vector>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/record_fields.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 
@@ -77,31 +80,30 @@ class Line {
   std::vector<std::string> values_;
 };
 
+/// Gives each number that is visited its column's value.
+struct ReadValues {
+  const Line& line;
+  void operator()(const char* name, double& value) const { value = line.Number(Column(name)); }
+  void operator()(const char* name, bool& value) const { value = line.Count(name) != 0; }
+  template <std::integral Count>
+  void operator()(const char* name, Count& value) const {
+    value = line.Count(name);
+  }
+  /// The column's name, or what it was in files of earlier versions.
+  const char* Column(const char* name) const {
+    return std::string_view(name) == "ms_network" && !line.Has(name) ? "ms_denoise" : name;
+  }
+};
+
 ProblemRecord RecordOf(const Line& line) {
   ProblemRecord record;
   record.id = line.Text("id");
   record.scene = line.Text("scene");
   record.status = StatusFromText(line.Text("status"));
-  record.error = {line.Number("angle_deg"),    line.Number("offset"),          line.Count("failed") != 0,
-                  line.Number("rotation_deg"), line.Number("translation_deg"), line.Number("error_px")};
-  record.points = line.Count("points");
-  record.inliers = line.Count("inliers");
-  record.all_inlier_sets = line.Number("all_inlier_sets");
-  record.report.hypotheses = line.Count("hypotheses");
-  record.report.unique_minimal_sets = line.Count("unique_minimal_sets");
-  record.report.ms_features = line.Number("ms_features");
-  record.report.ms_network = line.Number("ms_network");
-  record.report.ms_consensus = line.Number("ms_consensus");
-  record.report.ms_total = line.Number("ms_total");
-  if (line.Has("log_false_alarms")) record.log_false_alarms = line.Number("log_false_alarms");
-  if (line.Has("recall")) {
-    record.error.misclassified = line.Number("misclassified");
-    record.error.recall = line.Number("recall");
-    record.one_structure_sets = line.Number("one_structure_sets");
-    record.structures_in_sets = line.Number("structures_in_sets");
-    record.structures = line.Count("structures");
-    record.report.draws = line.Count("draws");
-  }
+  const ReadValues read{line};
+  VisitRecord(record, read);
+  if (line.Has("log_false_alarms")) VisitChance(record, read);
+  if (line.Has("recall")) VisitStructures(record, read);
   record.done = true;
   return record;
 }
