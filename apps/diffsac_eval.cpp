@@ -7,14 +7,14 @@
 #include <iostream>
 #include <optional>
 
-#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
-#include "diffsac/report/command_line.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/terminal_log.h"
+#include "diffsac/report/command_line.h"
 
 namespace {
 

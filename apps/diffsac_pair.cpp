@@ -7,15 +7,15 @@
 #include "data_tools/match_two_images.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/resources.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/selection.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/report/command_line.h"
 #include "diffsac/report/pair_text.h"
-#include "diffsac/eval/selection.h"
 
 namespace {
 
@@ -43,7 +43,8 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
   app->add_option("--config", request->config_path,
                   "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
-  app->add_option("--method", request->method, "The estimator: learned_prosac (the default; draws by a network, no reverse process runs), "
+  app->add_option("--method", request->method,
+                  "The estimator: learned_prosac (the default; draws by a network, no reverse process runs), "
                   "prosac_marginalised (no network), ...");
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
       ->allow_extra_args(false);
@@ -59,7 +60,8 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
   app->add_option("--json", request->json, "Also everything as JSON in this file");
-  app->add_option("--matches", request->matches, "Also the matches in this file, a line each: x1 y1 x2 y2 ratio inlier");
+  app->add_option("--matches", request->matches,
+                  "Also the matches in this file, a line each: x1 y1 x2 y2 ratio inlier");
   app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
   app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
   app->add_option("--seed", request->seed, "Of the search");

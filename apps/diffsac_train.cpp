@@ -6,14 +6,14 @@
 #include <iostream>
 
 #include "diffsac/core/files.h"
-#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/resources.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/report/command_line.h"

@@ -100,7 +100,8 @@ ConsensusResult Search(const Problem& problem, const SolverSpace& space, const R
   if (row.consensus.inlier_prior_power > 0.0)
     hints.inlier_priors = (1.0 - 0.8 * problem.match_ratio.array().min(1.0).max(0.0)).matrix();
   const Rng rng(seed);
-  const std::vector<double> quality(problem.match_ratio.data(), problem.match_ratio.data() + problem.match_ratio.size());
+  const std::vector<double> quality(problem.match_ratio.data(),
+                                    problem.match_ratio.data() + problem.match_ratio.size());
   std::unique_ptr<MinimalSampler> source;
   if (row.by_quality) {
     source = std::make_unique<ProsacSampler>(quality, Model::kMinimalSize, rng);

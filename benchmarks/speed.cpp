@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/generators/synthetic.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/generators/synthetic.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/networks/diffsac_network.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -95,7 +95,7 @@ void EstimatorTable(const std::string& checkpoint, const std::vector<Problem>& p
     variants.push_back({"diffsac, batch of " + std::to_string(size) + ", 32 points decoded",
                         [method = make(base + ", max_decoded_points: 32}"), &each, &seeds, size] {
                           method->RunBatch({each.data(), static_cast<std::size_t>(size)},
-                                                {seeds.data(), static_cast<std::size_t>(size)});
+                                           {seeds.data(), static_cast<std::size_t>(size)});
                         },
                         static_cast<double>(size)});
   }
@@ -177,8 +177,7 @@ void HypothesesTable(const std::vector<Problem>& lines, const std::vector<Proble
        {std::tuple{"lines", Task::kLine, &lines}, {"planes", Task::kPlane, &planes}}) {
     std::shared_ptr<RobustEstimator> method =
         MakeEstimator(ConfigFromYaml("{type: ransac, max_iterations: 10000}", "benchmark"), task, context);
-    variants.push_back(
-        {std::string("ransac hypothesis, ") + name, [=] { method->Run((*problems)[0], 1); }, 10000.0});
+    variants.push_back({std::string("ransac hypothesis, ") + name, [=] { method->Run((*problems)[0], 1); }, 10000.0});
   }
   Table("Hypotheses solved and scored against N = 100 points, 1 thread", variants, rounds);
 }

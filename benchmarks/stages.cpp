@@ -19,11 +19,11 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
-#include "diffsac/lab/make_estimator.h"
 
 namespace diffsac {
 namespace {
@@ -95,7 +95,8 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
           {"PROSAC 20", "{type: prosac, max_iterations: 20}"},
           {"LO-RANSAC 1000", "{type: lo_ransac, max_iterations: 1000}"},
           {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, max_iterations: 1000}"},
-          {"inlier head, no reverse step", diffsac + ", copies: 0, head_sets: " + std::to_string(options.copies) + ", max_encoded_points: 0}"},
+          {"inlier head, no reverse step",
+           diffsac + ", copies: 0, head_sets: " + std::to_string(options.copies) + ", max_encoded_points: 0}"},
           {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
            twenty + ", engine: libtorch, max_encoded_points: 0}"},
           {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
@@ -116,7 +117,8 @@ void AddPairRows(const Options& options, const EstimatorContext& context,
     const Config keys = ConfigFromYaml("{engine: libtorch, max_encoded_points: 0}");
     Config before = row.config;
     for (const std::string& key : keys.Keys()) before = before.With(key, keys.Sub(key));
-    rows->push_back({"learned_prosac; LibTorch, all points", MakeEstimator(before, TaskFromString(options.task), context)});
+    rows->push_back(
+        {"learned_prosac; LibTorch, all points", MakeEstimator(before, TaskFromString(options.task), context)});
   }
 }
 

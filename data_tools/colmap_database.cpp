@@ -8,10 +8,10 @@
 #include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
 #include "data_tools/write_scene.h"
-#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "diffsac/io/colmap_lens.h"
 
 namespace diffsac {
 namespace {
@@ -112,7 +112,8 @@ void SceneOfPairs::AddRatios(CorrespondenceSet* set) {
       rows.rowwise().normalize();
       return rows;
     };
-    set->pairs[i].problem.match_ratio = MatchRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
+    set->pairs[i].problem.match_ratio =
+        MatchRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
   });
 }
 

@@ -8,9 +8,9 @@
 #include <map>
 
 #include "data_tools/number_file.h"
-#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/io/colmap_lens.h"
 
 namespace diffsac {
 namespace {

@@ -15,10 +15,10 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/io/hdf5_output.h"
+#include "diffsac/lab/progress.h"
 
 namespace diffsac {
 namespace {

@@ -16,11 +16,11 @@
 #include "data_tools/run_pairs.h"
 #include "data_tools/tutorial_descriptors.h"
 #include "data_tools/warp_images.h"
-#include "diffsac/lab/terminal_log.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
-#include "diffsac/io/correspondence_files.h"
 #include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/terminal_log.h"
 
 namespace {
 
@@ -40,7 +40,8 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--format", request->format, "What the images and their truth come as")
       ->required()
       ->check(CLI::IsMember(diffsac::Registry<diffsac::ImageFormat>::Instance().Names()));
-  app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database, hloc: a file")->required();
+  app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database, hloc: a file")
+      ->required();
   app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
   app->add_option("--sequence", request->sequence, "KITTI: the sequence, as 00");

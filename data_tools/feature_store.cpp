@@ -1,8 +1,8 @@
 #include "data_tools/feature_store.h"
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/progress.h"
 
 namespace diffsac {
 

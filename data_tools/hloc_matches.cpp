@@ -5,9 +5,9 @@
 #include "data_tools/hloc_files.h"
 #include "data_tools/image_format.h"
 #include "data_tools/write_scene.h"
-#include "diffsac/io/colmap_database.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "diffsac/io/colmap_database.h"
 
 namespace diffsac {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/geometry/points.h"
 #include "diffsac/io/correspondence_files.h"
 #include "diffsac/problem/image_pair.h"
-#include "diffsac/geometry/points.h"
 
 namespace diffsac {
 

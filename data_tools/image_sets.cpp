@@ -114,9 +114,8 @@ std::vector<ImageSet> ReadImageSets(const std::string& path) {
 bool Makes(const ImageSet& set, const std::string& name_or_folder) {
   if (Matches(name_or_folder, set.name)) return true;
   if (name_or_folder == set.output || IsAround(name_or_folder, set.output)) return true;
-  return std::any_of(set.scenes.begin(), set.scenes.end(), [&](const std::string& scene) {
-    return Matches(set.output + "/" + scene, name_or_folder);
-  });
+  return std::any_of(set.scenes.begin(), set.scenes.end(),
+                     [&](const std::string& scene) { return Matches(set.output + "/" + scene, name_or_folder); });
 }
 
 bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
@@ -138,8 +137,7 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
     pairs.input = input;
     pairs.output = set.output;
     pairs.options.threads = request.threads;
-    const bool finished =
-        set.warp_images > 0 ? PrepareWarped(set, input, pairs, stop) : RunPairs(pairs, stop).finished;
+    const bool finished = set.warp_images > 0 ? PrepareWarped(set, input, pairs, stop) : RunPairs(pairs, stop).finished;
     if (!finished) return false;
   }
   if (wanted > 0 && made == 0) throw Error(request.data + ": there are none of the sets that are asked for");

@@ -27,9 +27,10 @@ struct ImageSet {
 
 /// The command `diffsac_prepare sets`.
 struct SetsRequest {
-  std::string config;             ///< A list of sets, `sets`.
-  std::string data;               ///< The folder of data.
-  std::vector<std::string> only;  ///< Sets by name (`*` stands for any text), or by a folder that they make; empty: all.
+  std::string config;  ///< A list of sets, `sets`.
+  std::string data;    ///< The folder of data.
+  std::vector<std::string>
+      only;  ///< Sets by name (`*` stands for any text), or by a folder that they make; empty: all.
   int threads = 0;
 };
 

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "diffsac/lab/progress.h"
 #include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {

@@ -8,10 +8,10 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
-#include "diffsac/io/correspondence_files.h"
 #include "diffsac/generators/modelnet.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/progress.h"
 #include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {

@@ -8,8 +8,8 @@
 
 namespace diffsac {
 
-/// The command `diffsac_prepare modelnet`: pairs of virtual views of meshes (generators/modelnet.h, which fixes all that is
-/// not said here) as correspondence files with poses, calibration and labels.
+/// The command `diffsac_prepare modelnet`: pairs of virtual views of meshes (generators/modelnet.h, which fixes all
+/// that is not said here) as correspondence files with poses, calibration and labels.
 struct ModelnetRequest {
   std::string input, output;  ///< A folder of OFF files at any depth; a folder for the scene's folder.
   std::string scene = "modelnet40";

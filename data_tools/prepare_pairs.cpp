@@ -13,13 +13,13 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
-#include "diffsac/io/correspondence_files.h"
 #include "diffsac/datasets/pair_scenes.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/datasets/refined_truth.h"
+#include "diffsac/io/correspondence_files.h"
 #include "diffsac/io/thumbnails.h"
+#include "diffsac/lab/progress.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {

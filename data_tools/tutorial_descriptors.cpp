@@ -8,9 +8,9 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/progress.h"
 
 namespace diffsac {
 namespace {

@@ -13,8 +13,8 @@
 #include "data_tools/image_source.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/progress.h"
 
 namespace diffsac {
 namespace {

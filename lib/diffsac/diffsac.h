@@ -22,19 +22,20 @@
 /// ```
 ///
 /// Use it when a share of the points is wrong: matches between images, scans, 2D-3D correspondences. The defaults are
-/// what we recommend (docs/two_view.md says what each part is worth); with a network where one helps, which comes with the
-/// library. When nothing is wrong, fit by least squares; when you want another search, its options are plain structs
-/// (estimators/presets.h), and RobustEstimator is the interface of all.
+/// what we recommend (docs/two_view.md says what each part is worth); with a network where one helps, which comes with
+/// the library. When nothing is wrong, fit by least squares; when you want another search, its options are plain
+/// structs (estimators/presets.h), and RobustEstimator is the interface of all.
 ///
 /// Needs Eigen and TBB alone. Functions may be called from any number of threads. The same input, options and seed give
-/// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no sense,
-/// inputs of unlike lengths and models that are not found throw diffsac::Error, whose text says what was expected.
+/// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no
+/// sense, inputs of unlike lengths and models that are not found throw diffsac::Error, whose text says what was
+/// expected.
 namespace diffsac {
 
 /// What every estimate may be told.
 struct EstimateOptions {
-  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where the
-  /// search is confident earlier.
+  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
+  /// the search is confident earlier.
   int max_iterations = 0;
   /// Two views: whether a network says where to draw. Without one PROSAC draws by the ratios, or uniformly.
   bool use_network = true;
@@ -47,8 +48,9 @@ struct EstimateOptions {
 
 /// Of images.
 struct ImageOptions : EstimateOptions {
-  /// The greatest residual of an inlier, in pixels (E and F: Sampson error; H: transfer error; poses: reprojection error).
-  /// 0: 1 px, homographies 3, absolute poses 4. E, F and H find the noise by themselves, so that this only caps it.
+  /// The greatest residual of an inlier, in pixels (E and F: Sampson error; H: transfer error; poses: reprojection
+  /// error). 0: 1 px, homographies 3, absolute poses 4. E, F and H find the noise by themselves, so that this only caps
+  /// it.
   double max_residual_px = 0.0;
   void Check() const;
 };
@@ -64,9 +66,11 @@ struct PointOptions : EstimateOptions {
 
 /// Matches of two images.
 struct Matches {
-  Eigen::Matrix<double, Eigen::Dynamic, 2> points1, points2;  ///< N × 2, in pixels; row i of one matches row i of the other.
-  Eigen::VectorXd match_ratios = {};  ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
-  ImageSize size1 = {}, size2 = {};   ///< In pixels; {}: unknown. They help fundamental matrices.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points1,
+      points2;  ///< N × 2, in pixels; row i of one matches row i of the other.
+  Eigen::VectorXd match_ratios =
+      {};  ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
+  ImageSize size1 = {}, size2 = {};  ///< In pixels; {}: unknown. They help fundamental matrices.
 };
 
 /// Points of a scene and where an image shows them.

@@ -6,11 +6,11 @@
 #include <type_traits>
 
 #include "consensus/all_models.h"
+#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/estimators/task_dispatch.h"
 
 namespace diffsac {
 namespace {

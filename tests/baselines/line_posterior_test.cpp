@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "diffsac/estimators/classical.h"
 #include "diffsac/generators/synthetic.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/estimators/classical.h"
 #include "estimators/make_estimator.h"
 
 namespace diffsac {

@@ -214,13 +214,12 @@ TEST_CASE("New options read from YAML and come back out; the defaults are the ol
   CHECK(defaults.final_refinement == FinalRefinement::kNone);
   const auto options = ReadOptions<ConsensusOptions>(
       ConfigFromYaml("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
-                         "spatial_weight: 0.14\nstopping: confidence\nconfidence: 0.999\n"
-                         "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
-                         "final_refinement: lm\nblock_size: 16\n"));
+                     "spatial_weight: 0.14\nstopping: confidence\nconfidence: 0.999\n"
+                     "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
+                     "final_refinement: lm\nblock_size: 16\n"));
   CHECK(options.residual_dof == 4);
   CHECK(options.max_iterations == 7);
-  CHECK(WriteYaml(ReadOptions<ConsensusOptions>(ToConfig(options))) ==
-        WriteYaml(options));
+  CHECK(WriteYaml(ReadOptions<ConsensusOptions>(ToConfig(options))) == WriteYaml(options));
   for (const char* wrong : {"confidence: 1\n", "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n",
                             "final_refinement: yes\n", "spatial_weight: -1\n", "irls_rounds: 0\n"})
     CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml(wrong)), Error);

@@ -222,7 +222,8 @@ TEST_CASE("Samplers by name are the samplers of that name") {
   CHECK(named(MinimalSamplerKind::kNapsac) == DrawAll(NapsacSampler(points, 2, 6, Rng(1)), 2, 50));
   CHECK(named(MinimalSamplerKind::kProgressiveNapsac) ==
         DrawAll(ProgressiveNapsacSampler(points, quality, 2, Rng(1), defaults.local_draws), 2, 50));
-  CHECK(named(MinimalSamplerKind::kProsac) == DrawAll(ProsacSampler(quality, 2, Rng(1), defaults.prosac_samples), 2, 50));
+  CHECK(named(MinimalSamplerKind::kProsac) ==
+        DrawAll(ProsacSampler(quality, 2, Rng(1), defaults.prosac_samples), 2, 50));
   CHECK(named(MinimalSamplerKind::kUniform) == DrawAll(UniformSampler(200, 2, Rng(1)), 2, 50));
   CHECK(named(MinimalSamplerKind::kExhaustive) == DrawAll(ExhaustiveSampler(200, 2), 2, 50));
 }

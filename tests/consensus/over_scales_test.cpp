@@ -121,7 +121,8 @@ TEST_CASE("Options over scales are refused where they cannot act") {
   const auto read = [](const char* text) { return ReadOptions<ConsensusOptions>(ConfigFromYaml(text)); };
   CHECK(read("score: marginalised_msac\nleast_scale: 0.5\ngreatest_scale: 4\n").greatest_scale == 4.0);
   CHECK(read("threshold: adaptive\nleast_scale: 0.5\n").threshold == ThresholdKind::kAdaptive);
-  CHECK(read("final_refinement: lm_marginalised\nleast_scale: 0.5\n").final_refinement == FinalRefinement::kMarginalised);
+  CHECK(read("final_refinement: lm_marginalised\nleast_scale: 0.5\n").final_refinement ==
+        FinalRefinement::kMarginalised);
   for (const char* wrong : {"least_scale: 0.5\n", "score: msac\ngreatest_scale: 2\n", "noise: known\n",
                             "score: marginalised_msac\nleast_scale: 4\ngreatest_scale: 2\n", "camera_prior: -1\n"})
     CHECK_THROWS_AS(read(wrong), Error);

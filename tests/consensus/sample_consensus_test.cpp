@@ -256,8 +256,7 @@ TEST_CASE("Same seed, same estimate; the seed is used by local optimisation alon
 }
 
 TEST_CASE("Consensus options read from YAML and come back out") {
-  const auto options =
-      ReadOptions<ConsensusOptions>(ConfigFromYaml("score: msac\nrefit: em\nrefit_candidates: 7\n"));
+  const auto options = ReadOptions<ConsensusOptions>(ConfigFromYaml("score: msac\nrefit: em\nrefit_candidates: 7\n"));
   CHECK(options.score == ScoreKind::kMsac);
   CHECK(options.refit == Refit::kMixture);
   CHECK(options.refit_candidates == 7);
@@ -268,8 +267,7 @@ TEST_CASE("Consensus options read from YAML and come back out") {
   CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refits: em\n")), Error);
   // What memory is asked for in proportion to.
   for (const char* huge : {"max_iterations: 1000000000", "block_size: 1000000000", "refit_candidates: 1000000000"})
-    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(ConfigFromYaml(huge)),
-                      Catch::Contains("expected an integer from"));
+    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(ConfigFromYaml(huge)), Catch::Contains("expected an integer from"));
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ TEST_CASE("The score over scales is MSAC's integral over them, and between the s
   const Score one(ScoreKind::kMarginalised, 1.0, 0.3, 20.0, 1, 5.0), msac(ScoreKind::kMsac, 1.0, 0.3, 20.0);
   for (const double residual : {0.0, 0.3, 0.8, 1.2}) CHECK(one(residual) == Approx(msac(residual)).margin(0.01));
   // Differences of residuals between the scales count alike, whatever the greatest is.
-  const Score near(ScoreKind::kMarginalised, 20.0, 0.3, 20.0, 1, 0.1), far(ScoreKind::kMarginalised, 80.0, 0.3, 20.0, 1, 0.1);
+  const Score near(ScoreKind::kMarginalised, 20.0, 0.3, 20.0, 1, 0.1),
+      far(ScoreKind::kMarginalised, 80.0, 0.3, 20.0, 1, 0.1);
   CHECK(near(0.1) - near(1.0) == Approx(far(0.1) - far(1.0)).epsilon(0.02));
 }
 

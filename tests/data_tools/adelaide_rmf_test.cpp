@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
+#include "data_tools/image_test_util.h"
 #include "datasets/data_test_util.h"
 #include "diffsac/problem/pair_truth.h"
-#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_source.h"
 #include "data_tools/image_test_util.h"
+#include "datasets/data_test_util.h"
 
 namespace diffsac {
 

@@ -2,11 +2,11 @@
 
 #include <filesystem>
 
-#include "io/colmap_test_util.h"
-#include "datasets/data_test_util.h"
 #include "data_tools/run_pairs.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/io/colmap_lens.h"
 #include "diffsac/io/correspondence_files.h"
+#include "io/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
+#include "datasets/data_test_util.h"
 
 namespace diffsac {
 namespace {

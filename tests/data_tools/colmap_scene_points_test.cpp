@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_features.h"
+#include "data_tools/image_test_util.h"
 #include "data_tools/run_pairs.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 namespace {

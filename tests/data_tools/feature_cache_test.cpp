@@ -2,9 +2,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "data_tools/image_test_util.h"
 #include "datasets/data_test_util.h"
 #include "diffsac/core/files.h"
-#include "data_tools/image_test_util.h"
 
 namespace diffsac {
 

@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/feature_file_test_util.h"
 #include "data_tools/hloc_files.h"
 #include "data_tools/run_pairs.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {

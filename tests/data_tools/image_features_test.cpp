@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
+#include "datasets/data_test_util.h"
 
 namespace diffsac {
 namespace {

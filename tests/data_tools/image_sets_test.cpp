@@ -36,7 +36,8 @@ TEST_CASE("a set is meant by its name and by the folders that it makes") {
   set.name = "kitti_01";
   set.output = "runs/pairs/test";
   set.scenes = {"kitti_01_step_*"};
-  for (const char* wanted : {"kitti_01", "kitti_*", "runs/pairs/test", "runs/pairs", "runs/pairs/test/kitti_01_step_05"}) {
+  for (const char* wanted :
+       {"kitti_01", "kitti_*", "runs/pairs/test", "runs/pairs", "runs/pairs/test/kitti_01_step_05"}) {
     INFO(wanted);
     CHECK(Makes(set, wanted));
   }

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
 #include "data_tools/number_file.h"
+#include "datasets/data_test_util.h"
 
 namespace diffsac {
 namespace {

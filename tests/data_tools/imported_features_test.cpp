@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/feature_file_test_util.h"
 #include "data_tools/image_test_util.h"
 #include "data_tools/run_pairs.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {

@@ -7,9 +7,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_format.h"
 #include "data_tools/image_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/files.h"
 
 namespace diffsac {

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <sstream>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/feature_cache.h"
+#include "data_tools/image_test_util.h"
 #include "data_tools/inspect.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/io/correspondence_files.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/io/thumbnails.h"
-#include "data_tools/image_test_util.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <Eigen/LU>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/adelaide_rmf.h"
 #include "data_tools/image_features.h"
 #include "data_tools/image_source.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
@@ -178,8 +178,8 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     // The tentative matches are of the same images; a good ratio goes with the truth.
     CHECK(tentative.pairs[i].id == pair.id);
     CHECK(ShareNear(tentative.pairs[i].problem, tentative.pairs[i].truth, 3.0) > 0.3);
-    CHECK(
-        (tentative.pairs[i].problem.match_ratio.minCoeff() >= 0.0 && tentative.pairs[i].problem.match_ratio.maxCoeff() <= 1.0));
+    CHECK((tentative.pairs[i].problem.match_ratio.minCoeff() >= 0.0 &&
+           tentative.pairs[i].problem.match_ratio.maxCoeff() <= 1.0));
   }
 }
 

@@ -4,8 +4,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_test_util.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/io/thumbnails.h"
 
 namespace diffsac {

@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "datasets/data_test_util.h"
-#include "data_tools/prepare_pairs.h"
-#include "diffsac/io/correspondence_files.h"
 #include "data_tools/image_test_util.h"
+#include "data_tools/prepare_pairs.h"
+#include "datasets/data_test_util.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 namespace {
@@ -94,7 +94,6 @@ TEST_CASE("tutorial: descriptors come back from the images") {
   const DescriptorMatrix rows = CorrespondenceScene(scene, with).Read(0).problem.descriptors;
   CHECK((rows.leftCols(128).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
   CHECK(ShareAlike(rows, expected[0]) < 0.1);
-
 }
 
 TEST_CASE("tutorial: a request to stop writes nothing, and mistakes are named") {

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/data_test_util.h"
 #include "data_tools/image_source.h"
+#include "datasets/data_test_util.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

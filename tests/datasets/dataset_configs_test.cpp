@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
-#include "diffsac/generators/synthetic_two_view.h"
 
 namespace diffsac {
 namespace {
@@ -43,8 +43,7 @@ TEST_CASE("every shipped configuration's data, labels and features can be read")
 
 TEST_CASE("synthetic configurations give features and labels as training asks for them") {
   for (const char* name : {"fundamental", "essential", "homography"}) {
-    const Config config =
-        ConfigFromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/data/synthetic_") + name + ".yaml");
+    const Config config = ConfigFromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/data/synthetic_") + name + ".yaml");
     const auto dataset = MakeDataset(config.Sub("data"), 1);
     const auto labels = ReadOptions<LabelOptions>(config.Sub("labels"));
     const PointFeatures features(ReadOptions<PointFeaturesOptions>(config.Sub("network.features")), dataset->task());

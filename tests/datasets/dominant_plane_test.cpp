@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 
 #include "core/temporary_folder.h"
-#include "generators/two_view_test_util.h"
 #include "diffsac/datasets/correspondences_dataset.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -9,17 +9,17 @@
 #include <filesystem>
 #include <set>
 
-#include "datasets/same_points.h"
 #include "data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/datasets/correspondences_dataset.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/geometry/fundamental.h"
 #include "generators/two_view_test_util.h"
 
 namespace diffsac {
@@ -153,7 +153,8 @@ TEST_CASE("the tutorial's splits and scenes are chosen by name") {
   CHECK(Has(error("split: test\n"), "test: no scenes"));
   CHECK(Has(error("split: trian\n"), "train"));
   CHECK(Has(error("split: train\nscenes: [aa]\n"), "did you mean 'a'"));
-  CHECK(Has(ErrorOf([] { Make("ransac_tutorial", "nowhere"); }), "'nowhere': no such file or folder; looked for nowhere"));
+  CHECK(Has(ErrorOf([] { Make("ransac_tutorial", "nowhere"); }),
+            "'nowhere': no such file or folder; looked for nowhere"));
   CHECK(Has(ErrorOf([] { MakeDataset(ConfigFromYaml("type: ransac_tutorial\n"), 1); }), "root"));
 }
 

@@ -10,9 +10,9 @@
 #include <set>
 #include <string>
 
+#include "data_test_util.h"
 #include "datasets/same_points.h"
 #include "datasets/write_point_sets.h"
-#include "data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/generators/synthetic.h"
 #include "diffsac/lab/yaml.h"
@@ -398,7 +398,7 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
   CHECK(ErrorOf([&] {
           ReadOptions<PointSetsOptions>(
               ConfigFromYaml("paths: [a.csv]\ninlier_threshold: 1\n"
-                                 "inlier_threshold_relative: 0.1\n"));
+                             "inlier_threshold_relative: 0.1\n"));
         }) != "");
 }
 

@@ -5,11 +5,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "generators/two_view_test_util.h"
 #include "diffsac/datasets/pair_filter.h"
+#include "diffsac/geometry/refine.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/geometry/refine.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "datasets/same_points.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/datasets/repeated_structures.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {
@@ -12,9 +12,9 @@ namespace {
 std::unique_ptr<Dataset> Pairs(const std::string& task) {
   const auto config =
       ConfigFromYaml("{type: synthetic_two_view, task: " + task +
-                             ", num_points: 200, outlier_ratio: 0.3, inlier_threshold_px: 1, noise_px: 0.2, "
-                             "match_ratio: true}",
-                         "pairs.yaml");
+                         ", num_points: 200, outlier_ratio: 0.3, inlier_threshold_px: 1, noise_px: 0.2, "
+                         "match_ratio: true}",
+                     "pairs.yaml");
   return MakeDataset(config, 1);
 }
 

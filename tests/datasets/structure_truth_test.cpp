@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "data_test_util.h"
-#include "diffsac/io/correspondence_files.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "generators/structures_test_util.h"
 

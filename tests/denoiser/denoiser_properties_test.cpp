@@ -50,7 +50,7 @@ TEST_CASE("a problem's output does not depend on its batch mates or on padding")
     const auto c_t = RandomTensor({1, 2, 5}, Rng(5));
     const auto alone = Run(*network, BatchOf({small}), c_t);
     const torch::NoGradGuard no_grad;
-    auto padded = torch::full({2, 2, 12}, 7.0f);   // what stands in the padding must not matter
+    auto padded = torch::full({2, 2, 12}, 7.0f);  // what stands in the padding must not matter
     padded.slice(0, 0, 1).slice(2, 0, 5).copy_(c_t);
     const auto batch = BatchOf({small, large});
     const auto context = network->Encode(batch);
@@ -90,7 +90,9 @@ TEST_CASE("weights depend on the seed alone") {
 }
 
 TEST_CASE("options that make no network are refused with their place") {
-  const auto read = [](const std::string& yaml) { return ReadOptions<DenoiserOptions>(ConfigFromYaml(yaml, "x.yaml")); };
+  const auto read = [](const std::string& yaml) {
+    return ReadOptions<DenoiserOptions>(ConfigFromYaml(yaml, "x.yaml"));
+  };
   CHECK_THROWS_WITH(read("width: 63"), Catch::Contains("x.yaml:1") && Catch::Contains("even"));
   CHECK_THROWS_WITH(read("width: 64\nheads: 5"), Catch::Contains("heads"));
   CHECK_THROWS_WITH(read("encoder_layers: 0"), Catch::Contains("inlier_head"));

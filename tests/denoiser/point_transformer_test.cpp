@@ -20,8 +20,9 @@ ReferenceTransformer ReferenceOf(const Denoiser& network, const DenoiserOptions&
 
 }  // namespace
 
-// The golden tensor is computed by ReferenceTransformer: plain loops in double precision over the same weights, following
-// field-notes §2.1 (interleaved q|k|v, scale d^-1/4 on both q and k, pre-norm blocks, erf GELU, cosine half first).
+// The golden tensor is computed by ReferenceTransformer: plain loops in double precision over the same weights,
+// following field-notes §2.1 (interleaved q|k|v, scale d^-1/4 on both q and k, pre-norm blocks, erf GELU, cosine half
+// first).
 TEST_CASE("point transformer equals an independent computation") {
   for (const int encoder_layers : {0, 2}) {
     auto options = SmallOptions("point_transformer", encoder_layers);
@@ -30,8 +31,7 @@ TEST_CASE("point transformer equals an independent computation") {
     const auto set = RandomFeatures(7, 5, Rng(11));
     const auto c_t = RandomTensor({1, 2, 7}, Rng(12));
     const torch::NoGradGuard no_grad;
-    const auto out =
-        network->Denoise(network->Encode(BatchOf({set})), c_t, torch::tensor({{13.0f, 80.0f}}));
+    const auto out = network->Denoise(network->Encode(BatchOf({set})), c_t, torch::tensor({{13.0f, 80.0f}}));
     const auto reference = ReferenceOf(*network, options);
     const std::vector<double> features(set.values.data(), set.values.data() + set.values.size());
     for (int k = 0; k < 2; ++k) {

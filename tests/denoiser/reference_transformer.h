@@ -6,8 +6,8 @@
 
 namespace diffsac {
 
-/// Point-E's transformer written as plain loops over doubles, from the published description alone: no tensor library, no
-/// code shared with lib/. The golden values of the denoiser tests come from it.
+/// Point-E's transformer written as plain loops over doubles, from the published description alone: no tensor library,
+/// no code shared with lib/. The golden values of the denoiser tests come from it.
 class ReferenceTransformer {
  public:
   /// Weights by name as the denoiser registers them; a matrix is row-major, out × in.

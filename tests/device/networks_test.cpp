@@ -122,7 +122,8 @@ namespace {
 
 std::vector<ReverseSamplerOptions> AllSamplers() {
   std::vector<ReverseSamplerOptions> all;
-  for (const auto kind : {ReverseSamplerKind::kDdpm, ReverseSamplerKind::kRenoise, ReverseSamplerKind::kDdim, ReverseSamplerKind::kDpmSolverPp}) {
+  for (const auto kind : {ReverseSamplerKind::kDdpm, ReverseSamplerKind::kRenoise, ReverseSamplerKind::kDdim,
+                          ReverseSamplerKind::kDpmSolverPp}) {
     all.emplace_back().kind = kind;
     all.back().steps = 4;
   }

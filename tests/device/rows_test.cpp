@@ -8,11 +8,11 @@
 
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
+#include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/generators/synthetic_two_view.h"
+#include "diffsac/lab/make_estimator.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/lab/make_estimator.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {
@@ -22,7 +22,8 @@ using testing::TestDeviceName;
 
 const std::string kModels = DIFFSAC_SOURCE_DIR "/models/";
 
-std::unique_ptr<RobustEstimator> Row(const TrainedConfig& trained, const std::string& device, const std::string& more = "") {
+std::unique_ptr<RobustEstimator> Row(const TrainedConfig& trained, const std::string& device,
+                                     const std::string& more = "") {
   const std::string row = "{type: " + trained.method + ", checkpoint: '" + trained.checkpoint + "'" + more + "}";
   return MakeEstimator(ConfigFromYaml(row), trained.task, {"", device, 1});
 }

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "diffsac/core/random.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/eval/metrics.h"
 #include "estimators/make_estimator.h"
 
 namespace diffsac {
@@ -17,8 +17,8 @@ constexpr const char* kTypes[] = {"ransac",    "lo_ransac", "prosac", "napsac", 
                                   "gc_ransac", "magsac_pp", "dgsac",  "opencv_pnp"};
 
 std::unique_ptr<Dataset> Scenes() {
-  return MakeDataset(
-      ConfigFromYaml("{type: synthetic_absolute_pose, num_points: 150, outlier_ratio: 0.5}", "a.yaml"), 3);
+  return MakeDataset(ConfigFromYaml("{type: synthetic_absolute_pose, num_points: 150, outlier_ratio: 0.5}", "a.yaml"),
+                     3);
 }
 
 TEST_CASE("every row finds poses among half outliers") {
@@ -30,7 +30,8 @@ TEST_CASE("every row finds poses among half outliers") {
       Example example = scenes->Get(i);
       Rng rng(i);
       example.problem.match_ratio.resize(150);
-      for (int k = 0; k < 150; ++k) example.problem.match_ratio[k] = rng.Uniform() + (example.truth.inliers[k] ? 0.0 : 0.3);
+      for (int k = 0; k < 150; ++k)
+        example.problem.match_ratio[k] = rng.Uniform() + (example.truth.inliers[k] ? 0.0 : 0.3);
       good += MeasureError(method->Run(example.problem, i), example).angle_deg < 1.0;
     }
     CAPTURE(type, good);

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/baselines/oracle.h"
 #include "diffsac/baselines/theil_sen.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/problem/tasks.h"
 #include "estimators/make_estimator.h"
 
 namespace diffsac {
@@ -27,7 +27,8 @@ Example MakeExample(int num_points, double outlier_ratio, std::uint64_t seed) {
   return example;
 }
 
-std::unique_ptr<RobustEstimator> Make(const std::string& type, const std::string& yaml = "{}", Task task = Task::kLine) {
+std::unique_ptr<RobustEstimator> Make(const std::string& type, const std::string& yaml = "{}",
+                                      Task task = Task::kLine) {
   return MakeRow(type, task, yaml);
 }
 
@@ -98,8 +99,7 @@ TEST_CASE("Same seed, same estimate; budgets are reported") {
   CHECK(differs);
   CHECK(Make("exhaustive")->Run(example.problem, 1).report.hypotheses > 4950);
   CHECK(Make("exhaustive")->Run(example.problem, 1).report.unique_minimal_sets == 4950);
-  CHECK(Make("exhaustive")->Run(example.problem, 1).model ==
-        Make("exhaustive")->Run(example.problem, 2).model);
+  CHECK(Make("exhaustive")->Run(example.problem, 1).model == Make("exhaustive")->Run(example.problem, 2).model);
   CHECK(Make("theil_sen")->Run(example.problem, 1).report.hypotheses == 4950);
   CHECK(Make("theil_sen", "{max_iterations: 100}")->Run(example.problem, 1).report.hypotheses == 100);
   CHECK(Make("lo_ransac", "{max_iterations: 20}")->Run(example.problem, 1).report.hypotheses > 20);

@@ -8,8 +8,8 @@
 #include <limits>
 #include <set>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {

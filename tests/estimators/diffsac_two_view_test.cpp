@@ -165,7 +165,8 @@ TEST_CASE("the inlier head guides without the reverse process, extra sets are co
 
   auto no_head = TwoViewNetwork();
   no_head.denoiser.inlier_head = false;
-  CHECK_THROWS_WITH(DiffsacEstimator(TinyNetwork(Task::kFundamental, no_head), options, 1), Catch::Contains("head_sets"));
+  CHECK_THROWS_WITH(DiffsacEstimator(TinyNetwork(Task::kFundamental, no_head), options, 1),
+                    Catch::Contains("head_sets"));
 }
 
 }  // namespace diffsac

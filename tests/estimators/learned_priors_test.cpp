@@ -4,8 +4,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {

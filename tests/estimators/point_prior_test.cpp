@@ -5,18 +5,18 @@
 #include <limits>
 #include <vector>
 
+#include "diffsac/estimators/encoded_points.h"
+#include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/estimators/encoded_points.h"
-#include "diffsac/estimators/estimation_priors.h"
 
 namespace diffsac {
 namespace {
 
 Example Pair() {
   return MakeDataset(ConfigFromYaml("{type: synthetic_two_view, task: fundamental, num_points: 400, outlier_ratio: "
-                                        "0.6}"),
+                                    "0.6}"),
                      3)
       ->Get(0);
 }

@@ -35,9 +35,9 @@ template <class Result>
 void CheckSame(const Result& result, const Estimate& row) {
   REQUIRE(row.status == Status::kOk);
   REQUIRE(result.ok());
-  using Layout = Eigen::Matrix<double, decltype(result.model)::RowsAtCompileTime,
-                               decltype(result.model)::ColsAtCompileTime,
-                               decltype(result.model)::ColsAtCompileTime == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+  using Layout =
+      Eigen::Matrix<double, decltype(result.model)::RowsAtCompileTime, decltype(result.model)::ColsAtCompileTime,
+                    decltype(result.model)::ColsAtCompileTime == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   CHECK(result.model == Eigen::Map<const Layout>(row.model.data()));
   CHECK(result.inliers == row.inliers);
   CHECK(result.inlier_threshold == row.inlier_threshold);
@@ -97,7 +97,9 @@ TEST_CASE("the functions of lines and planes, and of several, give the digits of
 }
 
 TEST_CASE("a row's preset is the start of its keys, another name is refused with its line") {
-  const auto resolved = [](const std::string& row) { return ResolvedRow(ConfigFromYaml(row, "t.yaml"), Task::kFundamental, {}); };
+  const auto resolved = [](const std::string& row) {
+    return ResolvedRow(ConfigFromYaml(row, "t.yaml"), Task::kFundamental, {});
+  };
   const Config row = resolved("{type: prosac, preset: recommended, max_iterations: 300}");
   CHECK(row.Text("max_iterations") == "300");
   CHECK(row.Text("consensus.least_scale") == "0.5");

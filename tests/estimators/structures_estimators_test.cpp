@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "diffsac/baselines/oracle.h"
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/generators/synthetic_structures.h"
-#include "diffsac/baselines/oracle.h"
 #include "estimators/make_estimator.h"
 #include "estimators/tiny_network.h"
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "diffsac/generators/synthetic.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/generators/synthetic.h"
 #include "diffsac/networks/diffsac_network.h"
 
 namespace diffsac {

@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "datasets/data_test_util.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {

@@ -7,9 +7,9 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
+#include "diffsac/eval/runner.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
-#include "diffsac/eval/runner.h"
 
 namespace diffsac::testing {
 

@@ -7,12 +7,12 @@
 #include <set>
 #include <sstream>
 
-#include "io/colmap_test_util.h"
 #include "core/temporary_folder.h"
-#include "generators/two_view_test_util.h"
-#include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/core/files.h"
+#include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/report/command_line.h"
+#include "generators/two_view_test_util.h"
+#include "io/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -8,11 +8,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/selection.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/dataset_registry.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
-#include "diffsac/eval/selection.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -207,7 +207,7 @@ TEST_CASE("a problem gets the same draws whatever stands in the list before it")
   const auto lines_of_b = [&](const std::string& paths) {
     const ExperimentOptions experiment = ReadExperiment(
         ConfigFromYaml("{name: own, data: {type: point_sets, task: line, inlier_threshold: 0.1, paths: [" + paths +
-                           "]}, methods: [{name: first, type: two_point}]}"));
+                       "]}, methods: [{name: first, type: two_point}]}"));
     std::istringstream csv(WithoutTimes(CsvOf(RunExperiment(experiment, TwoPointInputs()))));
     std::vector<std::string> lines;
     for (std::string line; std::getline(csv, line);)

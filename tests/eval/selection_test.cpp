@@ -103,9 +103,9 @@ paper: {Theirs: {ours: absent_alone, here: 0.5, absent: 0.6}}
 
 TEST_CASE("of several scenes those that are there are used, and the others named once") {
   const TemporaryFolder folder;
-  const ExperimentOptions whole = Read(
-      "task: plane\nmissing: leave_out\ndata: {type: point_sets, task: plane, inlier_threshold: 1, paths: [" +
-      folder.path() + ", no/scan]}\nconditions: [{name: a}, {name: b}]\nmethods: [{type: ransac}]\n");
+  const ExperimentOptions whole =
+      Read("task: plane\nmissing: leave_out\ndata: {type: point_sets, task: plane, inlier_threshold: 1, paths: [" +
+           folder.path() + ", no/scan]}\nconditions: [{name: a}, {name: b}]\nmethods: [{type: ransac}]\n");
   ExperimentOptions experiment = whole;
   REQUIRE(LeaveOutMissing(false, &experiment));
   REQUIRE(experiment.conditions.size() == 2);

@@ -8,11 +8,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/report/command_line.h"
 #include "diffsac/eval/estimates.h"
+#include "diffsac/report/command_line.h"
+#include "diffsac/report/markdown_report.h"
 #include "diffsac/report/merge.h"
 #include "diffsac/report/run_files.h"
-#include "diffsac/report/markdown_report.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -48,7 +48,7 @@ class BatchSensitive : public TwoPointEstimator {
  public:
   using TwoPointEstimator::TwoPointEstimator;
   std::vector<diffsac::Estimate> DoRunBatch(std::span<const Problem* const> problems,
-                                                 std::span<const std::uint64_t> seeds) const override {
+                                            std::span<const std::uint64_t> seeds) const override {
     std::vector<diffsac::Estimate> estimates;
     for (std::size_t i = 0; i < problems.size(); ++i) {
       estimates.push_back(DoRun(*problems[i], seeds[i]));

@@ -85,8 +85,8 @@ TEST_CASE("a sweep ends in one table, with a row for each value that makes a dif
   REQUIRE(Evaluate(Request(folder), {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("[4/4] max_iterations=50 score=inlier_count") && Contains("RANSAC, max_iterations=5"));
   const std::string csv = ReadFile(folder.File("out/results.csv"));
-  for (const char* row :
-       {",ransac max_iterations=5,", ",ransac max_iterations=50,", ",lo score=msac,", ",lo score=inlier_count,", ",oracle,"})
+  for (const char* row : {",ransac max_iterations=5,", ",ransac max_iterations=50,", ",lo score=msac,",
+                          ",lo score=inlier_count,", ",oracle,"})
     CHECK_THAT(csv, Contains(row));
   CHECK_THAT(csv, !Contains("oracle score"));
   CHECK(csv.rfind(",all,0.2,") < csv.find(",all,0.5,"));

@@ -1,5 +1,5 @@
-#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/problem/tasks.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "diffsac/core/safetensors.h"
-#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/network/checkpoint_info.h"
 #include "fuzz/fuzz_target.h"
 
 namespace diffsac::testing {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/sweep.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/make_estimator.h"
 #include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"

@@ -4,14 +4,14 @@
 #include <array>
 #include <filesystem>
 
-#include "diffsac/lab/yaml.h"
-#include "generators/two_view_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/io/correspondence_files.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/io/thumbnails.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
+#include "generators/two_view_test_util.h"
 
 namespace diffsac::testing {
 namespace {

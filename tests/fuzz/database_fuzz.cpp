@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "io/colmap_test_util.h"
-#include "diffsac/io/colmap_lens.h"
 #include "diffsac/core/files.h"
+#include "diffsac/io/colmap_lens.h"
 #include "fuzz/fuzz_target.h"
+#include "io/colmap_test_util.h"
 
 namespace diffsac::testing {
 

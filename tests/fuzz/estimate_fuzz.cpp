@@ -34,18 +34,18 @@ std::vector<typename Values::value_type> Rows(const Values& values, const std::v
 
 /// The source of sets among some of the points, all of which its weights and confidences know.
 std::unique_ptr<MinimalSampler> SourceOf(const FuzzProblem& problem, int set_size, const std::vector<int>& rows,
-                                           int search) {
+                                         int search) {
   const Rng rng = Rng(problem.seed).Fork("minimal_sets", static_cast<std::uint64_t>(search));
   const bool all = static_cast<Eigen::Index>(rows.size()) == problem.points.rows();
   if (problem.sets_from == SetsFrom::kWeights)
     return std::make_unique<WeightedSampler>(Rows(problem.match_ratio, rows), set_size, rng);
   if (problem.sets_from == SetsFrom::kConfidences && all)
     return std::make_unique<ConfidenceSampler>(problem.confidences, static_cast<int>(rows.size()), set_size,
-                                              problem.likeliest_sets ? Selection::kMaximum : Selection::kProbabilistic,
-                                              problem.unique_sets, problem.temperature, rng);
+                                               problem.likeliest_sets ? Selection::kMaximum : Selection::kProbabilistic,
+                                               problem.unique_sets, problem.temperature, rng);
   if (problem.sets_from == SetsFrom::kGiven && all) return std::make_unique<PrecomputedSampler>(problem.minimal_sets);
   return MakeMinimalSampler(problem.source, problem.points(rows, Eigen::all), set_size, rng,
-                              Rows(problem.match_ratio, rows));
+                            Rows(problem.match_ratio, rows));
 }
 
 std::vector<int> AllRows(const FuzzProblem& problem) {
@@ -131,7 +131,8 @@ void RunStructures(const FuzzProblem& problem) {
       problem.options, problem.structures, Rng(problem.seed), problem.hints);
   Require((result.status == Status::kOk) == !result.models.empty(), "structures are found, or there is no model");
   if (result.status != Status::kOk) return;
-  Require(static_cast<Eigen::Index>(result.assignment.size()) == problem.points.rows(), "there is a label for each point");
+  Require(static_cast<Eigen::Index>(result.assignment.size()) == problem.points.rows(),
+          "there is a label for each point");
   Require(static_cast<int>(result.models.size()) <= problem.structures.most, "no more structures than are asked for");
   for (const ModelParameters& model : result.models) Require(model.allFinite(), "structures are finite");
   for (std::size_t i = 0; i < result.assignment.size(); ++i) {

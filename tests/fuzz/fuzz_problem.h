@@ -24,12 +24,12 @@ struct FuzzProblem {
   DgsacOptions dgsac;
   SetsFrom sets_from = SetsFrom::kSource;
   MinimalSamplerOptions source;
-  std::vector<double> match_ratio;     ///< one a point, and what kWeights draws in proportion to
-  std::vector<float> confidences;  ///< some rows of one a point
-  bool likeliest_sets = false;     ///< of the confidences
-  bool unique_sets = false;        ///< of the confidences
-  double temperature = 1.0;        ///< of the confidences
-  std::vector<int> minimal_sets;   ///< indices out of range among them
+  std::vector<double> match_ratio;  ///< one a point, and what kWeights draws in proportion to
+  std::vector<float> confidences;   ///< some rows of one a point
+  bool likeliest_sets = false;      ///< of the confidences
+  bool unique_sets = false;         ///< of the confidences
+  double temperature = 1.0;         ///< of the confidences
+  std::vector<int> minimal_sets;    ///< indices out of range among them
   EstimationPriors hints;
   std::uint64_t seed = 0;
   int threads = 1;

@@ -14,9 +14,9 @@ namespace diffsac::testing {
 /// The files stay such as the library itself would write.
 void EditHdf5(const std::string& path, ByteReader* reader);
 
-/// Changes up to eight bytes or pieces of the file as bytes say, past the library: bits, words, pieces from elsewhere in
-/// it, cut ends, and the fields behind the signatures of the format's structures. Most of what comes of it no library
-/// wrote.
+/// Changes up to eight bytes or pieces of the file as bytes say, past the library: bits, words, pieces from elsewhere
+/// in it, cut ends, and the fields behind the signatures of the format's structures. Most of what comes of it no
+/// library wrote.
 void EditHdf5Bytes(const std::string& path, ByteReader* reader);
 
 /// The one or the other, as the first byte says.

@@ -1,7 +1,7 @@
 // Points and meshes as text: "ply ..." is a PLY file, "OFF ..." a mesh, all else lines of numbers.
 
-#include "diffsac/generators/off_mesh.h"
 #include "diffsac/datasets/point_files.h"
+#include "diffsac/generators/off_mesh.h"
 #include "fuzz/fuzz_target.h"
 
 namespace diffsac::testing {

@@ -7,10 +7,10 @@
 
 #include "datasets/write_point_sets.h"
 #include "diffsac/core/files.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/datasets/point_files.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"

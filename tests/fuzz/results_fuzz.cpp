@@ -3,12 +3,12 @@
 
 #include <filesystem>
 
+#include "diffsac/eval/shard_records.h"
 #include "diffsac/report/compare_runs.h"
+#include "diffsac/report/markdown_report.h"
 #include "diffsac/report/merge.h"
 #include "diffsac/report/results_page.h"
-#include "diffsac/report/markdown_report.h"
 #include "diffsac/report/run_reader.h"
-#include "diffsac/eval/shard_records.h"
 #include "eval/eval_fixtures.h"
 #include "fuzz/fuzz_target.h"
 

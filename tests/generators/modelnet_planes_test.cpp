@@ -6,10 +6,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
-#include "diffsac/lab/dataset_factory.h"
+#include "datasets/same_points.h"
 #include "diffsac/generators/mesh_planes.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "generators/structures_test_util.h"
@@ -135,8 +135,8 @@ TEST_CASE("mesh planes depend on seed, split and index alone, and mistakes are n
   const TemporaryFolder folder;
   WriteRaw(folder / "boxes.off", Boxes({{4, 3, 2}}));
   const auto make = [&](const std::string& more, std::uint64_t seed = 1) {
-    return MakeDataset(
-        ConfigFromYaml("type: modelnet_planes\npaths: [\"" + folder.path() + "\"]\n" + more, "my.yaml"), seed);
+    return MakeDataset(ConfigFromYaml("type: modelnet_planes\npaths: [\"" + folder.path() + "\"]\n" + more, "my.yaml"),
+                       seed);
   };
   const Example example = make("")->Get(3);
   CHECK(make("")->Get(3).problem.points == example.problem.points);

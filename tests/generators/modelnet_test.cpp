@@ -10,15 +10,15 @@
 #include <set>
 #include <sstream>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/generators/depth_buffer.h"
 #include "diffsac/generators/off_mesh.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/geometry/fundamental.h"
 
 namespace diffsac {
 namespace {

@@ -16,8 +16,8 @@ inline std::vector<int> StructureSizes(const Example& example) {
 }
 
 inline int CountLabelled(const Example& example) {
-  return static_cast<int>(
-      std::count_if(example.truth.assignment.begin(), example.truth.assignment.end(), [](int label) { return label > 0; }));
+  return static_cast<int>(std::count_if(example.truth.assignment.begin(), example.truth.assignment.end(),
+                                        [](int label) { return label > 0; }));
 }
 
 }  // namespace diffsac

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <set>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/core/parallel.h"
+#include "diffsac/geometry/homography.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/geometry/homography.h"
 #include "generators/structures_test_util.h"
 
 namespace diffsac {
@@ -114,8 +114,9 @@ TEST_CASE("plane views: noise, number and sizes are as asked") {
     CHECK(CountLabelled(example) == 300);
     for (Eigen::Index i = 0; i < 400; ++i) {
       if (example.truth.assignment[i] == 0) continue;
-      const double distance = TransferError(Matrix3Parameters(example.truth.structures[example.truth.assignment[i] - 1]),
-                                            example.problem.points.data() + 4 * i);
+      const double distance =
+          TransferError(Matrix3Parameters(example.truth.structures[example.truth.assignment[i] - 1]),
+                        example.problem.points.data() + 4 * i);
       CHECK(distance < 30.0);
       squares += std::min(distance, 5.0) * std::min(distance, 5.0);
       ++inliers;

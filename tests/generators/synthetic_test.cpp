@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/core/random.h"
 #include "diffsac/generators/box_section.h"
 #include "diffsac/lab/yaml.h"

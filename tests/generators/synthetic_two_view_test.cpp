@@ -7,15 +7,15 @@
 #include <set>
 #include <vector>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

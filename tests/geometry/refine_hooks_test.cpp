@@ -141,7 +141,8 @@ TEST_CASE("Refine with weights of one is Refine; points of weight 0 are as good 
     Matrix3Parameters truncated = start;
     Fundamental::Refine(problem.pixels, 2.0, &truncated);
     CHECK(refined(problem.pixels, ones, {LossKind::kTruncated, 2.0}) == truncated);
-    for (const RobustLoss& loss : {RobustLoss{LossKind::kTruncated, 5.0}, RobustLoss{LossKind::kMarginalised, 8.0, 0.5}}) {
+    for (const RobustLoss& loss :
+         {RobustLoss{LossKind::kTruncated, 5.0}, RobustLoss{LossKind::kMarginalised, 8.0, 0.5}}) {
       const Matrix3Parameters model = refined(problem.pixels, ones, loss);
       CHECK(cost(model, loss) < cost(start, loss));
       PointMatrix more(120, 4);

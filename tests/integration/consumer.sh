@@ -11,7 +11,7 @@ consume() {
 consume build
 grep -q -i -E "yaml|HDF5|torch|opencv|sqlite|spdlog" "$own/build/CMakeCache.txt" && fail "the library asks for more than Eigen and TBB"
 for name in pose estimate_all fit_line; do
-  if ldd "$own/build/$name" | grep -E "torch|c10|yaml|hdf5|opencv|sqlite|spdlog|fmt"; then fail "$name is linked with more"; fi
+  if ldd "$own/build/$name" | cut -d "(" -f 1 | grep -E "torch|libc10|yaml|hdf5|opencv|sqlite|spdlog|fmt"; then fail "$name is linked with more"; fi
 done
 run_expecting 0 "$own/build/fit_line"
 grep -q "slope 0.500 intercept 1.000 inliers 7" "$own/out" || { cat "$own/out" >&2; fail "another line"; }

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "io/colmap_test_util.h"
 #include "datasets/data_test_util.h"
+#include "io/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

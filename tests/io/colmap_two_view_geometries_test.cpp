@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "io/colmap_test_util.h"
 #include "datasets/data_test_util.h"
 #include "diffsac/io/colmap_lens.h"
 #include "diffsac/problem/pair_truth.h"
+#include "io/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

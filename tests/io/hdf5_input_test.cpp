@@ -15,9 +15,9 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/datasets/point_files.h"
 #include "diffsac/generators/synthetic.h"
+#include "diffsac/io/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

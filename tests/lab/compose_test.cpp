@@ -78,7 +78,8 @@ TEST_CASE("a list of budgets is a row each, in one series") {
 }
 
 TEST_CASE("rows are chosen and ordered by name") {
-  const std::string text = "methods: {o: {type: oracle}, a: {type: ransac, max_iterations: [1, 2]}, b: {type: ransac}}\n";
+  const std::string text =
+      "methods: {o: {type: oracle}, a: {type: ransac, max_iterations: [1, 2]}, b: {type: ransac}}\n";
   CHECK(Row(text + "rows: [b, o, a]\n", 0).Text("name") == "b");
   CHECK(Row(text + "rows: [b, o, a]\n", 1).Text("name") == "o");
   CHECK(Row(text + "rows: [b, o, a]\n", 3).Text("name") == "a_2");
@@ -107,9 +108,7 @@ TEST_CASE("the first alternative that is there is put under the experiment") {
                            "], title: B, data: {root: b}}\n"
                            "  - {needs: [" +
                            folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
-  const auto root = [](const std::string& yaml) {
-    return ComposeExperiment(ConfigFromYaml(yaml)).Text("data.root");
-  };
+  const auto root = [](const std::string& yaml) { return ComposeExperiment(ConfigFromYaml(yaml)).Text("data.root"); };
   CHECK(root(text) == "b");  // None is there: the first, whose absence is then reported.
   WriteFileAtomically(folder.File("c"), "x");
   CHECK(root(text) == "c");

@@ -20,16 +20,14 @@ TEST_CASE("the factory builds what the type says") {
         MakeDataset(ConfigFromYaml("type: synthetic_line"), 2)->Get(0).problem.points);
   TemporaryFolder folder;
   WriteRaw(folder / "a.csv", "1,2\n3,4\n");
-  const auto files = MakeDataset(
-      ConfigFromYaml("type: point_sets\npaths: [" + folder.path() + "]\ninlier_threshold: 0.5\n"), 1);
+  const auto files =
+      MakeDataset(ConfigFromYaml("type: point_sets\npaths: [" + folder.path() + "]\ninlier_threshold: 0.5\n"), 1);
   CHECK(files->size() == 1);
   CHECK(files->Get(0).problem.inlier_threshold == 0.5);
 }
 
 TEST_CASE("the factory names mistakes") {
-  const auto error = [](const char* yaml) {
-    return ErrorOf([&] { MakeDataset(ConfigFromYaml(yaml, "my.yaml"), 1); });
-  };
+  const auto error = [](const char* yaml) { return ErrorOf([&] { MakeDataset(ConfigFromYaml(yaml, "my.yaml"), 1); }); };
   CHECK(Has(error("num_points: 30"), "type"));
   CHECK(Has(error(""), "type"));
   CHECK(Has(error("type: synthetic_lines"), "synthetic_line"));

@@ -9,9 +9,9 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/denoiser/checkpoint.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {
@@ -37,7 +37,8 @@ struct SavedNetwork {
   }
 };
 
-std::unique_ptr<RobustEstimator> Make(const std::string& yaml, Task task = Task::kLine, const std::string& checkpoint = "") {
+std::unique_ptr<RobustEstimator> Make(const std::string& yaml, Task task = Task::kLine,
+                                      const std::string& checkpoint = "") {
   return MakeEstimator(ConfigFromYaml(yaml, "t.yaml"), task, {checkpoint, "cpu", 1});
 }
 
@@ -74,7 +75,8 @@ TEST_CASE("a resolved row has every key that acts, and makes the same method") {
   CHECK(ToYaml(ResolvedRow(row, Task::kFundamental, {})) == ToYaml(row));
   CHECK(resolve("{type: magsac_pp}", Task::kLine).Text("consensus.final_refinement") == "none");
   CHECK(ToYaml(resolve("{type: oracle}", Task::kLine)) == "type: oracle\n");
-  CHECK_THROWS_WITH(resolve("{type: oracle, max_iterations: 3}", Task::kLine), Catch::Contains("unknown key 'max_iterations'"));
+  CHECK_THROWS_WITH(resolve("{type: oracle, max_iterations: 3}", Task::kLine),
+                    Catch::Contains("unknown key 'max_iterations'"));
   CHECK_THROWS_WITH(resolve("{type: theil_sen}", Task::kFundamental),
                     Catch::Contains("t.yaml:1: type: theil_sen estimates lines and planes only"));
 }
@@ -102,16 +104,17 @@ TEST_CASE("a diffsac row that cannot be built is a clear error") {
 TEST_CASE("a key that changes nothing in a diffsac row is an error with its line, an inherited one is not") {
   const SavedNetwork saved;
   const std::string row = "{type: diffsac, checkpoint: '" + saved.path + "', ";
-  for (const char* keys :
-       {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5", "copies: 0, head_sets: 9, temperature: 0.5",
-        "copies: 0, head_sets: 9, selection: gumbel", "selection: gumbel, intermediate_sets: false",
-        "extra_sets: 4, extra_sampler: prosac", "consensus: {stopping: confidence, max_iterations: 50}"})
+  for (const char* keys : {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5",
+                           "copies: 0, head_sets: 9, temperature: 0.5", "copies: 0, head_sets: 9, selection: gumbel",
+                           "selection: gumbel, intermediate_sets: false", "extra_sets: 4, extra_sampler: prosac",
+                           "consensus: {stopping: confidence, max_iterations: 50}"})
     CHECK_NOTHROW(Make(row + keys + "}"));
-  for (const char* keys : {"temperature: 0.5", "copies: 0, head_sets: 9, sampler: {steps: 1}",
-                           "copies: 0", "copies: 0, head_sets: 9, selection: probabilistic",
-                           "copies: 0, head_sets: 9, max_decoded_points: 5", "selection: gumbel, intermediate_sets: true",
-                           "unique_sets: false, intermediate_sets: true", "extra_sampler: prosac", "model: fundamental8",
-                           "consensus: {max_iterations: 50}", "consensus: {min_iterations: 5}"}) {
+  for (const char* keys :
+       {"temperature: 0.5", "copies: 0, head_sets: 9, sampler: {steps: 1}", "copies: 0",
+        "copies: 0, head_sets: 9, selection: probabilistic", "copies: 0, head_sets: 9, max_decoded_points: 5",
+        "selection: gumbel, intermediate_sets: true", "unique_sets: false, intermediate_sets: true",
+        "extra_sampler: prosac", "model: fundamental8", "consensus: {max_iterations: 50}",
+        "consensus: {min_iterations: 5}"}) {
     CAPTURE(keys);
     CHECK_THROWS_WITH(Make("# a row\n" + row + keys + "}"), Catch::Contains("t.yaml:2"));
   }

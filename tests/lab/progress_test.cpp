@@ -6,9 +6,9 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/terminal_log.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/terminal_log.h"
 
 namespace diffsac {
 namespace {

@@ -1,6 +1,6 @@
-// What mutate.py puts in place of operators, constants and statements of a copy of the sources: each does what it stands
-// for, but for the one fault whose number DIFFSAC_FAULT holds. So that one build serves all faults. Which of them were
-// passed at run time goes to the file that DIFFSAC_FAULTS_PASSED names.
+// What mutate.py puts in place of operators, constants and statements of a copy of the sources: each does what it
+// stands for, but for the one fault whose number DIFFSAC_FAULT holds. So that one build serves all faults. Which of
+// them were passed at run time goes to the file that DIFFSAC_FAULTS_PASSED names.
 #pragma once
 
 #include <algorithm>
@@ -75,23 +75,23 @@ constexpr bool operator==(Not<kFault>, const T& value) {
 
 // `a < LtLe<3>{} < b` is a < b, and a <= b with the fault: of the same precedence, so that nothing needs to be parsed.
 // What is no number and no bool (expressions of Eigen) does not compile, and is left as it is.
-#define DIFFSAC_FAULT(Name, right, wrong)                                                            \
-  template <int kFault>                                                                              \
-  struct Name {};                                                                                    \
-  template <int kFault, typename A>                                                                  \
-  struct Name##Of {                                                                                  \
-    A&& a;                                                                                           \
-  };                                                                                                 \
-  template <int kFault, typename A>                                                                  \
-  constexpr Name##Of<kFault, A> operator right(A&& a, Name<kFault>) {                                \
-    return {std::forward<A>(a)};                                                                     \
-  }                                                                                                  \
-  template <int kFault, typename A, typename B>                                                      \
-  constexpr auto operator right(Name##Of<kFault, A> of, B&& b) {                                     \
-    using Result = std::remove_cvref_t<decltype(of.a right b)>;                                      \
-    static_assert(std::is_arithmetic_v<Result>, "not a number");                                     \
-    if (Active<kFault>()) return static_cast<Result>(of.a wrong b);                                  \
-    return static_cast<Result>(of.a right b);                                                        \
+#define DIFFSAC_FAULT(Name, right, wrong)                             \
+  template <int kFault>                                               \
+  struct Name {};                                                     \
+  template <int kFault, typename A>                                   \
+  struct Name##Of {                                                   \
+    A&& a;                                                            \
+  };                                                                  \
+  template <int kFault, typename A>                                   \
+  constexpr Name##Of<kFault, A> operator right(A&& a, Name<kFault>) { \
+    return {std::forward<A>(a)};                                      \
+  }                                                                   \
+  template <int kFault, typename A, typename B>                       \
+  constexpr auto operator right(Name##Of<kFault, A> of, B&& b) {      \
+    using Result = std::remove_cvref_t<decltype(of.a right b)>;       \
+    static_assert(std::is_arithmetic_v<Result>, "not a number");      \
+    if (Active<kFault>()) return static_cast<Result>(of.a wrong b);   \
+    return static_cast<Result>(of.a right b);                         \
   }
 
 DIFFSAC_FAULT(LtLe, <, <=)

@@ -36,11 +36,10 @@ TEST_CASE("every sampler takes plain rows where it takes tensors") {
     const auto on_rows = MakeConfidenceSampler(options, schedule);
     const auto on_tensors = MakeReverseSampler(options, schedule);
     CHECK(on_rows->IsStochastic() == on_tensors->IsStochastic());
-    const auto rows = on_rows->Sample(
-        [](const ConfidenceRows& c, double t) {
-          return ConfidenceRows{(c.values * static_cast<float>(1.0 - t / 200.0)).sin()};
-        },
-        Rows(0), [](int step) { return Rows(step + 1); });
+    const auto rows =
+        on_rows->Sample([](const ConfidenceRows& c,
+                           double t) { return ConfidenceRows{(c.values * static_cast<float>(1.0 - t / 200.0)).sin()}; },
+                        Rows(0), [](int step) { return Rows(step + 1); });
     const auto tensors = on_tensors->Sample(
         [](const torch::Tensor& c, double t) { return (c * static_cast<float>(1.0 - t / 200.0)).sin(); },
         TensorOf(Rows(0)), [](int step) { return TensorOf(Rows(step + 1)); });

@@ -18,7 +18,8 @@ constexpr double kFirstLambda = -5.0;
 constexpr double kLastLambda = 4.0;
 
 TimePoint AtLambda(double lambda) {
-  return {lambda, 1.0 / std::sqrt(1.0 + std::exp(-2.0 * lambda)), 1.0 / std::sqrt(1.0 + std::exp(2.0 * lambda)), lambda};
+  return {lambda, 1.0 / std::sqrt(1.0 + std::exp(-2.0 * lambda)), 1.0 / std::sqrt(1.0 + std::exp(2.0 * lambda)),
+          lambda};
 }
 
 /// Equal steps in λ; the network is told λ itself.

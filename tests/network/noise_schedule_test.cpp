@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/network/noise_schedule.h"
+#include "diffsac/lab/yaml.h"
 
 #include <torch/torch.h>
 

@@ -51,7 +51,8 @@ NoiseFunction StepNoise(std::uint64_t seed = 12) {
   return [seed](int step) { return Normal(Rng(seed).Fork("step", step), kShape); };
 }
 
-torch::Tensor Run(const ReverseSamplerOptions& options, const DenoiseFunction& denoise, const char* schedule = "cosine") {
+torch::Tensor Run(const ReverseSamplerOptions& options, const DenoiseFunction& denoise,
+                  const char* schedule = "cosine") {
   return MakeReverseSampler(options, MakeSchedule(schedule))->Sample(denoise, StartNoise(), StepNoise());
 }
 

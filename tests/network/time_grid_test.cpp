@@ -16,7 +16,8 @@ constexpr double kNoClipping = -std::numeric_limits<double>::infinity();
 
 TimeGrid Grid(const NoiseSchedule& schedule, int steps, const char* spacing, const char* final_sigma = "zero",
               double clipping = kNoClipping) {
-  return MakeTimeGrid(schedule, {steps, FromString<TimestepSpacing>(spacing), FromString<FinalSigma>(final_sigma), clipping});
+  return MakeTimeGrid(schedule,
+                      {steps, FromString<TimestepSpacing>(spacing), FromString<FinalSigma>(final_sigma), clipping});
 }
 
 /// Without the end.

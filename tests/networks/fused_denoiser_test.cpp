@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/network/fused_denoiser.h"
+#include "diffsac/lab/yaml.h"
 
 #include <torch/torch.h>
 
@@ -127,7 +127,7 @@ TEST_CASE("rows with either engine estimate the same from shipped networks") {
     const std::string name = ToString(task), checkpoint = DIFFSAC_SOURCE_DIR "/models/" + name + "/model.safetensors";
     const auto make = [&](const std::string& engine) {
       return MakeEstimator(ConfigFromYaml("{type: diffsac, checkpoint: '" + checkpoint + "', engine: " + engine + "}"),
-                        task, {});
+                           task, {});
     };
     const auto fused = make("fused"), libtorch = make("libtorch");
     int same = 0, count = 0;
@@ -151,7 +151,7 @@ TEST_CASE("an engine that a row asks for in vain is an error that says why") {
     EstimatorContext context;
     context.device = device;
     return MakeEstimator(ConfigFromYaml("{type: diffsac, checkpoint: '" + line + "', engine: " + engine + "}"),
-                      Task::kLine, context);
+                         Task::kLine, context);
   };
   CHECK_NOTHROW(make("auto", "auto"));
   CHECK_THROWS_WITH(make("quick", "cpu"), Catch::Contains("fused"));

@@ -4,9 +4,9 @@
 
 #include <set>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/networks/ng_ransac.h"
 #include "diffsac/networks/weighted_estimator.h"
+#include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "diffsac/generators/synthetic_two_view.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/ng_ransac.h"
+#include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
 
 namespace diffsac {

@@ -9,11 +9,11 @@
 #include <limits>
 #include <mutex>
 
-#include "datasets/same_points.h"
 #include "datasets/data_test_util.h"
+#include "datasets/same_points.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/tasks.h"
@@ -133,8 +133,8 @@ TEST_CASE("files of scene points: what is read, which matches, and what is wrong
   const std::string path = folder / "house/scene_points.h5";
   std::filesystem::create_directories(folder / "house");
   const auto open = [&](const std::string& more = "") {
-    return MakeDataset(
-        ConfigFromYaml("{type: absolute_poses, paths: [" + folder.path() + "]" + more + "}", "a.yaml"), 1);
+    return MakeDataset(ConfigFromYaml("{type: absolute_poses, paths: [" + folder.path() + "]" + more + "}", "a.yaml"),
+                       1);
   };
   const auto error = [&] { return ErrorOf([&] { open(); }); };
   CHECK(Has(error(), "no scene_points.h5"));

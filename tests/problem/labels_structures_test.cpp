@@ -2,10 +2,10 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/labels.h"
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/generators/synthetic_structures.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/problem/labels.h"
 
 namespace diffsac {
 namespace {
@@ -81,9 +81,7 @@ TEST_CASE("whole structures as labels: all points of one, each structure once") 
 }
 
 TEST_CASE("keys of minimal sets are refused where whole structures are the labels") {
-  const auto read = [](const std::string& yaml) {
-    return ReadOptions<LabelOptions>(ConfigFromYaml(yaml, "x.yaml"));
-  };
+  const auto read = [](const std::string& yaml) { return ReadOptions<LabelOptions>(ConfigFromYaml(yaml, "x.yaml")); };
   CHECK_THROWS_WITH(read("target: structure\ntop_m: 4"), Catch::Contains("x.yaml:2") && Catch::Contains("target"));
   CHECK(read("target: structure").target == LabelTarget::kStructure);
 }

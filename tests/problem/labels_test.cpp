@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "diffsac/generators/synthetic.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -11,10 +11,10 @@
 
 #include "datasets/data_test_util.h"
 #include "diffsac/generators/synthetic_two_view.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -252,9 +252,7 @@ TEST_CASE("cost of two-view labels", "[.][cost]") {
 }
 
 TEST_CASE("two-view label options are checked") {
-  const auto error = [](const char* yaml) {
-    return ErrorOf([&] { ReadOptions<LabelOptions>(ConfigFromYaml(yaml)); });
-  };
+  const auto error = [](const char* yaml) { return ErrorOf([&] { ReadOptions<LabelOptions>(ConfigFromYaml(yaml)); }); };
   CHECK(Has(error("draws: 0"), "draws"));
   LabelOptions other;
   other.model = "fundamental8";

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/rotation.h"
+#include "diffsac/problem/tasks.h"
 #include "generators/two_view_test_util.h"
 
 namespace diffsac {

@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/point_features.h"
+#include "diffsac/lab/yaml.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -5,12 +5,12 @@
 #include <set>
 
 #include "datasets/data_test_util.h"
-#include "diffsac/problem/point_features.h"
 #include "diffsac/generators/synthetic_two_view.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

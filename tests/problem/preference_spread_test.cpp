@@ -1,10 +1,10 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "diffsac/problem/point_features.h"
-#include "diffsac/problem/preference_features.h"
 #include "diffsac/generators/synthetic_plane_views.h"
 #include "diffsac/generators/synthetic_structures.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/preference_features.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -28,7 +28,8 @@ int StructuresSeen(const Example& example, const PointFeaturesOptions& options) 
     for (std::size_t k = 0; k < example.truth.structures.size(); ++k) {
       double agreement = 0.0, points = 0.0;
       for (Eigen::Index i = 0; i < set.values.rows(); ++i)
-        if (example.truth.assignment[i] == static_cast<std::int32_t>(k + 1)) agreement += set.values(i, column), ++points;
+        if (example.truth.assignment[i] == static_cast<std::int32_t>(k + 1))
+          agreement += set.values(i, column), ++points;
       if (agreement > 0.5 * points) seen.insert(static_cast<std::int32_t>(k));
     }
   }

@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

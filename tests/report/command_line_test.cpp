@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -77,8 +77,9 @@ TEST_CASE("the folder of data is the command line's, and what is needed is only 
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   EvalRequest request = Request(
-      folder, "task: plane\ndata: {type: point_sets, task: plane, inlier_threshold: 1, paths: [\"${data_root}/scans\"]}\n"
-              "methods: [{type: ransac}]\n");
+      folder,
+      "task: plane\ndata: {type: point_sets, task: plane, inlier_threshold: 1, paths: [\"${data_root}/scans\"]}\n"
+      "methods: [{type: ransac}]\n");
   request.data_root = "it's data";
   request.needs = true;
   CHECK(Evaluate(request, {}, stop, out) == kExitOk);

@@ -39,7 +39,8 @@ TEST_CASE("a table has values to sort by, intervals in smaller type, and the pap
   HtmlPage page("t");
   page.AddTable(SmallTable(), "a note");
   const std::string html = page.Text();
-  CHECK_THAT(html, Contains("<th scope=\"col\" aria-sort=\"none\" class=\"number\"><button type=\"button\">0.5</button>"));
+  CHECK_THAT(html,
+             Contains("<th scope=\"col\" aria-sort=\"none\" class=\"number\"><button type=\"button\">0.5</button>"));
   CHECK_THAT(html, Contains("class=\"number best\" data-value=\"0.51\">0.51 <small>[0.45, 0.57]</small></td>"));
   CHECK_THAT(html, Contains("<td class=\"number\">–</td>") && Contains("<td>3 views</td>") && Contains("a note"));
   CHECK(html.find("Ours") < html.find("<tbody class=\"paper\">"));

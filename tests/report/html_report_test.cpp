@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/report/html_report.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "diffsac/core/files.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/io/thumbnails.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/report/pair_images.h"
 #include "diffsac/report/pair_pictures.h"
 #include "eval/eval_fixtures.h"
@@ -82,7 +82,8 @@ TEST_CASE("a report has the tables with intervals, the pictures and every proble
   const std::string html = ReportHtml(report, folder.path());
   for (const Table& table : report.tables) CHECK_THAT(html, Contains("<caption>" + table.heading));
   CHECK_THAT(html, Contains("data-value=\"0.85\">0.850 <small>[0.750, 0.950]") &&
-                       Contains("src=\"data:image/png;base64,cG5n\"") && Contains("higher is better, with 95 % intervals"));
+                       Contains("src=\"data:image/png;base64,cG5n\"") &&
+                       Contains("higher is better, with 95 % intervals"));
   CHECK_THAT(html, !Contains("http:") && !Contains("https:") && !Contains("url("));
   results.partial = true;
   CHECK_THAT(ReportHtml(MakeReport(results), folder.path()), !Contains("data:image/png"));

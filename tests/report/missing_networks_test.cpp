@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/report/missing_networks.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -53,7 +53,7 @@ TEST_CASE("regression: the best network so far of a training that was killed pas
   WriteFileAtomically("configs/net.yaml", "name: net\ntrain: {iterations: 10}\n");
   const ExperimentOptions experiment =
       ReadExperiment(ConfigFromYaml("data: {type: synthetic_line}\nmethods: {a: {type: diffsac, checkpoint: "
-                                        "runs/net/checkpoints/best.safetensors}}\n"));
+                                    "runs/net/checkpoints/best.safetensors}}\n"));
   const std::string best = "runs/net/checkpoints/best.safetensors", last = "runs/net/checkpoints/last.safetensors";
   const auto missing = [&] { return MissingNetworks(experiment, "configs").size(); };
   CHECK(missing() == 1);

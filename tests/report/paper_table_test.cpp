@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/report/paper_table.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 

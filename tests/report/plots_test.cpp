@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/report/plots.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -251,7 +251,8 @@ TEST_CASE("several structures have a colour each, found beside true") {
   ExperimentResults results = MatchResults();
   for (KeptFit& fit : results.fits) {
     fit.example.truth.assignment.clear();
-    for (const std::uint8_t inlier : fit.example.truth.inliers) fit.example.truth.assignment.push_back(inlier != 0 ? 1 : 0);
+    for (const std::uint8_t inlier : fit.example.truth.inliers)
+      fit.example.truth.assignment.push_back(inlier != 0 ? 1 : 0);
     fit.example.truth.structures = {Eigen::VectorXd::Ones(9)};
   }
   REQUIRE(PlotMatches(results, folder.path()));

@@ -17,8 +17,9 @@ using Catch::Contains;
 using namespace testing;
 
 EvalRequest PageRequest(const TemporaryFolder& folder) {
-  WriteFileAtomically(folder.File("x.yaml"), "name: x\nproblems: 8\ndata: {type: synthetic_line, split: test}\n"
-                                             "methods: {ransac: {type: ransac, max_iterations: 20}}\n");
+  WriteFileAtomically(folder.File("x.yaml"),
+                      "name: x\nproblems: 8\ndata: {type: synthetic_line, split: test}\n"
+                      "methods: {ransac: {type: ransac, max_iterations: 20}}\n");
   EvalRequest request;
   request.config_path = folder.File("x.yaml");
   request.output = folder.File("run");
@@ -84,7 +85,8 @@ TEST_CASE("two pictures of matches are on a page, from first to last, and all ot
     WriteFileAtomically(folder.File(std::string("run/") + name + ".png"), name);
   WritePage(folder.File("run"), folder.File("page.md"), "c");
   CHECK(ReadFile(folder.File("page.md")) ==
-        "# X\n\n![page: bars](page_bars.png)\n\n![page: curve](page_curve.png)\n\n![page: matches_a](page_matches_a.png)\n\n"
+        "# X\n\n![page: bars](page_bars.png)\n\n![page: curve](page_curve.png)\n\n![page: "
+        "matches_a](page_matches_a.png)\n\n"
         "![page: matches_c](page_matches_c.png)\n\nWritten by `c`.\n\n- seed: 3\n");
   CHECK(ReadFile(folder.File("page_matches_c.png")) == "matches_c");
   CHECK_FALSE(std::filesystem::exists(folder.File("page_matches_b.png")));

@@ -12,13 +12,13 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/terminal_log.h"
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/progress.h"
+#include "diffsac/lab/terminal_log.h"
 #include "diffsac/train/prefetcher.h"
-#include "diffsac/core/lru_cache.h"
 
 namespace diffsac {
 namespace {

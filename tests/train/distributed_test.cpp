@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/train/distributed.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -9,10 +9,10 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/networks/diffsac_network.h"
 #include "diffsac/networks/ng_ransac.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/train/trainer.h"
 #include "distributed/spawn_ranks.h"
 #include "train/train_request.h"

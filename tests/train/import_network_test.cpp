@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/train/import_network.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -7,8 +7,8 @@
 #include "denoiser/test_networks.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/networks/ng_ransac.h"
+#include "diffsac/problem/tasks.h"
 #include "train_request.h"
 
 namespace diffsac {

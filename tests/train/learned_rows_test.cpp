@@ -7,15 +7,15 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/generators/synthetic.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/generators/synthetic.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/networks/clnet.h"
 #include "diffsac/networks/ng_ransac.h"
 #include "diffsac/networks/weighted_estimator.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/trainer.h"
 #include "train/train_request.h"
@@ -186,9 +186,8 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   const auto path = [](const std::string& run) { return run + "/checkpoints/last.safetensors"; };
   const auto make = [](const std::string& type, const std::string& checkpoint, const std::string& more = "",
                        Task task = Task::kLine, const std::string& override_path = "") {
-    return MakeEstimator(
-        ConfigFromYaml("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"), task,
-        {override_path, "cpu", 1});
+    return MakeEstimator(ConfigFromYaml("{type: " + type + ", checkpoint: '" + checkpoint + "'" + more + "}", "t.yaml"),
+                         task, {override_path, "cpu", 1});
   };
   SyntheticOptions data;
   data.outlier_ratio = {0.3, 0.3};

@@ -72,7 +72,8 @@ TEST_CASE("each copy of a training item is labelled with one structure, and all 
     for (std::size_t i = 0; i < points; ++i)
       if (item.labels[copy * points + i] > 0.0f) own.insert(truth.assignment[i]), ++labelled;
     REQUIRE(own.size() == 1);
-    CHECK(labelled == static_cast<std::size_t>(std::count(truth.assignment.begin(), truth.assignment.end(), *own.begin())));
+    CHECK(labelled ==
+          static_cast<std::size_t>(std::count(truth.assignment.begin(), truth.assignment.end(), *own.begin())));
     seen.insert(*own.begin());
   }
   CHECK(seen == std::set<std::int32_t>{1, 2, 3});

@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/train/trainer.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 
@@ -9,11 +9,11 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/report/gnuplot.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/networks/diffsac_network.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/report/gnuplot.h"
 #include "train/train_request.h"
 
 namespace diffsac {

@@ -1,13 +1,13 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/train/training_folder.h"
+#include "diffsac/lab/yaml.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/denoiser/checkpoint.h"
+#include "diffsac/lab/run_directory.h"
 #include "train_request.h"
 
 namespace diffsac {

@@ -9,12 +9,12 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/networks/diffsac_network.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/trainer.h"
 #include "diffsac/train/training_source.h"
@@ -37,7 +37,7 @@ train: {iterations: 40, batch_size: 4, noise_copies: 2, warmup_iterations: 5, lo
 validation: {problems: 6}
 inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
 )",
-                                   "tiny.yaml");
+                               "tiny.yaml");
   SetYaml(&config, "task=" + task);
   SetYaml(&config, "data.task=" + task);
   for (const auto& change : changes) SetYaml(&config, change);

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "diffsac/estimators/classical.h"
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 namespace {
@@ -69,7 +69,8 @@ namespace {
 
 const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(
     "dgsac", "Density guided sampling and consensus (docs/dgsac.md). Nothing but `consensus` uses a threshold.",
-    DefaultDgsacOptions, [](const DgsacEstimatorOptions& options) { return std::make_unique<DgsacEstimator>(options); });
+    DefaultDgsacOptions,
+    [](const DgsacEstimatorOptions& options) { return std::make_unique<DgsacEstimator>(options); });
 
 }  // namespace
 

@@ -11,8 +11,8 @@
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/mixture.h"
 #include "diffsac/consensus/scorer.h"
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 namespace {

@@ -12,7 +12,7 @@ struct LinePosteriorOptions {
   double sigma_factor = 1.0 / 3.0;  ///< σ as a multiple of the problem's ε.
   double tolerance_deg = 0.5;       ///< Of the accuracy that is maximised, as the metric's.
   int max_iterations = 5000;  ///< Pairs that the search for modes starts from; all of them when there are no more.
-  int candidates = 30;    ///< Hypotheses, best first by MSAC, that are refined to modes.
+  int candidates = 30;        ///< Hypotheses, best first by MSAC, that are refined to modes.
   void Bind(OptionsBinder& b);
 };
 

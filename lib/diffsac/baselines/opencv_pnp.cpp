@@ -1,9 +1,9 @@
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/baselines/opencv_usac.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 
@@ -32,7 +32,8 @@ struct OpencvPnpOptions {
   double confidence = 0.9999;
   PnpPreset preset = PnpPreset::kDefault;
   void Bind(OptionsBinder& b) {
-    b.Field("max_iterations", max_iterations, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
+    b.Field("max_iterations", max_iterations, AtLeast(1))
+        .Help("OpenCV's maximum; it may stop earlier by its confidence");
     b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
     b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the points best first, `ransac` is EPnP of 5 points");
   }

@@ -6,8 +6,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 namespace {
@@ -88,7 +88,8 @@ std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
   std::vector<int> order(problem.points.rows());
   std::iota(order.begin(), order.end(), 0);
   if (by_quality && problem.match_ratio.size() == problem.points.rows())
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
   return order;
 }
 

@@ -1,7 +1,7 @@
 #include "diffsac/baselines/oracle.h"
 
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "diffsac/lab/estimator_registry.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/lab/estimator_registry.h"
 
 namespace diffsac {
 namespace {

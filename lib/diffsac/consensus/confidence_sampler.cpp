@@ -81,7 +81,7 @@ std::vector<double> Keys(std::span<const float> copy, Selection selection, doubl
 }  // namespace
 
 ConfidenceSampler::ConfidenceSampler(std::span<const float> confidences, int num_points, int set_size,
-                                   Selection selection, bool unique, double temperature, const Rng& rng)
+                                     Selection selection, bool unique, double temperature, const Rng& rng)
     : confidences_(confidences),
       num_points_(num_points),
       set_size_(set_size),

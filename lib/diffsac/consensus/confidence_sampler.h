@@ -21,7 +21,7 @@ class ConfidenceSampler : public MinimalSampler {
  public:
   /// confidences: κ × N row-major, borrowed for the source's lifetime. unique: no set twice.
   ConfidenceSampler(std::span<const float> confidences, int num_points, int set_size, Selection selection, bool unique,
-                   double temperature, const Rng& rng);
+                    double temperature, const Rng& rng);
   bool Next(std::span<int> set) override;
 
  private:

@@ -5,8 +5,7 @@ namespace {
 
 void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("stopping", o.stopping)
-      .Help(
-          "budget: exactly so many draws; confidence: until uniform draws would be confident");
+      .Help("budget: exactly so many draws; confidence: until uniform draws would be confident");
   b.Field("max_iterations", o.max_iterations, Within(1, 1e7)).Help("minimal sets drawn, at most");
   const bool by_confidence = o.stopping != Stopping::kBudget;
   b.Field("min_iterations", o.min_iterations, Within(0, 1e7))

@@ -51,7 +51,8 @@ enum class FinalRefinement { kNone, kRefinement, kMarginalised };
 template <>
 inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"},
                                                                               {FinalRefinement::kRefinement, "lm"},
-                                                                              {FinalRefinement::kMarginalised, "lm_marginalised"}});
+                                                                              {FinalRefinement::kMarginalised,
+                                                                               "lm_marginalised"}});
 
 /// What an inlier is: for the mask, the stopping rule, local optimisation and refits.
 ///   kFixed      "fixed": a residual of at most ε
@@ -60,7 +61,7 @@ inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{F
 enum class ThresholdKind { kFixed, kAdaptive };
 template <>
 inline constexpr auto kEnumNames<ThresholdKind> = NamesOf<ThresholdKind>({{ThresholdKind::kFixed, "fixed"},
-                                                                    {ThresholdKind::kAdaptive, "adaptive"}});
+                                                                          {ThresholdKind::kAdaptive, "adaptive"}});
 
 struct ConsensusOptions {
   /// Chooses among hypotheses (score.h).

@@ -40,8 +40,8 @@ struct DgsacOptions {
   double explained_change = 0.01;
   bool guided = true;  ///< false: uniform sets, for comparison.
   int preferred = 5;   ///< T, hypotheses that a point prefers.
-  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `max_iterations`, so that three quarters are
-  /// guided however few they are. The paper draws one for each point that is not explained.
+  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `max_iterations`, so that three quarters
+  /// are guided however few they are. The paper draws one for each point that is not explained.
   int round_size = 0;
   double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.
   double same_structure = 0.15;  ///< Correlation from which two hypotheses stand for one structure.

@@ -10,9 +10,9 @@
 
 namespace diffsac {
 
-/// A block of minimal sets, and what comes of each before earlier draws matter: the models that it is solved to, and what
-/// they score. Several threads solve and score all that is left of a block at once;
-/// one does each draw when it is asked for. Either way the draws come in their order and are the same.
+/// A block of minimal sets, and what comes of each before earlier draws matter: the models that it is solved to, and
+/// what they score. Several threads solve and score all that is left of a block at once; one does each draw when it is
+/// asked for. Either way the draws come in their order and are the same.
 template <MinimalModel Model>
 class HypothesisBlock {
  public:

@@ -11,7 +11,7 @@
   template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double, double*);   \
   template ConsensusResult SearchCheckedPoints<Model>(                                                                 \
       const PointMatrix&, double, MinimalSampler&, const ConsensusOptions&, const Rng&, const EstimationPriors&, int); \
-  template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SamplerOfRows&,                     \
+  template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SamplerOfRows&,                    \
                                                   const ConsensusOptions&, const StructureSearchOptions&, const Rng&,  \
-                                                  const EstimationPriors&);                                              \
+                                                  const EstimationPriors&);                                            \
   template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);

@@ -81,8 +81,8 @@ inline int PartSize(int size, int inliers) {
 /// inliers among all points, while its score rises. Returns the best model met by the score on all points, the start
 /// itself when none scores higher; every fit is added to *fits.
 template <MinimalModel Model>
-ScoredModel<Model> OptimizeByInnerSamples(const Scorer<Model>& scorer, const Score& score, double threshold, int samples,
-                                   const ScoredModel<Model>& start, const Rng& rng, int* fits) {
+ScoredModel<Model> OptimizeByInnerSamples(const Scorer<Model>& scorer, const Score& score, double threshold,
+                                          int samples, const ScoredModel<Model>& start, const Rng& rng, int* fits) {
   constexpr int kRounds = 4;
   const int inliers = static_cast<int>((scorer.Residuals(start.model).array() <= threshold).count());
   if (inliers <= Model::kMinimalSize) return start;

@@ -29,7 +29,7 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
-                                                       int set_size, const Rng& rng, std::span<const double> quality) {
+                                                   int set_size, const Rng& rng, std::span<const double> quality) {
   const int size = static_cast<int>(points.rows());
   // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the source.
   const bool usable = points.size() > 0 && points.allFinite();
@@ -44,7 +44,8 @@ std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& 
       break;
     case MinimalSamplerKind::kProgressiveNapsac:
       if (!quality.empty()) CheckLength("p_napsac", quality, points.rows());
-      if (usable) return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
+      if (usable)
+        return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
       break;
     case MinimalSamplerKind::kUniform:
       break;

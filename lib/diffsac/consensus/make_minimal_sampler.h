@@ -13,11 +13,12 @@ namespace diffsac {
 /// The samplers that need no network. prosac needs matching ratios, p_napsac uses them where they are known.
 enum class MinimalSamplerKind { kUniform, kExhaustive, kProsac, kNapsac, kProgressiveNapsac };
 template <>
-inline constexpr auto kEnumNames<MinimalSamplerKind> = NamesOf<MinimalSamplerKind>({{MinimalSamplerKind::kUniform, "uniform"},
-                                                                    {MinimalSamplerKind::kExhaustive, "exhaustive"},
-                                                                    {MinimalSamplerKind::kProsac, "prosac"},
-                                                                    {MinimalSamplerKind::kNapsac, "napsac"},
-                                                                    {MinimalSamplerKind::kProgressiveNapsac, "p_napsac"}});
+inline constexpr auto kEnumNames<MinimalSamplerKind> =
+    NamesOf<MinimalSamplerKind>({{MinimalSamplerKind::kUniform, "uniform"},
+                                 {MinimalSamplerKind::kExhaustive, "exhaustive"},
+                                 {MinimalSamplerKind::kProsac, "prosac"},
+                                 {MinimalSamplerKind::kNapsac, "napsac"},
+                                 {MinimalSamplerKind::kProgressiveNapsac, "p_napsac"}});
 
 /// The sampler of minimal sets, by name.
 struct MinimalSamplerOptions {
@@ -28,10 +29,9 @@ struct MinimalSamplerOptions {
   void Bind(OptionsBinder& b);
 };
 
-/// The sampler for one problem; borrows nothing. quality: one number a point, lower is better (a matching ratio); empty:
-/// unknown. Throws Error when it is needed and absent, or is not one number a point.
+/// The sampler for one problem; borrows nothing. quality: one number a point, lower is better (a matching ratio);
+/// empty: unknown. Throws Error when it is needed and absent, or is not one number a point.
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
-                                                       int set_size, const Rng& rng,
-                                                       std::span<const double> quality = {});
+                                                   int set_size, const Rng& rng, std::span<const double> quality = {});
 
 }  // namespace diffsac

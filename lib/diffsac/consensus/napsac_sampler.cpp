@@ -17,7 +17,7 @@ bool NapsacSampler::Next(std::span<int> set) {
 }
 
 ProgressiveNapsacSampler::ProgressiveNapsacSampler(const PointMatrix& points, std::span<const double> quality,
-                                                 int set_size, const Rng& rng, int local_draws)
+                                                   int set_size, const Rng& rng, int local_draws)
     : index_(points),
       set_size_(set_size),
       rng_(rng),

@@ -41,7 +41,7 @@ class ProgressiveNapsacSampler : public MinimalSampler {
 
   /// quality: lower = better; empty: no order is known.
   ProgressiveNapsacSampler(const PointMatrix& points, std::span<const double> quality, int set_size, const Rng& rng,
-                          int local_draws = kLocalDraws);
+                           int local_draws = kLocalDraws);
   bool Next(std::span<int> set) override;
 
  private:

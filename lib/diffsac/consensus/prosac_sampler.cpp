@@ -59,7 +59,7 @@ std::vector<int> OrderByQuality(std::span<const double> quality) {
 }
 
 ProsacSampler::ProsacSampler(std::span<const double> quality, int set_size, const Rng& rng, double samples,
-                           std::int64_t first_draw)
+                             std::int64_t first_draw)
     : set_size_(set_size), rng_(rng), draws_(first_draw), order_(quality) {
   const int num_points = order_.size();
   if (set_size >= 1 && num_points >= set_size) growth_.emplace_back(set_size, num_points, samples);

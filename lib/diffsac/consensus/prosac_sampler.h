@@ -58,7 +58,7 @@ class ProsacSampler : public MinimalSampler {
   /// quality: one number a point, lower = better (a matching ratio). set_size: γ. first_draw: how many draws are past
   /// already, for a source that comes after another.
   ProsacSampler(std::span<const double> quality, int set_size, const Rng& rng, double samples = kSamples,
-               std::int64_t first_draw = 0);
+                std::int64_t first_draw = 0);
   bool Next(std::span<int> set) override;
 
  private:

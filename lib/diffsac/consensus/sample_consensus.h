@@ -22,12 +22,13 @@ struct ConsensusResult {
   Status status = Status::kNoModel;
   ModelParameters model;
   std::vector<std::uint8_t> inliers;  ///< residual ≤ inlier_threshold under the returned model, exactly
-  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
+  double inlier_threshold =
+      std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
   double score = 0.0;  ///< of the returned model, by the score that chose it last
-  /// σ of the inliers' residuals: the likeliest for all residuals where options.threshold is adaptive, else the inliers'
-  /// root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
+  /// σ of the inliers' residuals: the likeliest for all residuals where options.threshold is adaptive, else the
+  /// inliers' root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;

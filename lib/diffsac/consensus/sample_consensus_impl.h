@@ -117,7 +117,7 @@ class ConsensusSearch {
   FinalRefiner<Model> refine_;
   StoppingRule rule_;
   HypothesisBlock<Model> block_;
-  std::vector<int> sets_;  ///< Those that were taken.
+  std::vector<int> sets_;   ///< Those that were taken.
   ConsensusResult result_;  ///< What is known of it so far.
 };
 

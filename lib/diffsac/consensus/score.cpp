@@ -60,8 +60,8 @@ inline float InverseRootFromAbove(float x) {
   return guess * (1.5f - 0.5f * x * guess * guess) * (1.0f + 1.8e-3f);
 }
 
-/// Of kMarginalised: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near, and
-/// rises with v up to there; the slack of v is made up for in Score::Bound.
+/// Of kMarginalised: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near,
+/// and rises with v up to there; the slack of v is made up for in Score::Bound.
 DIFFSAC_VECTOR_CLONES
 float BoundOverScales(const float* squares, const float* weights, int count, float most, float norm) {
   return SumFloats<kBoundBlock>(

@@ -12,7 +12,8 @@ namespace diffsac {
 ///   kGaussianUniform  Σ of the log-likelihood ratio log(1 + k·exp(−r²/2σ²)) / log(1 + k): an inlier is Gaussian
 ///                     with σ, an outlier uniform; k is the odds of the two densities at r = 0
 ///   kMagsac           Σ 1 − ρ(r)/ρ(ε), the loss ρ of MAGSAC++ marginalised over σ up to ε/k (see magsac.h)
-///   kMarginalised           Σ ∫ max(0, 1 − r²/t²) dt/t², t from `least` to ε, divided by its value for r = 0: MSAC over all
+///   kMarginalised           Σ ∫ max(0, 1 − r²/t²) dt/t², t from `least` to ε, divided by its value for r = 0: MSAC
+///   over all
 ///                     scales, each a share 1/t of its octave. Needs no ε that suits the noise: between the two a point
 ///                     counts as 1/r, whatever ε is
 enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac, kMarginalised };

@@ -48,8 +48,9 @@ struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
-  std::vector<std::int32_t> assignment;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
-  int hypotheses = 0;                ///< models solved or fitted, all stages
+  std::vector<std::int32_t>
+      assignment;      ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
+  int hypotheses = 0;  ///< models solved or fitted, all stages
   int unique_minimal_sets = 0;
   std::int64_t iterations = 0;               ///< minimal sets drawn
   std::vector<std::vector<int>> first_sets;  ///< up to kReportedSets, in the points' rows

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "diffsac/core/status.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {

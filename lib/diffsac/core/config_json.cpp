@@ -70,7 +70,7 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
     if (open_.size() >= kMaxDepth) throw Error(name_ + ": nested too deeply");
     Add(Node(kind));
     ConfigTree* parent = open_.empty() ? nullptr : open_.back();
-    open_.push_back(parent == nullptr           ? &root_
+    open_.push_back(parent == nullptr            ? &root_
                     : parent->kind == Kind::kMap ? &parent->entries.back().value
                                                  : &parent->items.back());
     return true;

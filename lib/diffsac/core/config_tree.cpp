@@ -60,7 +60,8 @@ std::string FlowText(const ConfigTree& tree) {
     case Kind::kNull:
       return "~";
     case Kind::kScalar:
-      return tree.quoted || tree.scalar.empty() || std::string("*&!|>%@{[").find(tree.scalar.front()) != std::string::npos
+      return tree.quoted || tree.scalar.empty() ||
+                     std::string("*&!|>%@{[").find(tree.scalar.front()) != std::string::npos
                  ? '"' + tree.scalar + '"'
                  : tree.scalar;
     case Kind::kSequence:

@@ -23,7 +23,7 @@ struct ConfigTree {
   Kind kind = Kind::kNull;
   ConfigPlace place;
   std::string scalar;
-  bool quoted = false;             ///< A scalar to be written in quotes.
+  bool quoted = false;               ///< A scalar to be written in quotes.
   std::vector<ConfigEntry> entries;  ///< Of a map, in order, keys distinct.
   std::vector<ConfigTree> items;     ///< Of a sequence.
 

@@ -9,8 +9,8 @@
 #include <exception>
 #include <filesystem>
 
-#include "diffsac/core/temporary_files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/core/temporary_files.h"
 
 namespace diffsac {
 namespace {

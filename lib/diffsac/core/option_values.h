@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/options.h"
 
 namespace diffsac {
 

@@ -44,8 +44,8 @@ concept Bindable = requires(Options& options, OptionsBinder& b) {
   options.Bind(b);
 };
 
-/// Binds a plain options struct to a configuration in one place: the same `Bind` function reads it, checks it, writes the
-/// resolved values, knows every valid key and describes it.
+/// Binds a plain options struct to a configuration in one place: the same `Bind` function reads it, checks it, writes
+/// the resolved values, knows every valid key and describes it.
 ///
 /// Example:
 /// ```

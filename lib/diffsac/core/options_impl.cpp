@@ -31,7 +31,7 @@ ConfigTree Shortened(ConfigTree map, const Path& positional) {
 }  // namespace
 
 const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
-                                           const ConfigTree& default_value) {
+                                             const ConfigTree& default_value) {
   keys.push_back(key);
   if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
   if (mode == Mode::kDescribe) {

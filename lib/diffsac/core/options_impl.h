@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/options.h"
 
 namespace diffsac {
 
@@ -22,18 +22,20 @@ struct OptionsBinder::Impl {
 
   // Reading.
   const ConfigDocument* document = nullptr;  // For places.
-  bool stored = false;                     // Unknown keys and keys that do not act are passed over.
-  Path path;                               // Of this map.
+  bool stored = false;                       // Unknown keys and keys that do not act are passed over.
+  Path path;                                 // Of this map.
   const ConfigTree* value = nullptr;         // What stands there, null pointer when absent.
   const ConfigTree* map = nullptr;           // The same where it is a map, or the map that it stands for.
   ConfigTree spelled_out;                    // That map.
-  std::string unmet;                       // The message of the first unmet requirement.
+  std::string unmet;                         // The message of the first unmet requirement.
 
-  ConfigTree written;                          // Writing: this map.
+  ConfigTree written;                        // Writing: this map.
   std::vector<OptionDescription> described;  // Describing: its keys.
 
   bool reading() const { return mode == Mode::kRead; }
-  const ConfigTree* Find(const std::string& key) const { return reading() && map != nullptr ? map->Find(key) : nullptr; }
+  const ConfigTree* Find(const std::string& key) const {
+    return reading() && map != nullptr ? map->Find(key) : nullptr;
+  }
   Path PathOf(const std::string& key) const {
     Path full = path;
     full.push_back(key);

@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "diffsac/core/status.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {

@@ -13,8 +13,8 @@ namespace diffsac {
 //   1. in the folder of the YAML file that it stands in (what --set or text in memory gives has none),
 //   2. in the current folder,
 //   3. when it begins with `models/`, in the folders of models: $DIFFSAC_MODELS, then `models` of share/diffsac beside
-//      the running program, which `cmake --install` fills and which in a build tree is a link to the sources, then those
-//      of AddModelsFolder.
+//      the running program, which `cmake --install` fills and which in a build tree is a link to the sources, then
+//      those of AddModelsFolder.
 
 /// Models are looked for in this folder as well, after the others. Programs of others that link an installed library
 /// call it with their prefix's folder when they start (diffsac/diffsac.h).

@@ -9,10 +9,10 @@ namespace diffsac {
 
 /// How an estimate ended. Estimators never throw for bad data: they return one of these.
 enum class Status {
-  kOk,            ///< A model was found.
-  kTooFewPoints,  ///< Fewer points than a minimal set needs.
-  kDegenerate,    ///< Non-finite values, or points that determine no model (all equal, all collinear).
-  kNoModel,       ///< Hypotheses were solved, but none was supported by the data.
+  kOk,             ///< A model was found.
+  kTooFewPoints,   ///< Fewer points than a minimal set needs.
+  kDegenerate,     ///< Non-finite values, or points that determine no model (all equal, all collinear).
+  kNoModel,        ///< Hypotheses were solved, but none was supported by the data.
   kTooManyPoints,  ///< More points than the method can work on: its memory or its indices grow out of proportion.
 };
 

@@ -7,8 +7,8 @@
 
 namespace diffsac {
 
-/// The options that the key `type` chose, with that key beside them, and where the type has several sets of defaults the
-/// key `preset`, which chose among these.
+/// The options that the key `type` chose, with that key beside them, and where the type has several sets of defaults
+/// the key `preset`, which chose among these.
 template <class Options>
 struct TypedOptions {
   std::string type;

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/datasets/finite_points.h"
-#include "diffsac/io/hdf5_input.h"
-#include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/io/hdf5_input.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

@@ -5,8 +5,8 @@
 
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -34,8 +34,8 @@ std::optional<Matrix3Parameters> FitDominantPlane(const PointMatrix& points, dou
   return Matrix3Parameters(result.model);
 }
 
-std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth,
-                                                  double threshold_px, const std::string& id) {
+std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth, double threshold_px,
+                                                  const std::string& id) {
   if (!truth.fundamental || truth.homography) return truth.homography;
   const Eigen::VectorXd distances = TruthDistances(problem, truth);
   std::vector<int> rows;

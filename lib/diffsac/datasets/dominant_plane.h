@@ -5,8 +5,8 @@
 #include <string>
 
 #include "diffsac/core/random.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/geometry/two_view.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 
@@ -15,11 +15,11 @@ namespace diffsac {
 std::optional<Matrix3Parameters> FitDominantPlane(const PointMatrix& points, double threshold_px, int fewest,
                                                   const Rng& rng);
 
-/// The homography that most of the true matches of a pair follow, for pairs whose truth is a pose or a fundamental matrix
-/// (KITTI, where the paper trains and tests homographies and does not say with which truth): that of FitDominantPlane on
-/// the matches within `threshold_px` of the true F. Depends on the matches and on `id` alone. Empty where fewer than 16
-/// matches follow it, or the truth is unknown.
-std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth,
-                                                  double threshold_px, const std::string& id);
+/// The homography that most of the true matches of a pair follow, for pairs whose truth is a pose or a fundamental
+/// matrix (KITTI, where the paper trains and tests homographies and does not say with which truth): that of
+/// FitDominantPlane on the matches within `threshold_px` of the true F. Depends on the matches and on `id` alone. Empty
+/// where fewer than 16 matches follow it, or the truth is unknown.
+std::optional<Eigen::Matrix3d> DominantHomography(const Problem& problem, const GroundTruth& truth, double threshold_px,
+                                                  const std::string& id);
 
 }  // namespace diffsac

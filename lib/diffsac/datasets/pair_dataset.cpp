@@ -7,8 +7,8 @@
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/pair_reading.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/datasets/structure_truth.h"
+#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

@@ -49,7 +49,8 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
     if (filter.cap == PointCap::kRandom)
       rows = Permuted(rows, rng.Fork("cap"));
     else if (rated)
-      std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
+      std::stable_sort(rows.begin(), rows.end(),
+                       [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
     rows.resize(filter.max_points);
     std::sort(rows.begin(), rows.end());
   }

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/io/correspondence_files.h"
 #include "diffsac/datasets/finite_points.h"
 #include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/io/correspondence_files.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {

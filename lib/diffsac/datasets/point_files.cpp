@@ -10,8 +10,8 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/datasets/pair_filter.h"
+#include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/datasets/point_files.h"
 #include "diffsac/io/hdf5_input.h"
 #include "diffsac/io/hdf5_numbers.h"
-#include "diffsac/datasets/point_files.h"
 
 namespace diffsac {
 namespace {
@@ -58,7 +58,8 @@ class Companions {
 ModelParameters ToModel(const Numbers& numbers, Eigen::Index dimension, const std::string& place) {
   const auto size = static_cast<Eigen::Index>(numbers.values.size());
   if (size != dimension + 1)
-    throw Error(place + "/model: expected " + std::to_string(dimension + 1) + " numbers, found " + std::to_string(size));
+    throw Error(place + "/model: expected " + std::to_string(dimension + 1) + " numbers, found " +
+                std::to_string(size));
   const Eigen::Map<const Eigen::VectorXd> raw(numbers.values.data(), size);
   const double length = raw.head(dimension).norm();
   if (!raw.allFinite() || !(length > 0.0)) throw Error(place + "/model: the normal must be finite and not zero");

@@ -52,7 +52,7 @@ std::optional<Scalar> ScalarFromName(std::string_view name) {
 struct Property {
   std::string name;
   Scalar type = Scalar::kFloat;
-  std::optional<Scalar> list_count;   // the type of the list's length; none for a single value
+  std::optional<Scalar> list_count;  // the type of the list's length; none for a single value
 };
 
 struct Element {
@@ -225,7 +225,7 @@ class ValueReader {
   std::string path_;
   Encoding encoding_;
   std::string_view data_;
-  int line_;   // of the lines before the current one
+  int line_;  // of the lines before the current one
 };
 
 // The position of a property, -1 when absent. A coordinate cannot be a list.
@@ -274,8 +274,7 @@ class PlyReader {
 
   // Fills row_ with the single values of one line of an element; lists are skipped.
   void ReadRow(const Element& element, std::uint64_t index, ValueReader* values) {
-    const std::string what =
-        element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
+    const std::string what = element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
     row_.assign(element.properties.size(), 0.0);
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];

@@ -46,8 +46,7 @@ class TextReader {
   }
 
   void CheckColumns(std::size_t count) {
-    if (columns_ == 0 && (count < 2 || count > 3))
-      Fail("expected 2 or 3 columns, found " + std::to_string(count));
+    if (columns_ == 0 && (count < 2 || count > 3)) Fail("expected 2 or 3 columns, found " + std::to_string(count));
     if (columns_ == 0) columns_ = count;
     if (columns_ != count)
       Fail("expected " + std::to_string(columns_) + " columns as in the lines before, found " + std::to_string(count));

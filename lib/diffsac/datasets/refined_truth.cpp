@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/refine.h"
+#include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -11,8 +11,8 @@ inline constexpr int kFewestOnPlane = 5;
 /// of least symmetric transfer errors on them: Huber's loss from `loss_px` on, so that wrong labels count little,
 /// from FitDominantPlane (datasets/dominant_plane.h; the normalised DLT on all where too few follow that) by
 /// Levenberg-Marquardt. Matches of other labels, and of those that fix no
-/// homography, become outliers. Order, inliers, model: ArrangeStructures (generators/structure_sizes.h); `homography` is that of
-/// the largest, or empty.
+/// homography, become outliers. Order, inliers, model: ArrangeStructures (generators/structure_sizes.h); `homography`
+/// is that of the largest, or empty.
 void FitStructures(const Problem& problem, double loss_px, GroundTruth* truth);
 
 /// ArrangeStructures of homographies: what remains of them after some matches were left out.

@@ -47,7 +47,7 @@ torch::Tensor DenoiserBase::ConfidenceInput(const Context& context, const torch:
 }
 
 DenoiserBase::Blocks DenoiserBase::AddBlocks(const std::string& name, int count, const Rng& rng,
-                                               const std::function<std::shared_ptr<PointBlock>(Rng)>& make) {
+                                             const std::function<std::shared_ptr<PointBlock>(Rng)>& make) {
   Blocks blocks;
   for (int i = 0; i < count; ++i)
     blocks.push_back(register_module(name + std::to_string(i), make(rng.Fork(name, static_cast<std::uint64_t>(i)))));

@@ -11,8 +11,8 @@ namespace diffsac {
 
 /// Several problems' point features, padded to the longest.
 struct PointBatch {
-  torch::Tensor features;   ///< [B, N, D] float; rows past a problem's length are zero.
-  torch::Tensor mask;       ///< [B, N] bool, true for real points; undefined when every problem has N points.
+  torch::Tensor features;  ///< [B, N, D] float; rows past a problem's length are zero.
+  torch::Tensor mask;      ///< [B, N] bool, true for real points; undefined when every problem has N points.
   std::vector<std::int64_t> lengths;
 
   std::int64_t size() const { return features.size(0); }

@@ -10,7 +10,8 @@ template class ReverseSamplerOf<torch::Tensor>;
 template torch::Tensor RunDpmSolver(const TimeGrid&, const DpmSolverOptions&, const DenoiseFunction&, torch::Tensor,
                                     const StepObserver&);
 
-std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule) {
+std::unique_ptr<ReverseSampler> MakeReverseSampler(const ReverseSamplerOptions& options,
+                                                   const NoiseSchedule& schedule) {
   return MakeReverseSamplerOf<torch::Tensor>(options, schedule);
 }
 

@@ -17,7 +17,7 @@ std::span<const double> Span(const Eigen::VectorXd& values) {
 
 /// The source of one problem's sets. Every set, where the row asks for that and the budget holds them.
 std::unique_ptr<MinimalSampler> SourceOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
-                                           const Rng& rng) {
+                                         const Rng& rng) {
   const PointMatrix& points = space.points();
   const Eigen::VectorXd& quality = space.problem().match_ratio;
   const int size = static_cast<int>(points.rows());
@@ -27,10 +27,10 @@ std::unique_ptr<MinimalSampler> SourceOf(const SolverSpace& space, int set_size,
   MinimalSamplerOptions sampling = options.sampling;
   if (sampling.sampler == MinimalSamplerKind::kProsac && !has_quality) sampling.sampler = MinimalSamplerKind::kUniform;
   // Two names, because published tables were drawn with them.
-  const Rng sets_rng =
-      sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets") : rng.Fork("consensus").Fork("minimal_sets");
+  const Rng sets_rng = sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets")
+                                                                        : rng.Fork("consensus").Fork("minimal_sets");
   return MakeMinimalSampler(sampling, points, set_size, sets_rng,
-                              has_quality ? Span(quality) : std::span<const double>());
+                            has_quality ? Span(quality) : std::span<const double>());
 }
 
 template <MinimalModel Model>

@@ -1,8 +1,8 @@
 #include "diffsac/estimators/diffsac_engine.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/estimators/fused_diffsac.h"
+#include "diffsac/network/checkpoint_info.h"
 
 namespace diffsac {
 namespace {

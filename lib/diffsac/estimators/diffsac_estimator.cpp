@@ -29,7 +29,8 @@ std::shared_ptr<const LearnedModel> LearnedOf(const std::shared_ptr<const Diffsa
 
 }  // namespace
 
-DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options, int threads)
+DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options,
+                                   int threads)
     : LearnedEstimator(LearnedOf(network), WithBudget(options), threads),
       network_(std::move(network)),
       options_(options),
@@ -39,7 +40,7 @@ DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, 
 }
 
 void DiffsacEstimator::Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
-                          std::span<Prediction> predictions) const {
+                             std::span<Prediction> predictions) const {
   std::vector<EncodedPoints> encoded(predictions.size());
   std::vector<const FeatureSet*> chosen;
   for (std::size_t b = 0; b < predictions.size(); ++b) {
@@ -64,26 +65,27 @@ std::unique_ptr<MinimalSampler> DiffsacEstimator::Copies(const Guidance& guide) 
   if (!top)
     ScaleConfidences(confidences, options_.copies, options_.temperature, options_.selection == SetSelection::kGumbel);
   return std::make_unique<CopiesSampler>(std::move(confidences), static_cast<int>(guide.space.points().rows()),
-                                        guide.set_size, top ? Selection::kMaximum : Selection::kProbabilistic,
-                                        options_.unique_sets, guide.rng.Fork("selection"));
+                                         guide.set_size, top ? Selection::kMaximum : Selection::kProbabilistic,
+                                         options_.unique_sets, guide.rng.Fork("selection"));
 }
 
 std::unique_ptr<MinimalSampler> DiffsacEstimator::Head(const Guidance& guide, const char* stream) const {
   const Eigen::VectorXf weights =
       InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).cast<float>();
   return std::make_unique<TemperedSampler>(std::span(weights.data(), static_cast<std::size_t>(weights.size())),
-                                          guide.set_size, options_.temperature, guide.rng.Fork(stream));
+                                           guide.set_size, options_.temperature, guide.rng.Fork(stream));
 }
 
 std::unique_ptr<MinimalSampler> DiffsacEstimator::Extra(const Guidance& guide) const {
   Eigen::VectorXd quality = guide.space.problem().match_ratio;
   if (quality.size() > 0 && options_.draws_by == PriorSource::kBoth)
     quality = 1.0 - InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).array();
-  const bool by_quality = options_.extra_sampler == MinimalSamplerKind::kProsac && quality.size() == guide.space.points().rows();
+  const bool by_quality =
+      options_.extra_sampler == MinimalSamplerKind::kProsac && quality.size() == guide.space.points().rows();
   MinimalSamplerOptions extra;
   extra.sampler = by_quality ? MinimalSamplerKind::kProsac : MinimalSamplerKind::kUniform;
   return MakeMinimalSampler(extra, guide.space.points(), guide.set_size, guide.rng.Fork("extra_sets"),
-                              {quality.data(), static_cast<std::size_t>(quality.size())});
+                            {quality.data(), static_cast<std::size_t>(quality.size())});
 }
 
 std::unique_ptr<MinimalSampler> DiffsacEstimator::MakeSampler(const Guidance& guide) const {

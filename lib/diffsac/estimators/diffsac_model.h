@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "diffsac/network/reverse_sampler.h"
-#include "diffsac/network/network_options.h"
 #include "diffsac/estimators/learned_model.h"
+#include "diffsac/network/network_options.h"
+#include "diffsac/network/reverse_sampler.h"
 
 namespace diffsac {
 

@@ -58,8 +58,7 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
           "`libtorch`: every kind and device; `auto`: fused where it can");
   BindShared(b);
   b.Require(consensus.stopping == Stopping::kBudget || consensus.min_iterations <= consensus.max_iterations,
-            "consensus.min_iterations",
-            "at most consensus.max_iterations");
+            "consensus.min_iterations", "at most consensus.max_iterations");
 }
 
 void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
@@ -81,10 +80,9 @@ void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
 
 void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
   const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
-  CheckRowKeys(row,
-               {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
-                {"consensus.max_iterations", by_confidence,
-                 "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
+  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
+                     {"consensus.max_iterations", by_confidence,
+                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
   CheckSharedKeys(row, network.learned());
 }
 

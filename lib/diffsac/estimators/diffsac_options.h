@@ -2,9 +2,9 @@
 
 #include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/core/options.h"
-#include "diffsac/network/reverse_sampler.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/learned_estimator.h"
+#include "diffsac/network/reverse_sampler.h"
 
 namespace diffsac {
 
@@ -52,8 +52,8 @@ struct DiffsacOptions : LearnedOptions {
   /// Decode only this many points of highest inlier probability; 0 decodes all. Needs the inlier head.
   int max_decoded_points = 0;
 
-  /// Only so many points of highest prior (estimators/point_prior.h) go into the network; the others are weighed by that
-  /// prior, and count in the score as ever. 0: all.
+  /// Only so many points of highest prior (estimators/point_prior.h) go into the network; the others are weighed by
+  /// that prior, and count in the score as ever. 0: all.
   int max_encoded_points = 0;
   NetworkEngine engine = NetworkEngine::kAuto;
 
@@ -62,7 +62,9 @@ struct DiffsacOptions : LearnedOptions {
   /// The sets that the row asks for, which is the budget.
   int Sets() const { return copies + head_sets + extra_sets; }
   /// Whether earlier predictions may stand behind the copies': only top-γ of unique sets runs out of new ones.
-  bool UsesEarlierSteps() const { return copies > 0 && intermediate_sets && unique_sets && selection == SetSelection::kMaximum; }
+  bool UsesEarlierSteps() const {
+    return copies > 0 && intermediate_sets && unique_sets && selection == SetSelection::kMaximum;
+  }
 };
 
 /// Throws Error for an option that the network cannot serve.

@@ -29,7 +29,8 @@ void ScaleConfidences(std::span<float> confidences, int copies, Range temperatur
   }
 }
 
-TemperedSampler::TemperedSampler(std::span<const float> probabilities, int set_size, Range temperature, const Rng& rng) {
+TemperedSampler::TemperedSampler(std::span<const float> probabilities, int set_size, Range temperature,
+                                 const Rng& rng) {
   std::vector<double> logs;
   for (const float p : probabilities) logs.push_back(std::log(std::max<double>(p, kLeastProbability)));
   const double largest = logs.empty() ? 0.0 : *std::max_element(logs.begin(), logs.end());

@@ -14,7 +14,7 @@ namespace diffsac {
 class CopiesSampler : public MinimalSampler {
  public:
   CopiesSampler(std::vector<float> confidences, int num_points, int set_size, Selection selection, bool unique,
-               const Rng& rng)
+                const Rng& rng)
       : confidences_(std::move(confidences)),
         source_(confidences_, num_points, set_size, selection, unique, 1.0, rng) {}
   bool Next(std::span<int> set) override { return source_.Next(set); }

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "diffsac/problem/point_features.h"
 #include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/problem/point_features.h"
 
 namespace diffsac {
 

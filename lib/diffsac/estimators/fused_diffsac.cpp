@@ -6,9 +6,9 @@
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "diffsac/network/confidence_rows.h"
-#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/estimators/point_prior.h"
+#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/confidence_rows.h"
 
 namespace diffsac {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "diffsac/network/fused_denoiser.h"
 #include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/network/fused_denoiser.h"
 
 namespace diffsac {
 

@@ -52,7 +52,8 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
 }
 
-LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads)
+LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options,
+                                   int threads)
     : network_(std::move(network)),
       options_(options),
       threads_(threads),
@@ -78,7 +79,7 @@ Estimate LearnedEstimator::EstimateOne(const Problem& problem, std::uint64_t see
 }
 
 std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const Problem* const> problems,
-                                                              std::span<const std::uint64_t> seeds) const {
+                                                   std::span<const std::uint64_t> seeds) const {
   const auto start = EstimatorClock::now();
   std::vector<Estimate> estimates(problems.size());
   if (!NetworkBatches()) {
@@ -114,7 +115,7 @@ std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const Problem* cons
 }
 
 std::vector<FeatureSet> LearnedEstimator::ComputeFeatures(std::span<const SolverSpace> spaces,
-                                                       std::span<const std::uint64_t> seeds) const {
+                                                          std::span<const std::uint64_t> seeds) const {
   std::vector<FeatureSet> sets(spaces.size());
   ParallelFor(static_cast<std::int64_t>(spaces.size()), threads_,
               [&](std::int64_t b) { sets[b] = features_.Compute(spaces[b], Rng(seeds[b]).Fork("features")); });
@@ -122,7 +123,7 @@ std::vector<FeatureSet> LearnedEstimator::ComputeFeatures(std::span<const Solver
 }
 
 LearnedEstimator::Timed LearnedEstimator::PredictTimed(std::span<const SolverSpace> spaces,
-                                                 std::span<const std::uint64_t> seeds) const {
+                                                       std::span<const std::uint64_t> seeds) const {
   Timed timed;
   const auto start = EstimatorClock::now();
   auto sets = ComputeFeatures(spaces, seeds);
@@ -141,7 +142,7 @@ LearnedEstimator::Timed LearnedEstimator::PredictTimed(std::span<const SolverSpa
 }
 
 std::vector<Prediction> LearnedEstimator::Predict(std::span<const SolverSpace> spaces,
-                                               std::span<const std::uint64_t> seeds) const {
+                                                  std::span<const std::uint64_t> seeds) const {
   return PredictTimed(spaces, seeds).predictions;
 }
 
@@ -157,7 +158,7 @@ EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Pred
 }
 
 std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidance& whole,
-                                                                  const std::vector<int>& rows) const {
+                                                                    const std::vector<int>& rows) const {
   /// A source with what it may borrow.
   class SamplerOfPart : public MinimalSampler {
    public:
@@ -179,13 +180,12 @@ std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidan
 }
 
 template <MinimalModel Model>
-Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction,
-                                           const Rng& rng) const {
+Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
   const EstimationPriors hints = PriorsOf(space, prediction);
   if (options_.structures.Several()) {
     const auto source_of = [&](const std::vector<int>& rows, int search) {
       return MakeSamplerOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
-                              rows);
+                               rows);
     };
     return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, options_.consensus,
                                             options_.structures, rng.Fork("consensus"), hints));
@@ -196,11 +196,10 @@ Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction&
 }
 
 Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,
-                                              std::uint64_t seed) const {
+                                        std::uint64_t seed) const {
   const auto start = EstimatorClock::now();
   const Rng rng(seed);
-  Estimate estimate =
-      DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
+  Estimate estimate = DispatchModel(model_, [&]<class Model>() { return Consensus<Model>(space, prediction, rng); });
   estimate.report.hypotheses += prediction.features.hypotheses;
   estimate.inlier_probabilities = prediction.weights;
   estimate.report.ms_consensus = MillisecondsSince(start);

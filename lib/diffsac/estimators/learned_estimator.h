@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/structures.h"
 #include "diffsac/core/options.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 
@@ -80,7 +80,7 @@ class LearnedEstimator : public RobustEstimator {
  public:
   Estimate DoRun(const Problem& problem, std::uint64_t seed) const final;
   std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
-                                                 std::span<const std::uint64_t> seeds) const final;
+                                   std::span<const std::uint64_t> seeds) const final;
   int PreferredBatch() const final { return NetworkBatches() ? options_.batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 

@@ -7,8 +7,8 @@
 
 #include "diffsac/core/safetensors_header.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/network/checkpoint_info.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

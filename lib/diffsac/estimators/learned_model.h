@@ -5,9 +5,9 @@
 #include <string>
 
 #include "diffsac/core/options.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
-#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 

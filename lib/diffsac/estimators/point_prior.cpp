@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/problem/neighborhood_features.h"
 #include "diffsac/problem/preference_features.h"
-#include "diffsac/estimators/estimation_priors.h"
 
 namespace diffsac {
 namespace {

@@ -9,11 +9,11 @@
 namespace diffsac {
 
 /// How likely each point is an inlier by its features alone, next to free where these are known:
-/// matches: a logistic regression on the ratio's probability (estimators/estimation_priors.h) and on what the good matches
-/// around do (neighborhood features), fitted on the matches of eleven development scenes (docs/experiments.md); by the
-/// ratio alone for networks without neighborhood features, and .5 without either;
-/// lines and planes: how far a point agrees with the hypotheses of the preference features, those of high score most.
-/// Values in [0, 1]; of the latter only the order means something. features: of `kinds` for the problem.
+/// matches: a logistic regression on the ratio's probability (estimators/estimation_priors.h) and on what the good
+/// matches around do (neighborhood features), fitted on the matches of eleven development scenes (docs/experiments.md);
+/// by the ratio alone for networks without neighborhood features, and .5 without either; lines and planes: how far a
+/// point agrees with the hypotheses of the preference features, those of high score most. Values in [0, 1]; of the
+/// latter only the order means something. features: of `kinds` for the problem.
 Eigen::VectorXf PointPrior(const SolverSpace& space, const FeatureSet& features, const PointFeatures& kinds);
 
 /// The `count` points of highest prior (the first where some tie), ascending.

@@ -25,14 +25,14 @@ Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const 
 }
 
 std::vector<Estimate> RobustEstimator::RunBatch(std::span<const Problem* const> problems,
-                                                     std::span<const std::uint64_t> seeds) const {
+                                                std::span<const std::uint64_t> seeds) const {
   std::vector<Estimate> estimates = DoRunBatch(problems, seeds);
   for (std::size_t i = 0; i < estimates.size(); ++i) Complete(*problems[i], &estimates[i]);
   return estimates;
 }
 
 std::vector<Estimate> RobustEstimator::DoRunBatch(std::span<const Problem* const> problems,
-                                                       std::span<const std::uint64_t> seeds) const {
+                                                  std::span<const std::uint64_t> seeds) const {
   std::vector<Estimate> estimates;
   estimates.reserve(problems.size());
   for (std::size_t i = 0; i < problems.size(); ++i) estimates.push_back(DoRun(*problems[i], seeds[i]));

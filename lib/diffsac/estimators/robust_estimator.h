@@ -43,10 +43,11 @@ struct Estimate {
   /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none
   /// or do not tell.
   std::vector<std::vector<int>> minimal_sets;
-  /// Of estimators that look for several structures, the models that were found, that of most points first, which is `model`
-  /// too; `inliers` are those of any of them. Empty for others, and where nothing was found.
+  /// Of estimators that look for several structures, the models that were found, that of most points first, which is
+  /// `model` too; `inliers` are those of any of them. Empty for others, and where nothing was found.
   std::vector<ModelParameters> structures;
-  /// The points' assignment to `structures`, N values: 0 for a point of none of them, k ≥ 1 for one of structures[k − 1].
+  /// The points' assignment to `structures`, N values: 0 for a point of none of them, k ≥ 1 for one of structures[k −
+  /// 1].
   std::vector<std::int32_t> assignment;
   EstimateReport report;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
@@ -69,8 +70,7 @@ class RobustEstimator {
   /// Never throws for bad data; the status says what was wrong.
   Estimate Run(const Problem& problem, std::uint64_t seed) const;
   /// Same results as one by one (bit for bit, or within the stated tolerance for a network's outputs).
-  std::vector<Estimate> RunBatch(std::span<const Problem* const> problems,
-                                               std::span<const std::uint64_t> seeds) const;
+  std::vector<Estimate> RunBatch(std::span<const Problem* const> problems, std::span<const std::uint64_t> seeds) const;
   /// Problems that a batch should hold; 1 when batching brings nothing.
   virtual int PreferredBatch() const { return 1; }
   /// Whether `inlier_probabilities` mean what they say, rather than be only in proportion to it.
@@ -82,7 +82,7 @@ class RobustEstimator {
   virtual Estimate DoRun(const Problem& problem, std::uint64_t seed) const = 0;
   /// By default one by one.
   virtual std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
-                                                         std::span<const std::uint64_t> seeds) const;
+                                           std::span<const std::uint64_t> seeds) const;
 };
 
 }  // namespace diffsac

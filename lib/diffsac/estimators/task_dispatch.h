@@ -5,9 +5,9 @@
 
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/structures.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 

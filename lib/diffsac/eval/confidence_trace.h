@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 
@@ -17,7 +17,7 @@ struct ConfidenceTrace {
 
 /// Gives the trace of a method that has one, nothing for others. The program supplies it, so that evaluation needs to
 /// know no diffusion method.
-using TraceConfidence =
-    std::function<std::optional<ConfidenceTrace>(const RobustEstimator& method, const Problem& problem, std::uint64_t seed)>;
+using TraceConfidence = std::function<std::optional<ConfidenceTrace>(const RobustEstimator& method,
+                                                                     const Problem& problem, std::uint64_t seed)>;
 
 }  // namespace diffsac

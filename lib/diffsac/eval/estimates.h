@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

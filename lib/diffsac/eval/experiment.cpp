@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/compose.h"
+#include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {
@@ -43,7 +43,9 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   for (std::size_t i = 0; i < experiment.methods.size(); ++i)
     CheckKnown(config, "methods." + std::to_string(i), "condition", experiment.methods[i].conditions, conditions);
   const FigureOptions& figures = experiment.figures;
-  const auto check_methods = [&](const char* key, const auto& names) { CheckKnown(config, key, "method", names, methods); };
+  const auto check_methods = [&](const char* key, const auto& names) {
+    CheckKnown(config, key, "method", names, methods);
+  };
   check_methods("reference", std::vector{experiment.reference});
   check_methods("figures.qualitative_method", std::vector{figures.qualitative_method});
   check_methods("figures.qualitative_methods", figures.qualitative_methods);
@@ -160,12 +162,12 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("problems", problems, Within(1, 1e7)).Help("for each condition; fewer when the data has fewer");
   b.Field("threads", threads, Within(0, 1024)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
-    metric.Field("threshold_deg", threshold_deg, Positive()).Help("c of mAA@c, AUC@c and acc@c");
-    metric.Field("threshold_px", threshold_px, Positive()).Help("the same in pixels");
-    metric.Field("in_pixels", in_pixels).Help("errors in pixels, as homographies' always are");
-    metric.Field("pose", pose).Help("homographies are judged by the motion that they decompose into, in degrees");
-    metric.Require(!pose || task == Task::kHomography, "pose", "task homography; other tasks are judged so always");
-  }).Help("c and unit of the accuracies");
+     metric.Field("threshold_deg", threshold_deg, Positive()).Help("c of mAA@c, AUC@c and acc@c");
+     metric.Field("threshold_px", threshold_px, Positive()).Help("the same in pixels");
+     metric.Field("in_pixels", in_pixels).Help("errors in pixels, as homographies' always are");
+     metric.Field("pose", pose).Help("homographies are judged by the motion that they decompose into, in degrees");
+     metric.Require(!pose || task == Task::kHomography, "pose", "task homography; other tasks are judged so always");
+   }).Help("c and unit of the accuracies");
   b.Field("condition_label", condition_label).Help("name of the conditions' axis");
   b.Field("reference", reference).Help("differences \"reference minus other\"; empty: the first diffsac row");
   b.Field("notes", notes).Help("a paragraph under the table");

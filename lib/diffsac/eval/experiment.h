@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/metrics.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 
@@ -113,8 +113,8 @@ struct ExperimentOptions {
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
   Missing missing = Missing::kError;
-  bool estimates = true;  ///< Whether estimates.h5 is written (docs/estimates.md).
-  bool report = true;     ///< Whether report.html is written (docs/report.md).
+  bool estimates = true;           ///< Whether estimates.h5 is written (docs/estimates.md).
+  bool report = true;              ///< Whether report.html is written (docs/report.md).
   std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);

@@ -6,13 +6,13 @@
 #include <memory>
 #include <ostream>
 
-#include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/typed_options.h"
 #include "diffsac/datasets/correspondences_dataset.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/geometry/two_view.h"
+#include "diffsac/io/colmap_two_view_geometries.h"
 
 namespace diffsac {
 namespace {

@@ -7,8 +7,8 @@ namespace {
 
 constexpr int kFree = -1;
 
-// Rows and columns have potentials; a pair's reduced cost, cost − potential − potential, is never negative, and zero for
-// what is assigned.
+// Rows and columns have potentials; a pair's reduced cost, cost − potential − potential, is never negative, and zero
+// for what is assigned.
 class Augmenter {
  public:
   explicit Augmenter(const Eigen::MatrixXd& costs)
@@ -29,7 +29,8 @@ class Augmenter {
       column = next;
       reached[column] = 1;
     }
-    for (; column != kFree; column = from[column]) row_of_[column] = from[column] == kFree ? row : row_of_[from[column]];
+    for (; column != kFree; column = from[column])
+      row_of_[column] = from[column] == kFree ? row : row_of_[from[column]];
   }
 
   const std::vector<int>& row_of() const { return row_of_; }

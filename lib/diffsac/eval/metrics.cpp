@@ -5,8 +5,8 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/eval/structures_error.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/estimate_error.h"
 #include "diffsac/problem/problem.h"
-#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -21,12 +21,12 @@ struct Tolerance {
 /// The error that a task's tables are about: error_px where the tolerance is in pixels, else angle_deg.
 double MainError(const EstimateError& error, const Tolerance& tolerance);
 
-/// AverageAccuracy in degrees. In pixels: the mean over 10 thresholds from 1 px to c, evenly spaced in their logarithms,
-/// of [error ≤ threshold] (Jin et al., "Image Matching across Wide Baselines", IJCV 2021, homographies).
+/// AverageAccuracy in degrees. In pixels: the mean over 10 thresholds from 1 px to c, evenly spaced in their
+/// logarithms, of [error ≤ threshold] (Jin et al., "Image Matching across Wide Baselines", IJCV 2021, homographies).
 double AverageAccuracyWithin(double error, const Tolerance& tolerance);
 
-/// What tables, intervals and differences take for one problem's accuracy: the recall where there are several structures,
-/// else AverageAccuracyWithin of the main error. NaN without ground truth.
+/// What tables, intervals and differences take for one problem's accuracy: the recall where there are several
+/// structures, else AverageAccuracyWithin of the main error. NaN without ground truth.
 double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 
 /// What lists and captions call a problem's error: the misclassification error where there are several structures, else
@@ -34,8 +34,8 @@ double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 double ShownError(const EstimateError& error, const Tolerance& tolerance);
 const char* ShownUnit(bool structures, const Tolerance& tolerance);
 
-/// Compares an estimate with the truth, as the task's description does (problem/task_description.h), and with several true
-/// structures (structures_error.h). A failure is the worst error; it is never left out.
+/// Compares an estimate with the truth, as the task's description does (problem/task_description.h), and with several
+/// true structures (structures_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);
 
 /// Accuracy of one error within a tolerance: the mean over k = 1..10 of [error ≤ k·c/10], ties count as accurate.

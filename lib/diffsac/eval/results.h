@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/eval/bootstrap.h"
 #include "diffsac/eval/confidence_trace.h"
 #include "diffsac/eval/estimates.h"
@@ -14,7 +15,6 @@
 #include "diffsac/eval/metrics.h"
 #include "diffsac/eval/reliability.h"
 #include "diffsac/eval/shard.h"
-#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 

@@ -3,21 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 
+#include "diffsac/baselines/oracle.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/lab/progress.h"
 #include "diffsac/core/random.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"
-#include "diffsac/estimators/estimation_priors.h"
-#include "diffsac/baselines/oracle.h"
+#include "diffsac/lab/dataset_factory.h"
+#include "diffsac/lab/progress.h"
+#include "diffsac/lab/run_directory.h"
 
 namespace diffsac {
 namespace {
@@ -94,7 +94,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 struct Outcome {
   ProblemRecord record;
   EstimateRecord estimate;
-  Reliability of_network, of_ratio;  ///< Empty for rows that give no probabilities.
+  Reliability of_network, of_ratio;    ///< Empty for rows that give no probabilities.
   std::optional<Estimate> shown = {};  ///< Where a picture shows it.
 };
 

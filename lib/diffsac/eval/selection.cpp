@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "diffsac/core/status.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
@@ -141,8 +141,7 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
 }
 
 ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const EstimatorContext& context) {
-  for (EstimatorRow& row : experiment.methods)
-    row.config = ResolvedRow(row.config, experiment.task, context);
+  for (EstimatorRow& row : experiment.methods) row.config = ResolvedRow(row.config, experiment.task, context);
   return experiment;
 }
 

@@ -81,7 +81,8 @@ std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 
 // Cells, rather than names, which would be most of the file.
 Json RecordLine(const Cell& cell, const ProblemRecord& record) {
-  Json line = {cell.condition, cell.method, record.index, record.id, record.scene, std::string(ToString(record.status))};
+  Json line = {cell.condition, cell.method,  record.index,
+               record.id,      record.scene, std::string(ToString(record.status))};
   VisitAll(record, AppendValues{line});
   return line;
 }

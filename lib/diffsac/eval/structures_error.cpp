@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "diffsac/eval/linear_assignment.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/eval/linear_assignment.h"
 
 namespace diffsac {
 namespace {
@@ -50,8 +50,8 @@ Eigen::MatrixXd Standing(const std::vector<ModelParameters>& found, const std::v
                          const Problem& problem) {
   const SolverSpace space(problem);
   return DispatchTask(problem.task, [&]<class Model>() {
-    Eigen::MatrixXd stands = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(found.size()),
-                                                   static_cast<Eigen::Index>(members.size()));
+    Eigen::MatrixXd stands =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(found.size()), static_cast<Eigen::Index>(members.size()));
     for (Eigen::Index f = 0; f < stands.rows() && space.is_accepted(); ++f) {
       const ModelParameters& model = found[static_cast<std::size_t>(f)];
       if (model.size() != Model::Parameters::SizeAtCompileTime || !model.allFinite()) continue;

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/estimate_error.h"
 #include "diffsac/problem/problem.h"
-#include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
 
@@ -24,12 +24,12 @@ EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& proble
 /// the fewest: docs/metrics.md#several-structures. Both hold N labels ≥ 0; NaN for no points.
 double Misclassification(std::span<const std::int32_t> found, std::span<const std::int32_t> truth);
 
-/// The true labels with the numbers of the found structures that they are matched to in it, so that both can be compared
-/// (or coloured) number by number; structures without a partner get numbers of their own after those found.
+/// The true labels with the numbers of the found structures that they are matched to in it, so that both can be
+/// compared (or coloured) number by number; structures without a partner get numbers of their own after those found.
 std::vector<std::int32_t> AlignedTruth(std::span<const std::int32_t> found, std::span<const std::int32_t> truth);
 
-/// A found model stands for a true structure when the root mean square of min(r, kRecallTruncation · ε) over the structure's
-/// points is at most ε.
+/// A found model stands for a true structure when the root mean square of min(r, kRecallTruncation · ε) over the
+/// structure's points is at most ε.
 inline constexpr double kRecallTruncation = 3.0;
 
 /// Share of the true structures that have points and are found, each by a model of its own; NaN where none has points.

@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
-#include "diffsac/core/status.h"
 #include "diffsac/core/config_tree.h"
+#include "diffsac/core/status.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {

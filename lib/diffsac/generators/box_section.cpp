@@ -36,7 +36,8 @@ double OffsetThroughPoint(const Point<D>& normal, double side, Rng& rng) {
 
 template <std::size_t D>
 double DrawOffset(const Point<D>& normal, double side, ModelSampling sampling, Rng& rng) {
-  return sampling == ModelSampling::kIsotropic ? RandomOffset(normal, side, rng) : OffsetThroughPoint(normal, side, rng);
+  return sampling == ModelSampling::kIsotropic ? RandomOffset(normal, side, rng)
+                                               : OffsetThroughPoint(normal, side, rng);
 }
 
 Point<3> RandomUnitVector(Rng& rng) {
@@ -142,9 +143,7 @@ PlaneSection PlaneSection::Random(double side, Rng& rng, ModelSampling sampling)
   return section;
 }
 
-double PlaneSection::extent() const {
-  return num_corners_ < 3 ? 0.0 : std::sqrt(cumulative_area_[num_corners_ - 3]);
-}
+double PlaneSection::extent() const { return num_corners_ < 3 ? 0.0 : std::sqrt(cumulative_area_[num_corners_ - 3]); }
 
 PlaneSection::Point PlaneSection::Sample(Rng& rng) const {
   const int triangles = num_corners_ - 2;

@@ -9,12 +9,12 @@ namespace diffsac {
 
 /// How a random model's offset is drawn once its direction is known.
 enum class ModelSampling {
-  kIsotropic,      ///< uniform among the offsets that meet the box
-  kThroughPoint,   ///< through a point uniform in the box
+  kIsotropic,     ///< uniform among the offsets that meet the box
+  kThroughPoint,  ///< through a point uniform in the box
 };
 template <>
-inline constexpr auto kEnumNames<ModelSampling> = NamesOf<ModelSampling>(
-    {{ModelSampling::kIsotropic, "isotropic"}, {ModelSampling::kThroughPoint, "through_point"}});
+inline constexpr auto kEnumNames<ModelSampling> =
+    NamesOf<ModelSampling>({{ModelSampling::kIsotropic, "isotropic"}, {ModelSampling::kThroughPoint, "through_point"}});
 
 /// The part of a random line inside the square [0, side]², from which points are drawn uniformly.
 class LineSection {
@@ -60,8 +60,8 @@ class PlaneSection {
  private:
   Point normal_{};
   double offset_ = 0.0;
-  std::array<Point, 6> corners_{};              // in order around the polygon
-  std::array<double, 4> cumulative_area_{};     // of the fan's triangles (corner 0, i + 1, i + 2)
+  std::array<Point, 6> corners_{};           // in order around the polygon
+  std::array<double, 4> cumulative_area_{};  // of the fan's triangles (corner 0, i + 1, i + 2)
   int num_corners_ = 0;
 };
 

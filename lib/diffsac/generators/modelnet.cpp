@@ -8,11 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/generators/depth_buffer.h"
 #include "diffsac/generators/mesh_surface.h"
-#include "diffsac/core/lru_cache.h"
+#include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/generators/synthetic_matches.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/generators/virtual_views.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 

@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
-#include "diffsac/generators/mesh_planes.h"
 #include "diffsac/core/lru_cache.h"
+#include "diffsac/core/status.h"
+#include "diffsac/generators/mesh_planes.h"
 #include "diffsac/generators/structure_sizes.h"
 #include "diffsac/generators/synthetic_points.h"
+#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/generators/virtual_views.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

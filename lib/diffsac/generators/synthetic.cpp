@@ -9,9 +9,9 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/generators/structure_sizes.h"
 #include "diffsac/generators/synthetic_points.h"
+#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

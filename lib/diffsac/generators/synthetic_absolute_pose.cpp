@@ -33,8 +33,7 @@ struct SyntheticAbsolutePoseOptions {
     b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of points whose image is anywhere");
     b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, of the reprojection error");
     b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate of an image");
-    b.Field("depth", depth, Positive())
-        .Help("of the scene's points before the camera, in the scene's unit");
+    b.Field("depth", depth, Positive()).Help("of the scene's points before the camera, in the scene's unit");
     b.Field("flatness", flatness, Within(0.0, 1.0)).Help("1: all points on one plane");
     b.Field("size", size, AtLeast(-1)).Help("examples; -1: endless");
     b.Field("split", split).Help("train, validation and test never share a stream");

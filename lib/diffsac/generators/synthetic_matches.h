@@ -5,8 +5,8 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/generators/virtual_views.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 
@@ -46,7 +46,7 @@ struct ExactMatches {
   std::vector<Eigen::Vector4d> inliers;    ///< of the model
   std::vector<Eigen::Vector4d> others;     ///< correct matches that the model does not explain; they count as outliers
   std::vector<Eigen::Vector4d> displaced;  ///< correct matches to be displaced
-  std::vector<std::int32_t> assignment = {};   ///< of the inliers, the structure of each; empty where there is one model
+  std::vector<std::int32_t> assignment = {};  ///< of the inliers, the structure of each; empty where there is one model
 };
 
 /// How many outliers of a problem are displaced matches.

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/generators/structure_sizes.h"
 #include "diffsac/generators/synthetic_matches.h"
 #include "diffsac/generators/virtual_views.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

@@ -6,9 +6,9 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/generators/box_section.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/generators/synthetic.h"
 #include "diffsac/geometry/points.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/generators/synthetic_points.h"
+#include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
 namespace {

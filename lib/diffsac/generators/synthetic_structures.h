@@ -6,8 +6,8 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/generators/box_section.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/generators/structure_sizes.h"
+#include "diffsac/problem/problem.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

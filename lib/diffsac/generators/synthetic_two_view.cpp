@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/generators/virtual_planes.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/lab/dataset_registry.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

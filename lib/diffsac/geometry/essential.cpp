@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "diffsac/geometry/null_space.h"
-#include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/polynomial.h"
+#include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/svd3.h"
 

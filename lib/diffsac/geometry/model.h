@@ -8,14 +8,15 @@
 
 namespace diffsac {
 
-/// What the sample-consensus loop, the scores and the refits ask of a model. A model is stateless: static functions over
-/// a fixed-size parameter vector, so that the hot loop has no calls to look up.
+/// What the sample-consensus loop, the scores and the refits ask of a model. A model is stateless: static functions
+/// over a fixed-size parameter vector, so that the hot loop has no calls to look up.
 ///
 ///   Parameters                      fixed-size Eigen column vector of doubles
 ///   kDimension                      values in a point (columns of the PointMatrix)
 ///   kMinimalSize                    γ, points in a minimal set
 ///   kMaxSolutions                   models that one minimal set can have at most
-///   SolveMinimal(points, set, out)  solves the γ rows `set[0..γ)`; writes up to kMaxSolutions models, returns how many;
+///   SolveMinimal(points, set, out)  solves the γ rows `set[0..γ)`; writes up to kMaxSolutions models, returns how
+///   many;
 ///                                   0 when the set is degenerate
 ///   Fit(points, weights, out)       weighted non-minimal fit (weights >= 0, N values); false when the points with
 ///                                   positive weight determine no model

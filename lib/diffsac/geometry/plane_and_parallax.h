@@ -29,13 +29,13 @@ bool FindPlaneInSet(const Eigen::Matrix3d& f, const double (*points)[4], int siz
 bool FundamentalFromPlaneAndParallax(const Eigen::Matrix3d& h, const double* first, const double* second,
                                      Eigen::Matrix3d* f);
 
-/// Fundamental::RecoverFromDegeneracy for sets of `size` (7 or 8) points; without a set (null), of random inliers. Where the set is degenerate: fits the plane's
-/// H to all points within √3 `threshold` of it (transfer errors have twice the freedom of Sampson distances), draws
-/// pairs of points off the plane (a bounded number, all of them where they are few), takes the F that most other points
-/// off the plane support by truncated Sampson distance, and refines it on all points by Levenberg-Marquardt, which
-/// keeps the epipole where a linear fit would give it to the plane's noise. Writes at most `max_models` models: the
-/// refined one, then the one drawn. 0 when nothing but the pair itself supports any epipole, as for a scene that is one
-/// plane.
+/// Fundamental::RecoverFromDegeneracy for sets of `size` (7 or 8) points; without a set (null), of random inliers.
+/// Where the set is degenerate: fits the plane's H to all points within √3 `threshold` of it (transfer errors have
+/// twice the freedom of Sampson distances), draws pairs of points off the plane (a bounded number, all of them where
+/// they are few), takes the F that most other points off the plane support by truncated Sampson distance, and refines
+/// it on all points by Levenberg-Marquardt, which keeps the epipole where a linear fit would give it to the plane's
+/// noise. Writes at most `max_models` models: the refined one, then the one drawn. 0 when nothing but the pair itself
+/// supports any epipole, as for a scene that is one plane.
 int RecoverFromPlane(const PointMatrix& points, const int* set, int size, const Matrix3Parameters& model,
                      double threshold, Rng rng, int max_models, Matrix3Parameters* out, int* fits);
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/io/sqlite.h"
-#include "diffsac/io/correspondence_files.h"
-#include "diffsac/problem/image_pair.h"
 #include "diffsac/geometry/points.h"
+#include "diffsac/io/correspondence_files.h"
+#include "diffsac/io/sqlite.h"
+#include "diffsac/problem/image_pair.h"
 
 namespace diffsac {
 

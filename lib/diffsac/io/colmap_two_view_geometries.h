@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/io/colmap_database.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "diffsac/io/colmap_database.h"
 
 namespace diffsac {
 

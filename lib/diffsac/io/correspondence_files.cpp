@@ -294,8 +294,10 @@ MatchIndices CorrespondenceScene::ReadMatchIndices(const std::string& id, Eigen:
   if (numbers.shape != std::vector<hsize_t>{count, 2})
     throw Error(file.Place(id) + ": expected " + std::to_string(count) + "x2, found " + ShapeText(numbers));
   for (const double value : numbers.values)
-    if (!(value >= 0.0 && value < 2147483648.0)) throw Error(file.Place(id) + ": expected rows of keypoints, 0, 1, ...");
-  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>>(numbers.values.data(), num_matches, 2)
+    if (!(value >= 0.0 && value < 2147483648.0))
+      throw Error(file.Place(id) + ": expected rows of keypoints, 0, 1, ...");
+  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>>(numbers.values.data(), num_matches,
+                                                                                     2)
       .cast<std::int32_t>();
 }
 

@@ -32,7 +32,8 @@ struct CorrespondenceOptions {
 ///   sizes.h5         h1 w1 h2 w2
 ///   descriptors.h5   N × 2d: image 1, then image 2
 ///   labels.h5        N integers: 0 an outlier, k ≥ 1 an inlier of structure k
-///   match_indices.h5 N × 2 integers: which keypoints of image 1 and 2, counted from 0 in the lists that the matches came
+///   match_indices.h5 N × 2 integers: which keypoints of image 1 and 2, counted from 0 in the lists that the matches
+///   came
 ///                    from; for those who go back there, and read by ReadMatchIndices alone
 ///   thumbnails.h5    an image: the bytes of a small JPEG for pictures (io/thumbnails.h); not read here
 ///
@@ -56,8 +57,8 @@ class CorrespondenceScene {
   std::int64_t size() const { return static_cast<std::int64_t>(pairs().size()); }
 
   /// Reads one pair: `id` is its name, `truth` what the files know, and `problem` as yet of no task: fundamental
-  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in problem/pair_truth.h). Throws Error for an index out
-  /// of range as well.
+  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in problem/pair_truth.h). Throws Error for an index
+  /// out of range as well.
   Example Read(std::int64_t index) const;
   /// The rows of match_indices.h5 for a pair of `num_matches`. Throws Error where there is no such file as well.
   MatchIndices ReadMatchIndices(const std::string& id, Eigen::Index num_matches) const;

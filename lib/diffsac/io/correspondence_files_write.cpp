@@ -16,8 +16,9 @@ namespace fs = std::filesystem;
 using Shape = std::vector<hsize_t>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5", "R.h5",      "T.h5",           "Egt.h5",
-                                  "Fgt.h5",     "Hgt.h5",        "sizes.h5", "labels.h5", "descriptors.h5", "match_indices.h5"};
+constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5",       "R.h5",
+                                  "T.h5",       "Egt.h5",        "Fgt.h5",         "Hgt.h5",
+                                  "sizes.h5",   "labels.h5",     "descriptors.h5", "match_indices.h5"};
 
 // One flat file that is being written, with a data set for each call.
 class FlatFile {
@@ -134,7 +135,8 @@ class SceneWriter {
 void SceneWriter::CheckCounts(const Example& pair) const {
   const Problem& problem = pair.problem;
   const Eigen::Index count = problem.points.rows();
-  const bool fits = problem.points.cols() == 4 && (problem.match_ratio.size() == 0 || problem.match_ratio.size() == count) &&
+  const bool fits = problem.points.cols() == 4 &&
+                    (problem.match_ratio.size() == 0 || problem.match_ratio.size() == count) &&
                     (problem.descriptors.size() == 0 || problem.descriptors.rows() == count) &&
                     (pair.truth.assignment.empty() || static_cast<Eigen::Index>(pair.truth.assignment.size()) == count);
   if (!fits) throw Error(folder_ + ": " + pair.id + ": the points are not Nx4, or other values are not N");
@@ -180,11 +182,8 @@ void SceneWriter::WriteInputs() const {
         file.Put(pair.id, both.data(), {1, 2, 3, 3});
       });
   WriteOptional(
-      "sizes.h5",
-      [](const Example& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
-      [](FlatFile& file, const Example& pair) {
-        PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2);
-      });
+      "sizes.h5", [](const Example& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
+      [](FlatFile& file, const Example& pair) { PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2); });
 }
 
 void SceneWriter::WriteCameras() const {

@@ -7,8 +7,8 @@
 namespace diffsac {
 
 /// The file of a scene's folder that holds small copies of its images, for pictures below the matches: by the image's
-/// name the bytes of a JPEG file (uint8), its longest side at most kThumbnailSize pixels, the lens's distortion taken out
-/// as it is from the matches. Optional: scenes without it, and without some of the images, are complete.
+/// name the bytes of a JPEG file (uint8), its longest side at most kThumbnailSize pixels, the lens's distortion taken
+/// out as it is from the matches. Optional: scenes without it, and without some of the images, are complete.
 inline constexpr const char* kThumbnailsFile = "thumbnails.h5";
 inline constexpr int kThumbnailSize = 640;
 

@@ -21,8 +21,7 @@ ClassicalOptions OfPreset(const std::string& preset, Task task, const ClassicalO
 struct RegisteredClassical : RegisteredEstimator<ClassicalOptions> {
   RegisteredClassical(const std::string& type, const std::string& help, Defaults defaults)
       : RegisteredEstimator(
-            type, help,
-            {ToString(Preset::kDefault), ToString(Preset::kRecommended), ToString(Preset::kSeveral)},
+            type, help, {ToString(Preset::kDefault), ToString(Preset::kRecommended), ToString(Preset::kSeveral)},
             [defaults = std::move(defaults)](Task task, const std::string& preset) {
               return OfPreset(preset, task, defaults(task));
             },

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "diffsac/core/config_tree.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
-#include "diffsac/core/config_tree.h"
 
 namespace diffsac {
 namespace {
@@ -239,7 +239,7 @@ ConfigTree Budgeted(const ConfigTree& listed) {
 
 /// What `rows` did not choose goes to *gone, by name.
 ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, const ConfigTree& names,
-                        std::set<std::string>* gone) {
+                             std::set<std::string>* gone) {
   const ConfigTree listed = NamedRows(methods);
   if (listed.kind != TreeKind::kSequence) return listed;  // Its reader says what was expected.
   const Settings known(std::move(settings));
@@ -259,9 +259,9 @@ ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, con
 void DropFrom(ConfigTree* list, const std::set<std::string>& gone) {
   if (list == nullptr) return;
   std::erase_if(list->items, [&](const ConfigTree& item) {
-    return gone.count(item.scalar) > 0 || std::any_of(item.items.begin(), item.items.end(), [&](const ConfigTree& name) {
-             return gone.count(name.scalar) > 0;
-           });
+    return gone.count(item.scalar) > 0 ||
+           std::any_of(item.items.begin(), item.items.end(),
+                       [&](const ConfigTree& name) { return gone.count(name.scalar) > 0; });
   });
 }
 
@@ -323,7 +323,8 @@ Config ComposeExperiment(const Config& config) {
     PutIn(&root, "conditions", SweptConditions(sweep));
   }
   std::set<std::string> gone;
-  if (ConfigTree* methods = root.Find("methods")) *methods = ComposeEstimators(*methods, std::move(settings), names, &gone);
+  if (ConfigTree* methods = root.Find("methods"))
+    *methods = ComposeEstimators(*methods, std::move(settings), names, &gone);
   if (ConfigTree* compare = root.Find("compare")) *compare = PairsOf(*compare);
   ForgetRows(gone, &root);
   if (ConfigTree* groups = root.Find("scene_groups"))

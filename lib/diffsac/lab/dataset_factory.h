@@ -9,8 +9,8 @@
 
 namespace diffsac {
 
-/// Builds a dataset from YAML. The key `type` chooses it (lab/dataset_registry.h; docs/configuration.md lists them), the
-/// other keys are its options. `seed` decides generated data. Throws Error: file, line, nearest valid key or type.
+/// Builds a dataset from YAML. The key `type` chooses it (lab/dataset_registry.h; docs/configuration.md lists them),
+/// the other keys are its options. `seed` decides generated data. Throws Error: file, line, nearest valid key or type.
 std::unique_ptr<Dataset> MakeDataset(const Config& config, std::uint64_t seed);
 
 /// The resolved options, `type` included, as YAML. Throws as MakeDataset does.

@@ -82,8 +82,8 @@ struct RegisteredEstimator : Registered<EstimatorEntry> {
                                 const std::vector<std::string>& presets, PresetDefaults defaults, Make make) {
     const auto read = [type, presets, defaults](const Config& config, Task task) {
       const std::string preset = PresetOf(config, presets);
-      return ReadOptions(config, TypedOptions<Options>{
-                                     type, DefaultsAt(config, [&] { return defaults(task, preset); }), preset, presets});
+      return ReadOptions(config, TypedOptions<Options>{type, DefaultsAt(config, [&] { return defaults(task, preset); }),
+                                                       preset, presets});
     };
     EstimatorEntry entry;
     entry.help = help;

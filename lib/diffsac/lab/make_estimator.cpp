@@ -4,8 +4,8 @@
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/learned_model.h"
-#include "diffsac/lab/registered_learned_estimator.h"
 #include "diffsac/lab/estimator_registry.h"
+#include "diffsac/lab/registered_learned_estimator.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {

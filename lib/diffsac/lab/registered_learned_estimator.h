@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/lab/estimator_registry.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 
@@ -22,8 +22,8 @@ struct LearnedKeys {
   }
 };
 
-/// A row with a network: its own keys override the checkpoint's `inference` group, or the preset that it names, so that it
-/// says only what it changes.
+/// A row with a network: its own keys override the checkpoint's `inference` group, or the preset that it names, so that
+/// it says only what it changes.
 template <class Options>
 struct CheckpointRow {
   std::string type;
@@ -76,19 +76,17 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
   static Options Inherited(const TrainedConfig& trained, const Options& defaults, const Presets& presets,
                            const std::string& preset) {
     const bool named = !presets.names.empty() && preset != presets.names.front();
-    Options options = named ? presets.options(trained.task, preset)
-                            : ReadStoredOptions(trained.config.Sub("inference"), defaults);
+    Options options =
+        named ? presets.options(trained.task, preset) : ReadStoredOptions(trained.config.Sub("inference"), defaults);
     options.model = trained.model;
     return options;
   }
 
   static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited,
                                      const Presets& presets) {
-    auto row = ReadOptions(config, CheckpointRow<Options>{trained.method,
-                                                          {},
-                                                          {inherited, trained.task},
-                                                          PresetOf(config, presets.names),
-                                                          presets.names});
+    auto row = ReadOptions(
+        config, CheckpointRow<Options>{
+                    trained.method, {}, {inherited, trained.task}, PresetOf(config, presets.names), presets.names});
     row.checkpoint = trained.checkpoint;
     return row;
   }
@@ -100,7 +98,7 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
     EstimatorEntry entry;
     entry.help = help;
     entry.make = [inherited_of, presets, load = std::move(load)](const Config& config, Task task,
-                                                                const EstimatorContext& context) {
+                                                                 const EstimatorContext& context) {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
       const Options inherited = inherited_of(config, trained);
       const Options options = Read(config, trained, inherited, presets).keys.options;

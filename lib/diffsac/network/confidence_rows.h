@@ -31,6 +31,7 @@ extern template class ReverseSamplerOf<ConfidenceRows>;
 using ConfidenceSampler = ReverseSamplerOf<ConfidenceRows>;
 
 /// Throws Error on bad options, steps > T included.
-std::unique_ptr<ConfidenceSampler> MakeConfidenceSampler(const ReverseSamplerOptions& options, const NoiseSchedule& schedule);
+std::unique_ptr<ConfidenceSampler> MakeConfidenceSampler(const ReverseSamplerOptions& options,
+                                                         const NoiseSchedule& schedule);
 
 }  // namespace diffsac

@@ -8,8 +8,8 @@
 namespace diffsac {
 
 /// Lu et al., "DPM-Solver++: Fast solver for guided sampling of diffusion probabilistic models", 2022: data
-/// prediction, midpoint form, multistep (2M): the slope of order 2 comes from the previous step's prediction, so that each
-/// step calls the network once.
+/// prediction, midpoint form, multistep (2M): the slope of order 2 comes from the previous step's prediction, so that
+/// each step calls the network once.
 struct DpmSolverOptions {
   /// 1 or 2. Order 1 is DDIM with η = 0.
   int order = 2;

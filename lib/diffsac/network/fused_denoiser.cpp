@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "diffsac/core/status.h"
-#include "diffsac/problem/preference_features.h"
 #include "diffsac/network/checkpoint_info.h"
+#include "diffsac/problem/preference_features.h"
 
 namespace diffsac {
 namespace {
@@ -197,8 +197,7 @@ void FusedDenoiser::AddRelations(const float* c_t, Workspace* work) const {
   }
 }
 
-void FusedDenoiser::Denoise(const float* c_t, int copies, double t, Workspace* work,
-                            float* out) const {
+void FusedDenoiser::Denoise(const float* c_t, int copies, double t, Workspace* work, float* out) const {
   const int points = work->points, half = width_ / 2;
   // The embedding of t and its two layers, the biases of both inputs added.
   auto& constant = work->constant;

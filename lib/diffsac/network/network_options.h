@@ -1,9 +1,9 @@
 #pragma once
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/point_features.h"
 #include "diffsac/network/noise_schedule.h"
 #include "diffsac/network/prediction.h"
+#include "diffsac/problem/point_features.h"
 
 namespace diffsac {
 

@@ -16,8 +16,7 @@ void ReverseSamplerOptions::Bind(OptionsBinder& b) {
   b.Field("steps", steps, Within(1, 1e5)).Help("at most the schedule's T; `ddpm` as published takes all T");
   BindDpmSolver(b);
   b.Field("timestep_spacing", timestep_spacing)
-      .Help(
-          "`linspace`, `leading`, `trailing`: equal steps of the index, as diffusers");
+      .Help("`linspace`, `leading`, `trailing`: equal steps of the index, as diffusers");
   b.Field("final_sigma", final_sigma)
       .Help("where the last step ends: `zero` on clean data (the answer is the last ĉ_0), `sigma_min` at index 0");
   b.Field("lambda_min_clipped", lambda_min_clipped)

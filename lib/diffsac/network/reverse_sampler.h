@@ -20,10 +20,11 @@ namespace diffsac {
 ///   kDpmSolverPp  "dpm_solver_pp": DPM-Solver++ (the paper's experiments use it)
 enum class ReverseSamplerKind { kDdpm, kRenoise, kDdim, kDpmSolverPp };
 template <>
-inline constexpr auto kEnumNames<ReverseSamplerKind> = NamesOf<ReverseSamplerKind>({{ReverseSamplerKind::kDdpm, "ddpm"},
-                                                                      {ReverseSamplerKind::kRenoise, "renoise"},
-                                                                      {ReverseSamplerKind::kDdim, "ddim"},
-                                                                      {ReverseSamplerKind::kDpmSolverPp, "dpm_solver_pp"}});
+inline constexpr auto kEnumNames<ReverseSamplerKind> =
+    NamesOf<ReverseSamplerKind>({{ReverseSamplerKind::kDdpm, "ddpm"},
+                                 {ReverseSamplerKind::kRenoise, "renoise"},
+                                 {ReverseSamplerKind::kDdim, "ddim"},
+                                 {ReverseSamplerKind::kDpmSolverPp, "dpm_solver_pp"}});
 
 /// How confidences are drawn.
 struct ReverseSamplerOptions {

@@ -25,7 +25,8 @@ enum class TimestepSpacing { kLinspace, kLeading, kTrailing };
 template <>
 inline constexpr auto kEnumNames<TimestepSpacing> = NamesOf<TimestepSpacing>({{TimestepSpacing::kLinspace, "linspace"},
                                                                               {TimestepSpacing::kLeading, "leading"},
-                                                                              {TimestepSpacing::kTrailing, "trailing"}});
+                                                                              {TimestepSpacing::kTrailing,
+                                                                               "trailing"}});
 
 /// Where the last step ends: on clean data (the answer is the last ĉ_0), or at index 0.
 enum class FinalSigma { kZero, kSigmaMin };
@@ -42,9 +43,9 @@ struct TimeGridOptions {
   double lambda_min_clipped = -5.1;
 };
 
-/// Chooses `steps` points of a schedule, with the conventions of Hugging Face's diffusers. Indices are never repeated: where clipping leaves fewer indices than steps, all that
-/// are left are used, so that a grid can be shorter than asked for (diffusers repeats them, or divides by zero).
-/// Throws Error on steps < 1 or steps > T.
+/// Chooses `steps` points of a schedule, with the conventions of Hugging Face's diffusers. Indices are never repeated:
+/// where clipping leaves fewer indices than steps, all that are left are used, so that a grid can be shorter than asked
+/// for (diffusers repeats them, or divides by zero). Throws Error on steps < 1 or steps > T.
 TimeGrid MakeTimeGrid(const NoiseSchedule& schedule, const TimeGridOptions& options);
 
 }  // namespace diffsac

@@ -33,11 +33,12 @@ std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const 
 
 namespace {
 
-const Registered<DiffsacEngine> kLibTorch(
-    "libtorch", {[](const std::string& device) { return DeviceFromString(device).is_cpu(); },
-                 [](const TrainedConfig& trained, const std::string& device) -> std::shared_ptr<const DiffsacModel> {
-                   return LoadNetwork(trained, DeviceFromString(device));
-                 }});
+const Registered<DiffsacEngine> kLibTorch("libtorch",
+                                          {[](const std::string& device) { return DeviceFromString(device).is_cpu(); },
+                                           [](const TrainedConfig& trained,
+                                              const std::string& device) -> std::shared_ptr<const DiffsacModel> {
+                                             return LoadNetwork(trained, DeviceFromString(device));
+                                           }});
 
 }  // namespace
 

@@ -5,8 +5,8 @@
 
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/denoiser/losses.h"
-#include "diffsac/network/noise_schedule.h"
 #include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/network/noise_schedule.h"
 #include "diffsac/networks/learned_network.h"
 
 namespace diffsac {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/point_features.h"
 #include "diffsac/denoiser/context_block.h"
 #include "diffsac/networks/weight_network.h"
+#include "diffsac/problem/point_features.h"
 
 namespace diffsac {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "diffsac/denoiser/point_batch.h"
-#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/estimators/learned_estimator.h"
 #include "diffsac/lab/make_estimator.h"
+#include "diffsac/network/checkpoint_info.h"
 #include "diffsac/networks/learned_network.h"
 
 namespace diffsac {

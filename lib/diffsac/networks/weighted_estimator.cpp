@@ -40,13 +40,14 @@ WeightedEstimatorOptions DefaultWeightedOptions(const std::string& method) {
 }
 
 void CheckRow(const Config& row, const WeightedEstimatorOptions& options, const LearnedWeights& weights) {
-  CheckRowKeys(row, {{"consensus.max_iterations", false, "the key max_iterations is the limit"},
-                     {"consensus.stopping", options.max_iterations > 0, "there are no sets; see max_iterations", "budget"}});
+  CheckRowKeys(row,
+               {{"consensus.max_iterations", false, "the key max_iterations is the limit"},
+                {"consensus.stopping", options.max_iterations > 0, "there are no sets; see max_iterations", "budget"}});
   CheckSharedKeys(row, weights);
 }
 
-WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weights, const WeightedEstimatorOptions& options,
-                               int threads)
+WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weights,
+                                     const WeightedEstimatorOptions& options, int threads)
     : LearnedEstimator(weights, WithBudget(options), threads),
       weights_(std::move(weights)),
       max_iterations_(options.max_iterations) {
@@ -54,7 +55,7 @@ WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weigh
 }
 
 void WeightedEstimator::Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>,
-                           std::span<Prediction> predictions) const {
+                              std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
   weights_->BeginCall();
   const auto batch = BatchOf(predictions, weights_->device);

@@ -31,7 +31,8 @@ void CheckRow(const Config& row, const WeightedEstimatorOptions& options, const 
 class WeightedEstimator : public LearnedEstimator {
  public:
   /// threads: for features and consensus of a batch; the network uses LibTorch's own.
-  WeightedEstimator(std::shared_ptr<const LearnedWeights> weights, const WeightedEstimatorOptions& options, int threads);
+  WeightedEstimator(std::shared_ptr<const LearnedWeights> weights, const WeightedEstimatorOptions& options,
+                    int threads);
 
  protected:
   void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,

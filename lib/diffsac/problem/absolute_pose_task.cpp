@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/problem/coordinates.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/coordinates.h"
 
 namespace diffsac {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/task_description.h"
-#include "diffsac/geometry/absolute_pose.h"
 
 namespace diffsac {
 

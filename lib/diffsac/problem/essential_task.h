@@ -1,8 +1,8 @@
 #pragma once
 
-#include "diffsac/problem/epipolar_task.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/epipolar_task.h"
 
 namespace diffsac {
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "diffsac/geometry/homography.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/two_view_task.h"
-#include "diffsac/geometry/homography.h"
 
 namespace diffsac {
 

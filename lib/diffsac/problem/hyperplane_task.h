@@ -1,10 +1,10 @@
 #pragma once
 
+#include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/hyperplane_labels.h"
 #include "diffsac/problem/task_description.h"
-#include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac {
 

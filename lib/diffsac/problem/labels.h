@@ -38,18 +38,20 @@ struct RankedSet {
   double distance = 0.0;
 };
 
-/// The example as one of this structure alone (its place in GroundTruth::structures): the points of others are outliers.
+/// The example as one of this structure alone (its place in GroundTruth::structures): the points of others are
+/// outliers.
 Example OfStructure(const Example& example, std::size_t structure);
 
 /// The (up to) M sets of γ true inliers whose model is nearest to the ground-truth model, best first. Empty when there
 /// are fewer than γ true inliers. What a set's distance is, and which sets are looked at, is the task's own: see
-/// problem/hyperplane_labels.h for lines and planes, problem/random_labels.h for the rest. They depend on the example alone,
-/// so an example has the same sets in every epoch. Of several structures (GroundTruth::structures) up to M of each, one
-/// structure behind the other: a set drawn from all of them stands for each alike. Throws Error when options.model is none of the example's task.
+/// problem/hyperplane_labels.h for lines and planes, problem/random_labels.h for the rest. They depend on the example
+/// alone, so an example has the same sets in every epoch. Of several structures (GroundTruth::structures) up to M of
+/// each, one structure behind the other: a set drawn from all of them stands for each alike. Throws Error when
+/// options.model is none of the example's task.
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count);
 
-/// The points that may be labelled +1 together, by options.target: up to top_m optimal minimal sets, or the true inliers,
-/// of each structure.
+/// The points that may be labelled +1 together, by options.target: up to top_m optimal minimal sets, or the true
+/// inliers, of each structure.
 std::vector<std::vector<int>> LabelSets(const Example& example, const LabelOptions& options);
 
 }  // namespace diffsac

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "diffsac/problem/plane_tree.h"
 #include "diffsac/geometry/vector_clones.h"
+#include "diffsac/problem/plane_tree.h"
 
 namespace diffsac {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/problem/nearest_eight.h"
 #include "diffsac/geometry/vector_clones.h"
+#include "diffsac/problem/nearest_eight.h"
 
 namespace diffsac {
 namespace {

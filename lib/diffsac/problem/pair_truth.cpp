@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "diffsac/problem/tasks.h"
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {

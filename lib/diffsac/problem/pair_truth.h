@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "diffsac/problem/problem.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

@@ -72,8 +72,8 @@ struct PointFeaturesOptions {
 
 /// Computes point features. Stateless and thread-safe.
 ///
-/// `coordinates`, D columns: the description's FeatureCoordinates (problem/task_description.h). Lines and planes: centred
-/// on the median (CentredCoordinates); two views: so that neither image size nor focal length matters
+/// `coordinates`, D columns: the description's FeatureCoordinates (problem/task_description.h). Lines and planes:
+/// centred on the median (CentredCoordinates); two views: so that neither image size nor focal length matters
 /// (MatchCoordinates; see use_calibration).
 ///
 /// `coordinates_ratio`, two views, 5 columns: these and (matching ratio − 0.7) / 0.25, mean and spread on real pairs; 0

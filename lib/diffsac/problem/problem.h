@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
-#include "diffsac/problem/image_pair.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "diffsac/problem/image_pair.h"
 
 namespace diffsac {
 
@@ -90,8 +90,8 @@ struct GroundTruth {
   std::optional<Eigen::Matrix3d> homography = {};   ///< x2 ~ H x1 in pixels.
   /// N values: 0 an outlier, k ≥ 1 an inlier of structure k (1 alone, or one number a plane).
   std::vector<std::int32_t> assignment = {};
-  /// Where several models are true at once: structure k of `assignment` at place k − 1. Then `inliers` are those of any of
-  /// them, and `model` is that of most points. Empty: one model, or none.
+  /// Where several models are true at once: structure k of `assignment` at place k − 1. Then `inliers` are those of any
+  /// of them, and `model` is that of most points. Empty: one model, or none.
   std::vector<ModelParameters> structures = {};
 };
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/geometry/model.h"
 #include "diffsac/problem/best_sets.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/solver_space.h"
-#include "diffsac/geometry/model.h"
 
 namespace diffsac {
 namespace random_labels_internal {

@@ -5,8 +5,8 @@
 namespace diffsac {
 
 /// The coordinates in which a model is solved and scored, made once for an estimate, checked once (CheckSpace in
-/// problem/tasks.h) and handed to features and consensus: the problem's own, unless the task's description normalises them
-/// (the essential matrix: K⁻¹ times pixels, the threshold divided by the mean focal length). Borrows the problem.
+/// problem/tasks.h) and handed to features and consensus: the problem's own, unless the task's description normalises
+/// them (the essential matrix: K⁻¹ times pixels, the threshold divided by the mean focal length). Borrows the problem.
 class SolverSpace {
  public:
   explicit SolverSpace(const Problem& problem);

@@ -40,8 +40,8 @@ inline constexpr const char* kModelName = nullptr;
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the
 ///                         data's unit is one unit there (SolverSpace). Absent: the points as they are.
 ///   OptimalSets(example, options, count)
-///                         the minimal sets of true inliers nearest to the truth (problem/labels.h). Absent: the best of
-///                         random ones by the models' own residuals.
+///                         the minimal sets of true inliers nearest to the truth (problem/labels.h). Absent: the best
+///                         of random ones by the models' own residuals.
 ///   Equations(space, truth)
 ///                         the weighted linear fit that gradients pass through (CLNet)
 template <class T>

@@ -14,8 +14,8 @@
 
 namespace diffsac {
 
-/// The one list of what can be estimated. A new task is a description of its own (problem/task_description.h), its header
-/// above, its name here and its place in the list: docs/extending.md.
+/// The one list of what can be estimated. A new task is a description of its own (problem/task_description.h), its
+/// header above, its name here and its place in the list: docs/extending.md.
 enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose };
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask>;
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/task_description.h"
-#include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
 

@@ -33,7 +33,8 @@ bool PlotBars(const Report& report, const std::string& folder) {
                        "set style histogram errorbars gap 1.5 lw 1\nset style fill solid 0.85 border -1\nset bars 0.4\n"
                        "set key outside right center samplen 1.5 spacing 1.2\nplot ";
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string mean = std::to_string(2 + 3 * i), low = std::to_string(3 + 3 * i), high = std::to_string(4 + 3 * i);
+    const std::string mean = std::to_string(2 + 3 * i), low = std::to_string(3 + 3 * i),
+                      high = std::to_string(4 + 3 * i);
     script += (i == 0 ? "" : ", \\\n  ") + ("$bars using " + mean + ":" + low + ":" + high) +
               (i == 0 ? ":xtic(1)" : "") + " lc rgb \"" + SeriesColour(i) + "\"" +
               (i < kSeriesColours ? "" : " fs pattern 5 border -1") + " title " +

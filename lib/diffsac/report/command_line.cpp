@@ -7,22 +7,22 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/run_lock.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/report/compare_runs.h"
-#include "diffsac/report/merge.h"
-#include "diffsac/report/missing_networks.h"
-#include "diffsac/report/run_files.h"
-#include "diffsac/report/results_page.h"
-#include "diffsac/report/plots.h"
-#include "diffsac/report/html_report.h"
-#include "diffsac/report/markdown_report.h"
-#include "diffsac/report/run_sweep.h"
+#include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/eval/selection.h"
 #include "diffsac/eval/sweep.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/report/compare_runs.h"
+#include "diffsac/report/html_report.h"
+#include "diffsac/report/markdown_report.h"
+#include "diffsac/report/merge.h"
+#include "diffsac/report/missing_networks.h"
+#include "diffsac/report/plots.h"
+#include "diffsac/report/results_page.h"
+#include "diffsac/report/run_files.h"
+#include "diffsac/report/run_sweep.h"
 
 namespace diffsac {
 
@@ -94,8 +94,8 @@ ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, 
   EstimatorContext context = request.context;
   if (request.group && experiment.threads == 0) experiment.threads = request.group->threads;
   context.threads = experiment.threads;
-  return RunExperiment(
-      experiment, {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); }, trace, &stop, shard});
+  return RunExperiment(experiment, {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); },
+                                    trace, &stop, shard});
 }
 
 // At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.

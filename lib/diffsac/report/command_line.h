@@ -43,7 +43,7 @@ struct EvalRequest {
   std::string page;                      ///< --page: a page with tables and pictures; empty: none
   std::string page_command;              ///< --page-command: how the page says that it was made
   ColmapExport colmap;                   ///< --export-colmap, --export-overwrite
-  EstimatorContext context;                 ///< --checkpoint, --device, --threads (0: as configured)
+  EstimatorContext context;              ///< --checkpoint, --device, --threads (0: as configured)
   std::optional<WorkGroup> group;        ///< Nothing: this process alone.
 };
 

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "diffsac/lab/changed_keys.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/changed_keys.h"
 
 namespace diffsac {
 namespace {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <numeric>
 
+#include "diffsac/eval/structures_error.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plots.h"
-#include "diffsac/eval/structures_error.h"
 
 namespace diffsac {
 namespace {
@@ -205,15 +205,16 @@ std::string StructuresPanel(const KeptFit& fit, const std::string& prefix) {
   for (std::size_t k = 0; k < fit.example.truth.structures.size() && flat; ++k) {
     const std::string name = prefix + "_true" + std::to_string(k);
     text += LineBlock(name, fit.example.truth.structures[k], box);
-    plot += ", $" + name + " with lines lw 1.5 dt 2 lc rgb \"#000000\" " + (k == 0 ? "title \"true lines\"" : "notitle");
+    plot +=
+        ", $" + name + " with lines lw 1.5 dt 2 lc rgb \"#000000\" " + (k == 0 ? "title \"true lines\"" : "notitle");
   }
   for (std::size_t k = 0; k < found.models.size(); ++k) {
     const std::string name = prefix + "_s" + std::to_string(k), colour = std::string(" lc rgb \"") + StructureColour(k);
     const auto is_member = has(static_cast<std::int32_t>(k) + 1);
     text += PointBlock(name, points, is_member) + (flat ? LineBlock(name + "_est", found.models[k], box)
                                                         : MeshBlock(name + "_est", found.models[k], points, is_member));
-    plot += ", $" + name + points_style + colour + "\" notitle, $" + name + "_est with lines lw " +
-            (flat ? "2" : "1") + colour + "\" notitle";
+    plot += ", $" + name + points_style + colour + "\" notitle, $" + name + "_est with lines lw " + (flat ? "2" : "1") +
+            colour + "\" notitle";
   }
   return text + plot + "\n";
 }

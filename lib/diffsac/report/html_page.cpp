@@ -62,7 +62,8 @@ std::string RowMarkup(const Table::Row& row, const std::vector<bool>& numeric) {
     const auto value = numeric[c] ? NumberOf(row.cells[c]) : std::nullopt;
     if (value) html += " data-value=\"" + GnuplotNumber(*value) + "\"";
     const bool interval = c < row.intervals.size() && !row.intervals[c].empty();
-    html += ">" + CellMarkup(interval ? row.cells[c] + " " + row.intervals[c] : row.cells[c]) + (c == 0 ? "</th>" : "</td>");
+    html += ">" + CellMarkup(interval ? row.cells[c] + " " + row.intervals[c] : row.cells[c]) +
+            (c == 0 ? "</th>" : "</td>");
   }
   return html + "</tr>\n";
 }
@@ -98,12 +99,23 @@ std::string HtmlText(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;

@@ -13,8 +13,8 @@ std::string HtmlText(std::string_view text);
 /// Bytes as base64 (RFC 4648), padded.
 std::string Base64(std::string_view bytes);
 
-/// A page that needs nothing beside itself: style, scripts, pictures and data are in it, and it asks the browser to load
-/// nothing else. What is called text may be anything: it is escaped. What is called markup or script is the
+/// A page that needs nothing beside itself: style, scripts, pictures and data are in it, and it asks the browser to
+/// load nothing else. What is called text may be anything: it is escaped. What is called markup or script is the
 /// caller's own and stands as it is. Parts appear in the order in which they are added.
 ///
 /// Tables can be sorted by a click on a column's name. The page's address may ask for it: `#sort=2.3` is a click on

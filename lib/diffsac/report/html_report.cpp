@@ -10,10 +10,10 @@
 #include "diffsac/eval/metrics.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/html_page.h"
+#include "diffsac/report/markdown_report.h"
 #include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_pictures.h"
 #include "diffsac/report/plot_texts.h"
-#include "diffsac/report/markdown_report.h"
 
 namespace diffsac {
 
@@ -72,7 +72,8 @@ std::string FitCaption(const KeptFit& fit, const ExperimentOptions& experiment) 
   std::string text = experiment.methods[fit.method].label + ", " + fit.example.id;
   if (experiment.conditions.size() > 1)
     text += ", " + experiment.condition_label + " " + experiment.conditions[fit.condition].label;
-  if (fit.estimate.status != Status::kOk) return text + ": no model (" + std::string(ToString(fit.estimate.status)) + ")";
+  if (fit.estimate.status != Status::kOk)
+    return text + ": no model (" + std::string(ToString(fit.estimate.status)) + ")";
   const EstimateError errors = MeasureError(fit.estimate, fit.example);
   const double error = ShownError(errors, experiment.tolerance());
   const std::string unit = ShownUnit(!std::isnan(errors.recall), experiment.tolerance());
@@ -117,9 +118,10 @@ void AddProblems(const ExperimentResults& results, HtmlPage* page) {
   std::size_t left_out = 0;
   page->AddJson("problems", ProblemListJson(results, list, pictures, kMostLines, &left_out));
   if (left_out > 0)
-    notes.push_back(std::to_string(left_out) +
-                    " lines are not in this list, which holds the largest, the smallest and evenly spread errors of each "
-                    "method; problems.csv has them all.");
+    notes.push_back(
+        std::to_string(left_out) +
+        " lines are not in this list, which holds the largest, the smallest and evenly spread errors of each "
+        "method; problems.csv has them all.");
   for (const std::string& note : notes) page->AddText(note);
   page->AddMarkup("<div id=\"problem-list\"></div>\n");
   page->AddScript(kReportJs);

@@ -4,11 +4,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/structures_error.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_images.h"
 #include "diffsac/report/plots.h"
-#include "diffsac/eval/structures_error.h"
 
 namespace diffsac {
 namespace {
@@ -85,7 +85,8 @@ std::string ErrorText(const EstimateError& error, const Estimate& estimate) {
   char text[96];
   if (estimate.status != Status::kOk) return "no model (" + std::string(ToString(estimate.status)) + ")";
   if (!std::isnan(error.recall)) {
-    std::snprintf(text, sizeof(text), "misclassification error %.1f %%, recall %.2f", error.misclassified, error.recall);
+    std::snprintf(text, sizeof(text), "misclassification error %.1f %%, recall %.2f", error.misclassified,
+                  error.recall);
     return text;
   }
   if (!std::isnan(error.rotation_deg)) {
@@ -145,7 +146,8 @@ void DrawLabels(cv::Mat& canvas, const PointMatrix& points, const std::vector<st
   for (const bool outliers : {true, false})
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
       const std::int32_t label = labels[static_cast<std::size_t>(i)];
-      if ((label == 0) != outliers || !points.row(i).allFinite() || points.row(i).cwiseAbs().maxCoeff() >= 1e6) continue;
+      if ((label == 0) != outliers || !points.row(i).allFinite() || points.row(i).cwiseAbs().maxCoeff() >= 1e6)
+        continue;
       const cv::Point at = panel.At(points(i, column), points(i, column + 1));
       if (!outliers) cv::circle(canvas, at, kMark + 1, kWhite, cv::FILLED, cv::LINE_AA);
       cv::circle(canvas, at, outliers ? 2 : kMark, LabelColour(label), cv::FILLED, cv::LINE_AA);
@@ -196,9 +198,9 @@ cv::Mat MatchPicture(const KeptFit& fit, const ExperimentResults& results) {
   const auto& folders = experiment.figures.images;
   const bool structures = ShowsStructures(fit), twice = structures && KnowsLabels(fit);
   Panel left = MakePanel(ImageFile(folders, fit.example.scene, image1), CanvasSize(problem.size1, problem.points, 0));
-  Panel right = twice ? left
-                      : MakePanel(ImageFile(folders, fit.example.scene, image2),
-                                  CanvasSize(problem.size2, problem.points, 2));
+  Panel right =
+      twice ? left
+            : MakePanel(ImageFile(folders, fit.example.scene, image2), CanvasSize(problem.size2, problem.points, 2));
   left.origin = {kGap, kTitleHeight};
   right.origin = {left.image.cols + 2 * kGap, kTitleHeight};
   cv::Mat canvas(kTitleHeight + std::max(left.image.rows, right.image.rows) + kGap,

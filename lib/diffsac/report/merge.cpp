@@ -6,13 +6,13 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/run_lock.h"
-#include "diffsac/core/status.h"
-#include "diffsac/report/run_files.h"
-#include "diffsac/report/plots.h"
 #include "diffsac/report/html_report.h"
 #include "diffsac/report/markdown_report.h"
+#include "diffsac/report/plots.h"
+#include "diffsac/report/run_files.h"
 
 namespace diffsac {
 namespace {

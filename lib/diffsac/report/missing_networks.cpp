@@ -13,11 +13,11 @@
 #include <thread>
 #include <utility>
 
+#include "diffsac/core/config_tree.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/core/config_tree.h"
-#include "diffsac/io/text_scan.h"
 #include "diffsac/eval/selection.h"
+#include "diffsac/io/text_scan.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/network/checkpoint_info.h"
 

@@ -49,7 +49,9 @@ cv::Mat LoadImageOf(const std::vector<ImageFolder>& folders, const std::string& 
   if (!file.empty()) {
     // A JPEG of many megapixels is read several times faster at a part of its size.
     const int times = std::max(size.width, size.height) / std::max(1, longest);
-    const int flags = times >= 4 ? cv::IMREAD_REDUCED_COLOR_4 : times >= 2 ? cv::IMREAD_REDUCED_COLOR_2 : cv::IMREAD_COLOR;
+    const int flags = times >= 4   ? cv::IMREAD_REDUCED_COLOR_4
+                      : times >= 2 ? cv::IMREAD_REDUCED_COLOR_2
+                                   : cv::IMREAD_COLOR;
     return cv::imread(file, flags | cv::IMREAD_IGNORE_ORIENTATION);
   }
   const std::string bytes = ReadThumbnail(scene_folder, image);

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
 #include "diffsac/eval/experiment.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "diffsac/problem/problem.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/problem.h"
 
 namespace diffsac {
 

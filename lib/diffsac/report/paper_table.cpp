@@ -60,8 +60,7 @@ Table PaperTable(const Report& report) {
   const ExperimentOptions& experiment = report.results.experiment;
   Table table;
   table.heading = "ours beside the paper's, which was measured on other data";
-  table.columns = {
-      "ours / the paper's row", experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
+  table.columns = {"ours / the paper's row", experiment.condition_label, "metric", "paper", "ours", "difference", "n"};
   for (const auto& [label, paper] : experiment.paper)
     for (std::size_t c = 0; c < experiment.conditions.size() && !paper.ours.empty(); ++c)
       for (const PaperMetric& metric : kMetrics) AddRow(report, label, paper, c, metric, &table);

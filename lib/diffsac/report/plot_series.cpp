@@ -48,7 +48,8 @@ std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const
   for (std::size_t m = 0; m < experiment.methods.size() && !curves.empty(); ++m) {
     const double ceiling = AccuracyAt(report, condition, m, 0.0).y;
     if (experiment.methods[m].type == "oracle" && !std::isnan(ceiling))
-      curves.push_back({experiment.methods[m].label, CurveKind::kCeiling, curves.size(), {{low, ceiling}, {high, ceiling}}});
+      curves.push_back(
+          {experiment.methods[m].label, CurveKind::kCeiling, curves.size(), {{low, ceiling}, {high, ceiling}}});
   }
   return curves;
 }

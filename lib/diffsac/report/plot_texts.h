@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "diffsac/report/gnuplot.h"
 #include "diffsac/eval/results.h"
+#include "diffsac/report/gnuplot.h"
 
 namespace diffsac {
 
@@ -15,8 +15,8 @@ inline std::string PlotTitle(const ExperimentResults& results) {
 
 /// Labels and grid of a picture whose y axis is mAA, as gnuplot commands.
 inline std::string AccuracyAxes(const ExperimentResults& results, const std::string& x_label) {
-  return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " +
-         GnuplotText(AccuracyTitle(results)) + "\nset grid ls 100\nset tics nomirror\n";
+  return "set xlabel " + GnuplotText(x_label) + "\nset ylabel " + GnuplotText(AccuracyTitle(results)) +
+         "\nset grid ls 100\nset tics nomirror\n";
 }
 
 }  // namespace diffsac

@@ -15,7 +15,8 @@ CellReport MakeCellReport(const ExperimentResults& results, const Cell& cell) {
   report.sets = BootstrapMean(SceneValuesOf(cell, SetsOf), BootstrapRng(results));
   const int reference = ReferenceRow(results.experiment);
   if (reference >= 0)
-    report.reference_minus_this = DifferenceOf(results, cell.condition, static_cast<std::size_t>(reference), cell.method);
+    report.reference_minus_this =
+        DifferenceOf(results, cell.condition, static_cast<std::size_t>(reference), cell.method);
   return report;
 }
 

@@ -41,9 +41,9 @@ using Differences = std::vector<std::vector<std::optional<ConfidenceInterval>>>;
 struct Report {
   const ExperimentResults& results;
   std::vector<CellReport> cells;  ///< As `results.cells`.
-  Differences differences;      ///< Of the accuracy.
-  Differences set_differences;  ///< Of SetsOf.
-  std::vector<Table> tables;  ///< MakeTables.
+  Differences differences;        ///< Of the accuracy.
+  Differences set_differences;    ///< Of SetsOf.
+  std::vector<Table> tables;      ///< MakeTables.
 
   /// What is said of one of `results.cells`.
   const CellReport& Of(const Cell& cell) const { return cells[static_cast<std::size_t>(&cell - results.cells.data())]; }

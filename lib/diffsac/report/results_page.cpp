@@ -68,13 +68,15 @@ void WritePage(const std::string& folder, const std::string& page, const std::st
 }
 
 bool IsMade(const ExperimentOptions& experiment, const std::string& folder, const std::string& page) {
-  const std::string table = folder + "/table.md", config_path = folder + "/config.yaml", json = folder + "/results.json";
+  const std::string table = folder + "/table.md", config_path = folder + "/config.yaml",
+                    json = folder + "/results.json";
   for (const std::string& path : {table, config_path, json})
     if (!fs::exists(path)) return false;
   const std::string config = ReadFile(config_path);
   if (BodyOf(config) != WriteExperiment(experiment)) return false;
   if (ReadFile(json).find("\"partial\": false") == std::string::npos) return false;
-  if (!page.empty() && (!fs::exists(page) || ReadFile(page).find("- " + DateLine(config)) == std::string::npos)) return false;
+  if (!page.empty() && (!fs::exists(page) || ReadFile(page).find("- " + DateLine(config)) == std::string::npos))
+    return false;
   std::vector<fs::path> sources = {fs::read_symlink("/proc/self/exe")};
   for (const EstimatorRow& row : experiment.methods)
     if (row.config.Has("checkpoint")) sources.emplace_back(row.config.Text("checkpoint"));

@@ -11,7 +11,8 @@ namespace diffsac {
 void WritePage(const std::string& folder, const std::string& page, const std::string& command);
 
 /// Whether a folder holds what running the experiment would give: the whole results of the same configuration, newer
-/// than this program and than the networks that rows name; and, where `page` is not empty, that the page is of this run.
+/// than this program and than the networks that rows name; and, where `page` is not empty, that the page is of this
+/// run.
 bool IsMade(const ExperimentOptions& experiment, const std::string& folder, const std::string& page);
 
 }  // namespace diffsac

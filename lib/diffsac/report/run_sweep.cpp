@@ -7,18 +7,18 @@
 #include <sstream>
 
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/run_lock.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/report/run_files.h"
-#include "diffsac/report/results_page.h"
-#include "diffsac/report/plots.h"
-#include "diffsac/report/html_report.h"
-#include "diffsac/report/markdown_report.h"
-#include "diffsac/report/run_reader.h"
 #include "diffsac/eval/selection.h"
 #include "diffsac/eval/sweep.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/report/html_report.h"
+#include "diffsac/report/markdown_report.h"
+#include "diffsac/report/plots.h"
+#include "diffsac/report/results_page.h"
+#include "diffsac/report/run_files.h"
+#include "diffsac/report/run_reader.h"
 
 namespace diffsac {
 namespace {

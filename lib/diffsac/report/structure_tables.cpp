@@ -34,7 +34,8 @@ std::vector<MetricTable> StructureKinds(const ExperimentResults& results) {
           ", higher is better",
       {"", 0, "mean", "recall", 3, true, &PaperValue::recall}, false);
   if (!HasStructureSets(results)) return kinds;
-  add("share of the first 20 minimal sets that are of one true structure alone", {"", 0, "mean", kSetsMetric, 3}, false);
+  add("share of the first 20 minimal sets that are of one true structure alone", {"", 0, "mean", kSetsMetric, 3},
+      false);
   kinds.back().intervals = true;
   add("share of the true structures that such a set is of", {"", 0, "mean", "structures_in_sets", 3}, false);
   return kinds;

@@ -12,7 +12,8 @@ std::vector<MetricTable> StructureKinds(const ExperimentResults& results);
 
 /// What a note under them says of the metrics.
 inline constexpr const char* kStructureNote =
-    " Misclassification: per cent of points with a wrong label, over all problems; recall: share of the true structures "
+    " Misclassification: per cent of points with a wrong label, over all problems; recall: share of the true "
+    "structures "
     "that are found.";
 
 }  // namespace diffsac

@@ -93,8 +93,7 @@ MetricTable SetsKind(const ExperimentResults& results) {
 
 MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
   const bool structures = JudgesStructures(results);
-  const std::string name =
-      structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
+  const std::string name = structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
   MetricTable kind{(structures ? "misclassification error in %" : name) + " by scene", {}};
   if (results.experiment.conditions.size() > 1)
     kind.heading += ", " + results.experiment.condition_label + " " + results.experiment.conditions[condition].label;

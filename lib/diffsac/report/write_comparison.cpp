@@ -4,11 +4,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/report/compare_runs.h"
 #include "diffsac/eval/format.h"
+#include "diffsac/report/compare_runs.h"
 #include "diffsac/report/html_page.h"
-#include "diffsac/report/run_files.h"
 #include "diffsac/report/markdown_report.h"
+#include "diffsac/report/run_files.h"
 #include "diffsac/report/run_reader.h"
 
 namespace diffsac {
@@ -54,8 +54,9 @@ std::string AnswerText(const ProblemRecord& record, const Tolerance& tolerance) 
 Table ChangedTable(const RunComparison& comparison) {
   Table table;
   table.heading =
-      std::string("problems that changed most, errors in ") +
-      (comparison.metric == "recall" ? "% of the points" : comparison.tolerance.pixels ? "pixels" : "degrees");
+      std::string("problems that changed most, errors in ") + (comparison.metric == "recall" ? "% of the points"
+                                                               : comparison.tolerance.pixels ? "pixels"
+                                                                                             : "degrees");
   table.columns = {"problem", "scene", "condition", "row", "error A", "error B", "inliers A", "inliers B"};
   for (const ChangedProblem& problem : comparison.changed)
     AddRow({problem.id, problem.scene, problem.condition, problem.row, AnswerText(problem.a, comparison.tolerance),

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "diffsac/lab/option_reference.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/eval/experiment.h"
+#include "diffsac/lab/dataset_registry.h"
 #include "diffsac/lab/estimator_registry.h"
+#include "diffsac/lab/option_reference.h"
 #include "diffsac/train/learner.h"
 
 namespace diffsac {
@@ -23,7 +23,8 @@ constexpr char kIntroduction[] =
     "configuration is\n"
     "written to `config.yaml` in the run folder. A top-level `include: other.yaml` reads that file first.\n\n"
     "Paths in a file (`include`, `checkpoint`, `start_from`, `paths`, `root`, `folder`, `needs`) are relative to that\n"
-    "file. But for `include`, what is not there is looked for in the current folder, as what `--set` gives is, and what\n"
+    "file. But for `include`, what is not there is looked for in the current folder, as what `--set` gives is, and "
+    "what\n"
     "begins with `models/` then in `$DIFFSAC_MODELS` and in `share/diffsac/models` beside the program. Where nothing\n"
     "is found, the message names every place.";
 
@@ -81,8 +82,8 @@ void AddTraining(OptionReference* reference) {
   const Descriptions base = describe(TaskFromString(TaskNames().front()));
   const auto& learners = Registry<LearnerEntry>::Instance();
   std::string methods = "`method` is one of " + learners.NamesText() +
-                        ". The defaults are those of `task: " + TaskNames().front() +
-                        "` and `method: " + kMainMethod + "`.";
+                        ". The defaults are those of `task: " + TaskNames().front() + "` and `method: " + kMainMethod +
+                        "`.";
   reference->AddOptions("top level", Paragraphs(methods, TaskDifferences(base, describe)), "", typeid(TrainConfig),
                         base);
   for (const std::string& name : learners.Names()) {

@@ -4,14 +4,14 @@
 
 #include "diffsac/core/config_json.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "diffsac/denoiser/checkpoint.h"
 #include "diffsac/denoiser/denoiser.h"
 #include "diffsac/denoiser/network_tensors.h"
+#include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/yaml.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/train/learner.h"
 #include "diffsac/train/training_folder.h"
 
@@ -41,8 +41,13 @@ void ImportNetwork(const TrainRequest& request, const std::string& path) {
   TrainingFolder folder(request);
   folder.Begin(resolved);
   const std::string checkpoint = folder.Checkpoint("best.safetensors");
-  const CheckpointInfo info{
-      options.method, ToString(options.task), ToJson(ConfigFromYaml(resolved)), GitRevision(), 0, options.train.seed, -1.0};
+  const CheckpointInfo info{options.method,
+                            ToString(options.task),
+                            ToJson(ConfigFromYaml(resolved)),
+                            GitRevision(),
+                            0,
+                            options.train.seed,
+                            -1.0};
   SaveCheckpoint(checkpoint, info, network, ExponentialMovingAverage(network, options.train.ema_decay), nullptr);
   LogInfo(checkpoint + ": " + std::to_string(CountParameters(network)) + " parameters of " + path);
 }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "diffsac/core/registry.h"
-#include "diffsac/problem/point_features.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/point_features.h"
 #include "diffsac/train/train_options.h"
 #include "diffsac/train/training_source.h"
 

@@ -5,10 +5,10 @@
 #include <cstring>
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/problem/labels.h"
-#include "diffsac/eval/metrics.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/networks/ng_ransac.h"
+#include "diffsac/problem/labels.h"
 #include "diffsac/train/batch_tensors.h"
 #include "diffsac/train/expected_loss.h"
 #include "diffsac/train/metrics_log.h"

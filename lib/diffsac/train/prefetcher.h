@@ -18,8 +18,8 @@ namespace diffsac {
 /// Makes items ahead on worker threads and hands them over in the order of their index, so that what the consumer sees
 /// does not depend on the number of workers. At most `queue_depth` items are in the making or waiting.
 ///
-/// An exception of `make` is rethrown by the `Next` whose item it concerns, and by every later one. The destructor waits
-/// for the items in the making and drops what was not consumed. One consumer at a time.
+/// An exception of `make` is rethrown by the `Next` whose item it concerns, and by every later one. The destructor
+/// waits for the items in the making and drops what was not consumed. One consumer at a time.
 ///
 /// Example:
 /// ```

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
-#include "diffsac/eval/metrics.h"
 #include "diffsac/train/training_source.h"
 
 namespace diffsac {

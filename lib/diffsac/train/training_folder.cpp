@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <vector>
 
-#include "diffsac/lab/changed_keys.h"
 #include "diffsac/core/files.h"
-#include "diffsac/lab/run_directory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
+#include "diffsac/lab/changed_keys.h"
+#include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/network/checkpoint_info.h"
 #include "diffsac/train/trainer.h"

@@ -52,7 +52,9 @@ std::string TrainingReportHtml(const std::string& title, const std::vector<std::
     page.AddSubtitle("To iteration " + rows.back().substr(0, rows.back().find(',')) + ".");
     if (!curve_png.empty()) {
       page.AddSection("Curves");
-      page.AddPicture(curve_png, "Losses: means over the iterations between two lines of metrics.csv. Validation: higher is better.");
+      page.AddPicture(
+          curve_png,
+          "Losses: means over the iterations between two lines of metrics.csv. Validation: higher is better.");
     }
     page.AddSection("Values");
     page.AddTable(ValuesTable(columns, rows));

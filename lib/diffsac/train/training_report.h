@@ -5,9 +5,9 @@
 
 namespace diffsac {
 
-/// report.html of a training run: the picture of its curves (the bytes of a PNG file; empty: none), first, best and last
-/// values of metrics.csv, and `config`, the run's configuration. `rows` are lines of that file: the iteration, then a value for each
-/// column, empty where there is none.
+/// report.html of a training run: the picture of its curves (the bytes of a PNG file; empty: none), first, best and
+/// last values of metrics.csv, and `config`, the run's configuration. `rows` are lines of that file: the iteration,
+/// then a value for each column, empty where there is none.
 std::string TrainingReportHtml(const std::string& title, const std::vector<std::string>& columns,
                                const std::vector<std::string>& rows, const std::string& config,
                                const std::string& curve_png = "");

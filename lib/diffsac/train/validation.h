@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/eval/metrics.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/eval/metrics.h"
 #include "diffsac/train/train_options.h"
 
 namespace diffsac {
