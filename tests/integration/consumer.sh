@@ -36,15 +36,14 @@ grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; 
 run_expecting 0 pair --task fundamental
 run_expecting 0 pair --calibration ../K.txt --json ../pair.json --matches ../matches.txt
 # The function of the library gives the digits of the row that diffsac_pair runs. Its models moved with the prefix.
-cut -d " " -f 1-5 ../matches.txt >../rows.txt
-DIFFSAC_MODELS="$own/mo ved/share/diffsac/models" "$own/build/pose" 300 100 75 <../rows.txt >../pose.txt ||
+DIFFSAC_MODELS="$own/mo ved/share/diffsac/models" "$own/build/pose" 300 100 75 <../matches.txt >../pose.txt ||
   fail "the README's program failed"
 python3 -c 'import json, sys
 model = [float(x) for x in " ".join(open(sys.argv[2]).read().splitlines()[4:7]).split()]
 theirs = json.load(open(sys.argv[1]))["model"]
 assert all(abs(a - b) < 1e-10 for a, b in zip(model, theirs)), (model, theirs)' ../pair.json ../pose.txt ||
   fail "the library and diffsac_pair estimate differently"
-without_models() { "$own/build/pose" 300 100 75 <../rows.txt; }
+without_models() { "$own/build/pose" 300 100 75 <../matches.txt; }
 run_expecting 134 without_models
 grep -q "model essential/model.safetensors: no such file; looked for .*/in stalled/share/diffsac/models" "$own/err" ||
   { cat "$own/err" >&2; fail "no word of where models were looked for"; }

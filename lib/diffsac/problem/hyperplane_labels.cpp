@@ -131,40 +131,12 @@ std::vector<int> PromisingMembers(const TruthFrame<3>& frame, int count) {
   return members;
 }
 
-// Exchange: each member of a set is replaced in turn by every other inlier. Returns how many sets that solved.
-int Exchange(const TruthFrame<3>& frame, const std::array<int, 3>& set, BestSets<3>* best) {
-  const auto count = static_cast<int>(frame.index.size());
-  int solved = 0;
-  for (int slot = 0; slot < 3; ++slot) {
-    for (int i = 0; i < count; ++i) {
-      if (i == set[0] || i == set[1] || i == set[2]) continue;
-      std::array<int, 3> other = set;
-      other[slot] = i;
-      std::sort(other.begin(), other.end());
-      Offer<3>(frame, other, best);
-      ++solved;
-    }
-  }
-  return solved;
-}
-
-// Within the budget: half of it for all triplets of the most promising inliers, the rest for exchanges of single
-// members of the best sets known, best first.
+// Within the budget: all triplets of the most promising inliers.
 void SearchBounded(const TruthFrame<3>& frame, int budget, BestSets<3>* best) {
   const auto total = static_cast<int>(frame.index.size());
   int chosen = 3;
-  while (chosen < total && Combinations(chosen + 1, 3) <= std::max(1, budget / 2)) ++chosen;
+  while (chosen < total && Combinations(chosen + 1, 3) <= budget) ++chosen;
   SearchAllTriplets(frame, PromisingMembers(frame, chosen), best);
-  int left = budget - static_cast<int>(Combinations(chosen, 3));
-  std::vector<std::array<int, 3>> exchanged;
-  while (left >= 3 * (total - 3)) {
-    const auto next = std::find_if(best->entries().begin(), best->entries().end(), [&](const auto& entry) {
-      return std::find(exchanged.begin(), exchanged.end(), entry.set) == exchanged.end();
-    });
-    if (next == best->entries().end()) break;
-    exchanged.push_back(next->set);
-    left -= Exchange(frame, exchanged.back(), best);
-  }
 }
 
 void Search(const TruthFrame<2>& frame, const LabelOptions&, BestSets<2>* best) { SearchAllPairs(frame, best); }

@@ -75,14 +75,13 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   return text + TimesText(times, estimate.report);
 }
 
-std::string MatchesText(const Problem& problem, const Estimate& estimate) {
+std::string MatchesText(const Problem& problem) {
   std::string text;
   const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
-  const bool has_mask = static_cast<Eigen::Index>(estimate.inliers.size()) == problem.points.rows();
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     const double* match = problem.points.row(i).data();
-    text += Format("%.17g %.17g %.17g %.17g ", match[0], match[1], match[2], match[3]);
-    text += Format("%.17g %d\n", has_ratio ? problem.match_ratio[i] : 1.0, has_mask ? int{estimate.inliers[i]} : 0);
+    text += Format("%.17g %.17g %.17g %.17g", match[0], match[1], match[2], match[3]);
+    text += Format(" %.17g\n", has_ratio ? problem.match_ratio[i] : 1.0);
   }
   return text;
 }
