@@ -94,11 +94,11 @@ std::vector<Row> MakeRows(bool stages) {
 
 template <MinimalModel Model>
 ConsensusResult Search(const Problem& problem, const SolverSpace& space, const Row& row, int seed) {
-  EstimationPriors hints;
-  hints.unit = space.unit();
+  EstimationPriors priors;
+  priors.unit = space.unit();
   // The better half of the ratios is likelier right; any such probabilities do here.
   if (row.consensus.inlier_prior_power > 0.0)
-    hints.inlier_priors = (1.0 - 0.8 * problem.match_ratio.array().min(1.0).max(0.0)).matrix();
+    priors.inlier_priors = (1.0 - 0.8 * problem.match_ratio.array().min(1.0).max(0.0)).matrix();
   const Rng rng(seed);
   const std::vector<double> quality(problem.match_ratio.data(),
                                     problem.match_ratio.data() + problem.match_ratio.size());
@@ -108,7 +108,7 @@ ConsensusResult Search(const Problem& problem, const SolverSpace& space, const R
   } else {
     source = std::make_unique<UniformSampler>(static_cast<int>(space.points().rows()), Model::kMinimalSize, rng);
   }
-  return SampleConsensus<Model>(space.points(), space.threshold(), *source, row.consensus, rng, hints);
+  return SampleConsensus<Model>(space.points(), space.threshold(), *source, row.consensus, rng, priors);
 }
 
 void RunOnce(const Problem& problem, int seed, Row* row) {

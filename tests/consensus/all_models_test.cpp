@@ -212,11 +212,11 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
         if (combination++ % 4 != shift % 4) return;
         options.max_iterations = name == "exhaustive" ? 400 : 30;
         options.stopping = Stopping::kBudget;
-        EstimationPriors hints;
-        hints.fit_weights = Eigen::VectorXd::Zero(count);
+        EstimationPriors priors;
+        priors.fit_weights = Eigen::VectorXd::Zero(count);
         const auto source = make(1);
         const auto result =
-            SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(1), hints);
+            SampleConsensus<TestType>(problem.points, problem.threshold, *source, options, Rng(1), priors);
         CAPTURE(hostile.name, name, WriteYaml(options), std::string(ToString(result.status)));
         // Sources that see few different sets may miss a model that is there.
         const bool thorough = name == "uniform" || name == "weighted";
@@ -239,10 +239,10 @@ TEMPLATE_TEST_CASE("A hint whose residuals overflow leaves the score finite", ""
       options.refit = refit;
       options.max_iterations = 50;
       options.refit_candidates = 3;
-      EstimationPriors hints;
-      hints.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
-      hints.models[2][2] = 1.7e308;
-      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), hints);
+      EstimationPriors priors;
+      priors.models = {1e308 * problem.truth, ModelParameters::Constant(problem.truth.size(), 1.7e308), problem.truth};
+      priors.models[2][2] = 1.7e308;
+      const auto result = SearchUniformly<TestType>(problem.points, problem.threshold, options, Rng(1), priors);
       REQUIRE(result.status == Status::kOk);
       CHECK(std::isfinite(result.score));
       CheckAgainstResiduals<TestType>(problem, options, result);

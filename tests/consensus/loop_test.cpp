@@ -203,12 +203,12 @@ TEST_CASE("Support of one point fewer than a minimal set is no model, of a minim
     }
 }
 
-TEST_CASE("Hints come before the draws of a source and can end the search at once") {
-  EstimationPriors hints;
-  hints.models = {Eigen::VectorXd::Zero(1)};
+TEST_CASE("Priors come before the draws of a source and can end the search at once") {
+  EstimationPriors priors;
+  priors.models = {Eigen::VectorXd::Zero(1)};
   ConsensusOptions options = Plain(100000);
   options.stopping = Stopping::kConfidence;
-  const auto result = SearchUniformly<Place>(Cluster(99, 100), 0.1, options, Rng(1), hints);
+  const auto result = SearchUniformly<Place>(Cluster(99, 100), 0.1, options, Rng(1), priors);
   CHECK(result.iterations == 1);
   CHECK(result.model[0] == 0.0);
   CHECK(result.hypotheses == 1);
@@ -263,12 +263,12 @@ TEST_CASE("The degeneracy hook is asked for each new best model and judged by th
   CHECK(both.score == 4.0);
 }
 
-TEST_CASE("The degeneracy hook is asked again about what is not from a set: hints and optimised models") {
+TEST_CASE("The degeneracy hook is asked again about what is not from a set: priors and optimised models") {
   PointMatrix points(8, 1);
   points << 19.9, 20.1, 29.8, 30, 30.1, 30.2, 40, 50;
-  EstimationPriors hints;
-  hints.models = {Eigen::VectorXd::Constant(1, 20.0)};
-  const auto hinted = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), hints);
+  EstimationPriors priors;
+  priors.models = {Eigen::VectorXd::Constant(1, 20.0)};
+  const auto hinted = SearchSets<MendedPlace>(points, 0.5, std::vector<int>{}, Plain(), Rng(1), priors);
   CHECK(hinted.model[0] == 30.0);
   CHECK(hinted.hypotheses == 3);
   // Point 1 alone leads to 20 by reweighting, and 20 to 30.

@@ -175,10 +175,10 @@ TEST_CASE("Hostile points give a status with every source, score and optimiser")
           options.max_iterations = 30;
           options.refit = optimizer == LocalOptimization::kReweighted ? Refit::kReweighted : Refit::kMixture;
           options.final_refinement = FinalRefinement::kRefinement;
-          EstimationPriors hints;
-          hints.fit_weights = Eigen::VectorXd::Zero(points.rows());
+          EstimationPriors priors;
+          priors.fit_weights = Eigen::VectorXd::Zero(points.rows());
           const auto source = make(1);
-          const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), hints);
+          const auto result = SampleConsensus<Line>(points, kThreshold * scale, *source, options, Rng(1), priors);
           CAPTURE(name, ToString(score), ToString(optimizer), points.rows(), scale);
           CHECK(result.status == expected);
           CHECK(result.model.size() == (expected == Status::kOk ? 3 : 0));

@@ -71,20 +71,20 @@ TEST_CASE("The mask's threshold follows the noise") {
 TEST_CASE("Points of low prior count less, in the score and for the model") {
   const ModelProblem problem = MakeModelProblem<Line>(100, 0.5, Rng(5));
   ConsensusOptions options = OverScales(0.02, 0.2);
-  EstimationPriors hints;
-  hints.inlier_priors = Eigen::VectorXd::Constant(100, 0.5);
-  const auto plain = SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), hints);
+  EstimationPriors priors;
+  priors.inlier_priors = Eigen::VectorXd::Constant(100, 0.5);
+  const auto plain = SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), priors);
   options.inlier_prior_power = 1.0;
-  const auto halved = SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), hints);
+  const auto halved = SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), priors);
   CHECK(halved.score == Approx(0.5 * plain.score));
   options.inlier_prior_power = 2.0;
-  CHECK(SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), hints).score == Approx(0.25 * plain.score));
+  CHECK(SearchUniformly<Line>(problem.points, 0.1, options, Rng(1), priors).score == Approx(0.25 * plain.score));
   // A second line with as many points: the prior decides.
   PointMatrix points(100, 2);
   for (int i = 0; i < 100; ++i) points.row(i) << 0.1 * (i % 50), i < 50 ? 1.0 : 0.05 * (i % 50) - 3.0;
   for (const bool first : {true, false}) {
-    for (int i = 0; i < 100; ++i) hints.inlier_priors[i] = (i < 50) == first ? 0.9 : 0.4;
-    const auto chosen = SearchUniformly<Line>(points, 0.1, options, Rng(1), hints);
+    for (int i = 0; i < 100; ++i) priors.inlier_priors[i] = (i < 50) == first ? 0.9 : 0.4;
+    const auto chosen = SearchUniformly<Line>(points, 0.1, options, Rng(1), priors);
     CHECK(chosen.inliers[first ? 10 : 60] == 1);
     CHECK(chosen.inliers[first ? 60 : 10] == 0);
   }

@@ -110,9 +110,10 @@ TEMPLATE_TEST_CASE_SIG("Too few points", "", ((int D), D), 2, 3) {
 
 TEMPLATE_TEST_CASE_SIG("Degenerate points give a status", "", ((int D), D), 2, 3) {
   const auto status = [](const PointMatrix& points) {
-    EstimationPriors hints;
-    hints.fit_weights = Eigen::VectorXd::Ones(points.rows());
-    return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1), hints)
+    EstimationPriors priors;
+    priors.fit_weights = Eigen::VectorXd::Ones(points.rows());
+    return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1),
+                                     priors)
         .status;
   };
   PointMatrix points = MakeRandomProblem<D>(20, 0.5, 0.04, Rng(1)).points;
@@ -153,7 +154,7 @@ TEST_CASE("No usable hypothesis or threshold: no model") {
   CHECK(SearchSets<Line>(twins, kThreshold, std::vector<int>{0, 9, -1, 2}, {}, Rng(1)).status == Status::kNoModel);
 }
 
-TEST_CASE("Hints join the hypotheses: models free of charge, the weighted fit for one") {
+TEST_CASE("Priors join the hypotheses: models free of charge, the weighted fit for one") {
   const auto problem = MakeRandomProblem<2>(60, 0.5, 0.03, Rng(5));
   const std::vector<int> bad_set{0, 1};  // Two outliers.
   EstimationPriors models;

@@ -154,17 +154,17 @@ TEST_CASE("Unfit points have their own status; indices out of range and priors o
   structures.search = StructureSearch::kAtOnce;
   ConsensusOptions options = Options(3);
   options.inlier_prior_power = 1.0;
-  EstimationPriors hints;
-  hints.inlier_priors = Eigen::VectorXd::Constant(5, nan);
+  EstimationPriors priors;
+  priors.inlier_priors = Eigen::VectorXd::Constant(5, nan);
   const auto given = [&](const std::vector<int>&, int) { return std::make_unique<PrecomputedSampler>(sets); };
-  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), priors).iterations == 3);
   // Models of another kind.
-  hints.models = {ModelParameters::Zero(12), ModelParameters::Constant(3, nan)};
+  priors.models = {ModelParameters::Zero(12), ModelParameters::Constant(3, nan)};
   structures.search = StructureSearch::kTLinkage;
-  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), priors).iterations == 3);
   // What is no probability: neither a crash nor a model for it.
-  hints.inlier_priors = Eigen::VectorXd::Constant(80, nan);
-  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), hints).iterations == 3);
+  priors.inlier_priors = Eigen::VectorXd::Constant(80, nan);
+  CHECK(FindStructures<Line>(scene.points, kThreshold, given, options, structures, Rng(1), priors).iterations == 3);
 }
 
 TEST_CASE(
@@ -267,10 +267,10 @@ TEST_CASE("Given hypotheses take part in the search at once") {
   const SamplerOfRows none = [](const std::vector<int>&, int) {
     return std::make_unique<PrecomputedSampler>(std::span<const int>());
   };
-  EstimationPriors hints;
-  hints.models = found.models;
+  EstimationPriors priors;
+  priors.models = found.models;
   const StructuresResult again =
-      FindStructures<Line>(scene.points, kThreshold, none, Options(1), structures, Rng(3), hints);
+      FindStructures<Line>(scene.points, kThreshold, none, Options(1), structures, Rng(3), priors);
   CHECK(again.models.size() == 2);
   CHECK(again.assignment == found.assignment);
 }

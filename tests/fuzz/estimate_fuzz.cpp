@@ -57,7 +57,7 @@ std::vector<int> AllRows(const FuzzProblem& problem) {
 template <MinimalModel Model>
 ConsensusResult Estimate(const FuzzProblem& problem, const ConsensusOptions& options, int threads) {
   const auto source = SourceOf(problem, Model::kMinimalSize, AllRows(problem), 0);
-  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, Rng(problem.seed), problem.hints,
+  return SampleConsensus<Model>(problem.points, problem.threshold, *source, options, Rng(problem.seed), problem.priors,
                                 threads);
 }
 
@@ -128,7 +128,7 @@ void RunStructures(const FuzzProblem& problem) {
   const StructuresResult result = FindStructures<Model>(
       problem.points, problem.threshold,
       [&](const std::vector<int>& rows, int search) { return SourceOf(problem, Model::kMinimalSize, rows, search); },
-      problem.options, problem.structures, Rng(problem.seed), problem.hints);
+      problem.options, problem.structures, Rng(problem.seed), problem.priors);
   Require((result.status == Status::kOk) == !result.models.empty(), "structures are found, or there is no model");
   if (result.status != Status::kOk) return;
   Require(static_cast<Eigen::Index>(result.assignment.size()) == problem.points.rows(),

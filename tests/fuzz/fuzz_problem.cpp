@@ -163,25 +163,25 @@ DgsacOptions ReadDgsac(ByteReader* reader) {
   return options;
 }
 
-void ReadPriors(ByteReader* reader, int count, int parameters, EstimationPriors* hints) {
+void ReadPriors(ByteReader* reader, int count, int parameters, EstimationPriors* priors) {
   for (int hint = reader->Below(8) - 5; hint > 0; --hint) {
     ModelParameters model(reader->Below(16) == 0 ? reader->Below(12) : parameters);
     for (double& value : model) value = reader->Number();
-    hints->models.push_back(model);
+    priors->models.push_back(model);
   }
   const auto read = [&](Eigen::VectorXd* values) {
     values->resize(reader->Below(8) == 0 ? reader->Below(10) : count);
     for (double& value : *values) value = reader->Number();
   };
-  if (reader->Below(8) == 0) read(&hints->fit_weights);
-  if (reader->Below(4) == 0) read(&hints->inlier_priors);
-  if (reader->Below(4) == 0) hints->unit = reader->Positive();
+  if (reader->Below(8) == 0) read(&priors->fit_weights);
+  if (reader->Below(4) == 0) read(&priors->inlier_priors);
+  if (reader->Below(4) == 0) priors->unit = reader->Positive();
   if (reader->Below(4) != 0) return;
   CameraPrior cameras{Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), reader->Positive()};
   for (int i = 0; i < 3; ++i) cameras.K1(i, i) = reader->Number();
   if (reader->Flag())
     for (double& value : cameras.K2.reshaped()) value = reader->Number();
-  hints->cameras = cameras;
+  priors->cameras = cameras;
 }
 
 void ReadSource(ByteReader* reader, FuzzProblem* problem) {
@@ -220,7 +220,7 @@ FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int
     const int index = reader->Byte();
     problem.minimal_sets.push_back(index < 250 ? index % std::max(1, count) : index - 253);
   }
-  ReadPriors(reader, count, parameters, &problem.hints);
+  ReadPriors(reader, count, parameters, &problem.priors);
   if (problem.sets_from == SetsFrom::kConfidences) {
     problem.confidences.resize(static_cast<std::size_t>(count) * reader->Below(5));
     for (float& confidence : problem.confidences) confidence = static_cast<float>(reader->Number());

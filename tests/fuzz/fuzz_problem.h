@@ -30,7 +30,7 @@ struct FuzzProblem {
   bool unique_sets = false;         ///< of the confidences
   double temperature = 1.0;         ///< of the confidences
   std::vector<int> minimal_sets;    ///< indices out of range among them
-  EstimationPriors hints;
+  EstimationPriors priors;
   std::uint64_t seed = 0;
   int threads = 1;
   int other_block = 0;

@@ -13,10 +13,10 @@ namespace {
 template <MinimalModel Model>
 void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options, const ModelParameters& model,
                        const Rng& rng, Estimate* estimate) {
-  EstimationPriors hints;
-  hints.models.push_back(model);
+  EstimationPriors priors;
+  priors.models.push_back(model);
   PrecomputedSampler no_sets({});
-  ConsensusResult result = SearchCheckedPoints<Model>(space.points(), space.threshold(), no_sets, options, rng, hints);
+  ConsensusResult result = SearchCheckedPoints<Model>(space.points(), space.threshold(), no_sets, options, rng, priors);
   estimate->report.hypotheses += result.hypotheses;
   if (result.status != Status::kOk) return;
   estimate->model = std::move(result.model);

@@ -15,11 +15,11 @@ namespace diffsac {
 ///                   (Gumbel top-γ)
 enum class Selection { kMaximum, kProbabilistic };
 
-/// Sets from κ confidence vectors (the paper's source), one from each in turn. Non-finite confidences rank last. After
+/// Sets from κ confidence vectors (the paper's sampler), one from each in turn. Non-finite confidences rank last. After
 /// κ sets the copies are gone through again, where that can give something new: never for kMaximum with repeats.
 class ConfidenceSampler : public MinimalSampler {
  public:
-  /// confidences: κ × N row-major, borrowed for the source's lifetime. unique: no set twice.
+  /// confidences: κ × N row-major, borrowed for the sampler's lifetime. unique: no set twice.
   ConfidenceSampler(std::span<const float> confidences, int num_points, int set_size, Selection selection, bool unique,
                     double temperature, const Rng& rng);
   bool Next(std::span<int> set) override;

@@ -29,12 +29,12 @@ Eigen::VectorXd Kernel(const Eigen::VectorXd& residuals, double threshold) {
 
 }  // namespace
 
-/// Every point with arcs from the source and to the sink, neighbours with arcs both ways, and each arc's reverse: what
+/// Every point with arcs from the sampler and to the sink, neighbours with arcs both ways, and each arc's reverse: what
 /// is the same in all cuts. Arcs that a cut does not need have no capacity.
 struct GraphCut::Arcs {
   Arcs(int size, const std::vector<std::pair<int, int>>& edges)
       : from_source(size), to_sink(size), pairs(edges.size()) {
-    const int source = size, sink = size + 1;
+    const int sampler = size, sink = size + 1;
     // From, to, and where the arc's place among all is kept; none for reverse arcs.
     std::vector<std::tuple<int, int, int*>> arcs;
     arcs.reserve(4 * from_source.size() + 2 * edges.size());
@@ -43,7 +43,7 @@ struct GraphCut::Arcs {
       arcs.emplace_back(to, from, nullptr);
     };
     for (int i = 0; i < size; ++i) {
-      add(source, i, &from_source[i]);
+      add(sampler, i, &from_source[i]);
       add(i, sink, &to_sink[i]);
     }
     for (std::size_t k = 0; k < edges.size(); ++k) add(edges[k].second, edges[k].first, &pairs[k]);
@@ -86,10 +86,10 @@ std::vector<std::uint8_t> GraphCut::Label(const Eigen::VectorXd& residuals, doub
     cost[j] -= spatial_weight_ * both_out;
   }
   const std::size_t nodes = static_cast<std::size_t>(size_) + 2;
-  const int source = size_, sink = size_ + 1;
+  const int sampler = size_, sink = size_ + 1;
   std::vector<Capacity> capacity(arcs_->reverse.size(), 0), residual(capacity.size(), 0);
   for (int i = 0; i < size_; ++i)
-    // The source's side is label 1.
+    // The sampler's side is label 1.
     capacity[(cost[i] > 0.0 ? arcs_->to_sink : arcs_->from_source)[i]] =
         static_cast<Capacity>(std::llround(std::abs(cost[i]) * kUnit));
   const auto weight = static_cast<Capacity>(std::llround(spatial_weight_ * kUnit));
@@ -102,10 +102,10 @@ std::vector<std::uint8_t> GraphCut::Label(const Eigen::VectorXd& residuals, doub
   const auto of_arcs = [&](auto& values) { return boost::make_iterator_property_map(values.begin(), arc_index); };
   const auto of_nodes = [&](auto& values) { return boost::make_iterator_property_map(values.begin(), node_index); };
   boost::boykov_kolmogorov_max_flow(arcs_->graph, of_arcs(capacity), of_arcs(residual), of_arcs(arcs_->reverse),
-                                    of_nodes(predecessor), of_nodes(color), of_nodes(distance), node_index, source,
+                                    of_nodes(predecessor), of_nodes(color), of_nodes(distance), node_index, sampler,
                                     sink);
   std::vector<std::uint8_t> labels(size_);
-  for (int i = 0; i < size_; ++i) labels[i] = color[i] == color[source] ? 1 : 0;
+  for (int i = 0; i < size_; ++i) labels[i] = color[i] == color[sampler] ? 1 : 0;
   return labels;
 }
 

@@ -33,12 +33,12 @@ class HypothesisBlock {
         capacity_(grows_ ? kFirstCapacity : capacity),
         threads_(threads <= 0 ? HardwareThreads() : threads) {}
 
-  /// Draws sets in place of the last ones, as many as there is room for and `most` at most; false when the source had
+  /// Draws sets in place of the last ones, as many as there is room for and `most` at most; false when the sampler had
   /// fewer.
-  bool Fill(MinimalSampler& source, std::int64_t most) {
+  bool Fill(MinimalSampler& sampler, std::int64_t most) {
     const std::int64_t count = std::min<std::int64_t>(capacity_, most);
     if (grows_) capacity_ = std::min(2 * capacity_, kLastCapacity);
-    sets_ = DrawSets(source, Model::kMinimalSize, count);
+    sets_ = DrawSets(sampler, Model::kMinimalSize, count);
     size_ = static_cast<int>(sets_.size()) / Model::kMinimalSize;
     if (static_cast<int>(draws_.size()) < size_) draws_.resize(size_);
     next_ = scored_ = 0;

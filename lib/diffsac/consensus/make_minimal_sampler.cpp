@@ -31,7 +31,7 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
                                                    int set_size, const Rng& rng, std::span<const double> quality) {
   const int size = static_cast<int>(points.rows());
-  // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the source.
+  // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the sampler.
   const bool usable = points.size() > 0 && points.allFinite();
   switch (options.sampler) {
     case MinimalSamplerKind::kExhaustive:

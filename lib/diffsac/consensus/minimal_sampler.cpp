@@ -35,9 +35,9 @@ void DrawDistinct(int n, int size, Rng& rng, int* out) {
   }
 }
 
-std::vector<int> DrawSets(MinimalSampler& source, int set_size, std::int64_t count) {
+std::vector<int> DrawSets(MinimalSampler& sampler, int set_size, std::int64_t count) {
   std::vector<int> sets, set(std::max(set_size, 0));
-  for (std::int64_t i = 0; i < count && source.Next(set); ++i) sets.insert(sets.end(), set.begin(), set.end());
+  for (std::int64_t i = 0; i < count && sampler.Next(set); ++i) sets.insert(sets.end(), set.begin(), set.end());
   return sets;
 }
 
@@ -76,14 +76,14 @@ bool PrecomputedSampler::Next(std::span<int> set) {
   return true;
 }
 
-void SequenceSampler::Add(std::unique_ptr<MinimalSampler> source, std::int64_t count) {
-  parts_.push_back({std::move(source), count});
+void SequenceSampler::Add(std::unique_ptr<MinimalSampler> sampler, std::int64_t count) {
+  parts_.push_back({std::move(sampler), count});
 }
 
 bool SequenceSampler::Next(std::span<int> set) {
   for (; current_ < parts_.size(); ++current_) {
     Part& part = parts_[current_];
-    if (part.drawn == part.count || !part.source->Next(set)) continue;
+    if (part.drawn == part.count || !part.sampler->Next(set)) continue;
     ++part.drawn;
     return true;
   }
@@ -110,7 +110,7 @@ int CountUniqueSets(const std::vector<int>& sets, int set_size) {
               *right = sets.data() + static_cast<std::size_t>(b) * set_size;
     return std::lexicographical_compare(left, left + set_size, right, right + set_size);
   };
-  // The exhaustive source's sets are sorted already: one pass shows it and spares the sort.
+  // The exhaustive sampler's sets are sorted already: one pass shows it and spares the sort.
   int ascending = count > 0 ? 1 : 0;
   while (ascending < count && less(ascending - 1, ascending)) ++ascending;
   if (ascending == count) return count;

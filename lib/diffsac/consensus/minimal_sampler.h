@@ -9,21 +9,21 @@
 
 namespace diffsac {
 
-/// Where minimal sets come from: the one thing in which the rows of a table differ. A source is made for one problem
+/// Where minimal sets come from: the one thing in which the rows of a table differ. A sampler is made for one problem
 /// (its points, γ, a generator) and yields one set after the other, as long as the loop asks for them.
 ///
-/// A source depends on what it was made from alone, so the same sets come out for any number of threads. One that was
+/// A sampler depends on what it was made from alone, so the same sets come out for any number of threads. One that was
 /// made for fewer than γ points yields none.
 class MinimalSampler {
  public:
   virtual ~MinimalSampler() = default;
   /// Fills `set` with the next minimal set, γ indices in ascending order. False, leaving `set` as it may be, when there
-  /// is none, or `set` has not the size that the source was made for.
+  /// is none, or `set` has not the size that the sampler was made for.
   virtual bool Next(std::span<int> set) = 0;
 };
 
 /// Up to `count` sets, one behind the other.
-std::vector<int> DrawSets(MinimalSampler& source, int set_size, std::int64_t count);
+std::vector<int> DrawSets(MinimalSampler& sampler, int set_size, std::int64_t count);
 
 /// Uniform random sets; a set may repeat.
 class UniformSampler : public MinimalSampler {
@@ -62,18 +62,18 @@ class PrecomputedSampler : public MinimalSampler {
   std::span<const int> rest_;
 };
 
-/// One source after the other: so many sets of the first (fewer when it runs out), then of the next.
+/// One sampler after the other: so many sets of the first (fewer when it runs out), then of the next.
 class SequenceSampler : public MinimalSampler {
  public:
-  static constexpr std::int64_t kAll = -1;  ///< As many as the source has.
+  static constexpr std::int64_t kAll = -1;  ///< As many as the sampler has.
 
   /// count: sets, or kAll.
-  void Add(std::unique_ptr<MinimalSampler> source, std::int64_t count = kAll);
+  void Add(std::unique_ptr<MinimalSampler> sampler, std::int64_t count = kAll);
   bool Next(std::span<int> set) override;
 
  private:
   struct Part {
-    std::unique_ptr<MinimalSampler> source;
+    std::unique_ptr<MinimalSampler> sampler;
     std::int64_t count;  ///< kAll: as many as it has.
     std::int64_t drawn = 0;
   };
@@ -81,7 +81,7 @@ class SequenceSampler : public MinimalSampler {
   std::size_t current_ = 0;
 };
 
-/// The number of sets the exhaustive source gives, n over k; the largest number there is where it is more.
+/// The number of sets the exhaustive sampler gives, n over k; the largest number there is where it is more.
 std::int64_t Combinations(int n, int k);
 
 /// Every set, where there are no more than `count`; else so many uniform ones. One behind the other.
@@ -90,7 +90,7 @@ std::vector<int> DrawAllOrSome(int num_points, int set_size, std::int64_t count,
 /// `size` distinct integers below n in random order; rejection where that is faster than a shuffle.
 void DrawDistinct(int n, int size, Rng& rng, int* out);
 
-/// The generator of draw `index`, of sources whose draws each have one of their own.
+/// The generator of draw `index`, of samplers whose draws each have one of their own.
 inline Rng DrawRng(const Rng& rng, std::int64_t index) { return rng.Fork("draw", static_cast<std::uint64_t>(index)); }
 
 /// The number of distinct sets in a flat list of sets with ascending members.

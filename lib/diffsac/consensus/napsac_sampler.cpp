@@ -25,10 +25,10 @@ ProgressiveNapsacSampler::ProgressiveNapsacSampler(const PointMatrix& points, st
       hits_(points.rows(), 0) {
   const int num_points = index_.size();
   if (quality.empty()) {
-    global_source_ = std::make_unique<UniformSampler>(num_points, set_size, rng.Fork("global"));
+    global_sampler_ = std::make_unique<UniformSampler>(num_points, set_size, rng.Fork("global"));
   } else {
     // PROSAC starts where its growth function would be had it drawn all along.
-    global_source_ = std::make_unique<ProsacSampler>(quality, set_size, rng, ProsacSampler::kSamples, local_draws_);
+    global_sampler_ = std::make_unique<ProsacSampler>(quality, set_size, rng, ProsacSampler::kSamples, local_draws_);
   }
   if (set_size < 1 || num_points < set_size) return;
   const double samples = static_cast<double>(local_draws_);
@@ -66,7 +66,7 @@ bool ProgressiveNapsacSampler::Next(std::span<int> set) {
   const int num_points = index_.size();
   if (set_size_ < 1 || static_cast<int>(set.size()) != set_size_ || num_points < set_size_) return false;
   if (!order_.empty() && static_cast<int>(order_.size()) != num_points) return false;
-  if (draws_ >= local_draws_) return global_source_->Next(set);
+  if (draws_ >= local_draws_) return global_sampler_->Next(set);
   Rng draw = DrawRng(rng_, draws_);
   const int center = FirstPoint(draw);
   DrawAround(center, ++hits_[center], draw, set.data());

@@ -34,7 +34,7 @@ class NapsacSampler : public MinimalSampler {
 ///
 /// The first point is drawn from the best g(t) points where a quality is given (PROSAC's growing set), else from all.
 /// At its t-th use, the set holds its k-th nearest point, k = g_local(t), and γ − 2 nearer ones. After `local_draws`·N
-/// draws the source is a PROSAC or a uniform one.
+/// draws the sampler is a PROSAC or a uniform one.
 class ProgressiveNapsacSampler : public MinimalSampler {
  public:
   static constexpr int kLocalDraws = 20;
@@ -57,7 +57,7 @@ class ProgressiveNapsacSampler : public MinimalSampler {
   std::vector<int> order_;              ///< By quality; empty when none is known.
   std::vector<GrowthFunction> global_;  ///< For the first point; one, none without quality.
   std::vector<GrowthFunction> local_;   ///< For the others; one, none when γ = 1 or there are too few points.
-  std::unique_ptr<MinimalSampler> global_source_;  ///< After the local draws.
+  std::unique_ptr<MinimalSampler> global_sampler_;  ///< After the local draws.
 };
 
 }  // namespace diffsac

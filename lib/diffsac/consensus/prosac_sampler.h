@@ -52,11 +52,11 @@ class QualityOrder {
 /// drawn uniformly.
 class ProsacSampler : public MinimalSampler {
  public:
-  /// T_N of the paper: after so many draws the source is a uniform one.
+  /// T_N of the paper: after so many draws the sampler is a uniform one.
   static constexpr double kSamples = 200000.0;
 
   /// quality: one number a point, lower = better (a matching ratio). set_size: γ. first_draw: how many draws are past
-  /// already, for a source that comes after another.
+  /// already, for a sampler that comes after another.
   ProsacSampler(std::span<const double> quality, int set_size, const Rng& rng, double samples = kSamples,
                 std::int64_t first_draw = 0);
   bool Next(std::span<int> set) override;

@@ -32,7 +32,7 @@ struct ConsensusResult {
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
-  /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a source proposes.
+  /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a sampler proposes.
   std::vector<std::vector<int>> first_sets;
   std::int64_t iterations = 0;            ///< minimal sets drawn
   StopReason stop = StopReason::kNotRun;  ///< why there were no more
@@ -54,8 +54,8 @@ struct EstimationPriors {
 /// The first kReportedSets of a flat list of sets, each on its own.
 std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size);
 
-/// The loop: minimal sets → solve → score → (local optimisation) → refit. Hints are considered first, which makes a
-/// good one save work; they count as no draws. Then sets are drawn from the source until options.stopping says so, in
+/// The loop: minimal sets → solve → score → (local optimisation) → refit. Priors are considered first, which makes a
+/// good one save work; they count as no draws. Then sets are drawn from the sampler until options.stopping says so, in
 /// blocks, solved and scored by up to `threads` threads (0: all cores) and taken in their order: the best is the
 /// highest score with the lowest index, and the result is the same bit for bit for any number of threads and any block
 /// size. Local optimisation, the sequential test and degeneracy hooks draw from rng.
@@ -64,20 +64,20 @@ std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_si
 /// that the options make of it is beyond [kLeastScale, kLargestScale]. A model supported by its own minimal set alone
 /// is still kOk. Sets with an index out of range are skipped as degenerate.
 template <MinimalModel Model>
-ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
-                                    const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints = {},
-                                    int threads = 1);
+ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& sampler,
+                                    const ConsensusOptions& options, const Rng& rng,
+                                    const EstimationPriors& priors = {}, int threads = 1);
 
 /// SearchCheckedPoints of any points. Never throws for bad data: fewer than γ points, non-finite values and degenerate
 /// data give a status.
 template <MinimalModel Model>
-ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
-                                const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints = {},
+ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_threshold, MinimalSampler& sampler,
+                                const ConsensusOptions& options, const Rng& rng, const EstimationPriors& priors = {},
                                 int threads = 1) {
   ConsensusResult failed;
   failed.status = CheckPoints<Model>(points);
   if (failed.status != Status::kOk) return failed;
-  return SearchCheckedPoints<Model>(points, inlier_threshold, source, options, rng, hints, threads);
+  return SearchCheckedPoints<Model>(points, inlier_threshold, sampler, options, rng, priors, threads);
 }
 
 /// residual ≤ threshold for each point.

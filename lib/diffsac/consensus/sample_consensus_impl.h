@@ -14,12 +14,12 @@
 
 namespace diffsac {
 
-/// What scores take into account of the hints. Priors that are not one number a point say nothing; what is no
+/// What scores take into account of the priors. Priors that are not one number a point say nothing; what is no
 /// probability counts as the nearest one, and what is no number as 0.
-inline ScorePrior PriorOf(const EstimationPriors& hints, const ConsensusOptions& options, Eigen::Index num_points) {
-  ScorePrior prior{{}, hints.cameras};
-  if (options.inlier_prior_power > 0.0 && hints.inlier_priors.size() == num_points) {
-    const Eigen::ArrayXd probabilities = hints.inlier_priors.unaryExpr(
+inline ScorePrior PriorOf(const EstimationPriors& priors, const ConsensusOptions& options, Eigen::Index num_points) {
+  ScorePrior prior{{}, priors.cameras};
+  if (options.inlier_prior_power > 0.0 && priors.inlier_priors.size() == num_points) {
+    const Eigen::ArrayXd probabilities = priors.inlier_priors.unaryExpr(
         [](double value) { return std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0); });
     prior.weights = probabilities.pow(options.inlier_prior_power);
   }
@@ -28,7 +28,7 @@ inline ScorePrior PriorOf(const EstimationPriors& hints, const ConsensusOptions&
 
 /// One search over one point set.
 ///
-/// A block of sets is drawn from the source, solved and scored by all threads; then its draws are taken in order, and
+/// A block of sets is drawn from the sampler, solved and scored by all threads; then its draws are taken in order, and
 /// everything that depends on earlier draws (the best, local optimisation, the stopping rule) happens there. Draws
 /// behind the stop are thrown away. So neither threads nor blocks can change anything.
 template <MinimalModel Model>
@@ -38,9 +38,9 @@ class ConsensusSearch {
 
   /// Borrows points and options.
   ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options,
-                  const EstimationPriors& hints, const Rng& rng, int threads)
+                  const EstimationPriors& priors, const Rng& rng, int threads)
       : scales_(scales),
-        scorer_(points, PriorOf(hints, options, points.rows())),
+        scorer_(points, PriorOf(priors, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
         best_(points, scales.score_threshold, std::max(1, options.refit_candidates)),
         improve_(scorer_, score_, options, scales_, rng),
@@ -49,18 +49,18 @@ class ConsensusSearch {
               Model::kMinimalSize),
         block_(scorer_, score_, options.block_size, threads) {}
 
-  void Consider(const EstimationPriors& hints) {
-    for (const ModelParameters& hint : hints.models)
+  void Consider(const EstimationPriors& priors) {
+    for (const ModelParameters& hint : priors.models)
       if (hint.size() == Parameters::SizeAtCompileTime && hint.allFinite()) Consider(Parameters(hint));
-    if (hints.fit_weights.size() == 0) return;
+    if (priors.fit_weights.size() == 0) return;
     Parameters model;
     ++result_.hypotheses;
-    if (Model::Fit(scorer_.points(), hints.fit_weights, &model)) Consider(model);
+    if (Model::Fit(scorer_.points(), priors.fit_weights, &model)) Consider(model);
   }
 
-  void Draw(MinimalSampler& source) {
+  void Draw(MinimalSampler& sampler) {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
-      const bool more = block_.Fill(source, rule_.max_iterations() - result_.iterations);
+      const bool more = block_.Fill(sampler, rule_.max_iterations() - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
         const auto* draw = block_.Next(best_.bar());
         if (draw == nullptr) break;
@@ -122,14 +122,14 @@ class ConsensusSearch {
 };
 
 template <MinimalModel Model>
-ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& source,
-                                    const ConsensusOptions& options, const Rng& rng, const EstimationPriors& hints,
+ConsensusResult SearchCheckedPoints(const PointMatrix& points, double inlier_threshold, MinimalSampler& sampler,
+                                    const ConsensusOptions& options, const Rng& rng, const EstimationPriors& priors,
                                     int threads) {
-  const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options, hints.unit);
+  const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options, priors.unit);
   if (!scales.Usable()) return {};
-  ConsensusSearch<Model> search(points, scales, options, hints, rng, threads);
-  search.Consider(hints);
-  search.Draw(source);
+  ConsensusSearch<Model> search(points, scales, options, priors, rng, threads);
+  search.Consider(priors);
+  search.Draw(sampler);
   return search.Finish();
 }
 

@@ -12,7 +12,7 @@ enum class StopReason {
   kNotRun,      ///< No draw was made: the points or the threshold were refused.
   kBudget,      ///< As many draws as were asked for.
   kConfidence,  ///< A better model is less likely than was asked for.
-  kExhausted,   ///< The source had no more sets.
+  kExhausted,   ///< The sampler had no more sets.
 };
 
 template <>
@@ -22,7 +22,7 @@ inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason:
                                                                     {StopReason::kExhausted, "exhausted"}});
 
 /// When a search ends.
-///   kBudget      "budget": after exactly so many draws, unless the source runs out
+///   kBudget      "budget": after exactly so many draws, unless the sampler runs out
 ///   kConfidence  "confidence": as soon as uniform draws would have found a better model
 enum class Stopping { kBudget, kConfidence };
 template <>

@@ -11,7 +11,7 @@ namespace diffsac {
 
 /// How several models are looked for in one point set.
 ///   kOne         "one": they are not; one model
-///   kSequential  "sequential": one search after the other, each on the points that are left, with a source of its own
+///   kSequential  "sequential": one search after the other, each on the points that are left, with a sampler of its own
 ///   kAtOnce      "at_once": all sets are drawn and solved first; then the best hypothesis is chosen on the points that
 ///                are left, one after the other
 ///   kJLinkage    "j_linkage": the same hypotheses; points are merged by the hypotheses that they are inliers of (Toldo
@@ -60,15 +60,15 @@ struct StructuresResult {
 using SamplerOfRows = std::function<std::unique_ptr<MinimalSampler>(const std::vector<int>& rows, int search)>;
 
 /// Finds as many structures as the points have. Each choice of one model is a SampleConsensus of its own on the points
-/// that are left: score, local optimisation, refit and what is known of the points (hints) act as they do there. It
+/// that are left: score, local optimisation, refit and what is known of the points (priors) act as they do there. It
 /// ends with the first model that chance would give, or when too few points are left. Then points are assigned to the
 /// nearest model and models refitted to their points; those that chance would then give are left out.
 ///
-/// options.max_iterations: sets that are drawn, of `sequential` for each search. hints.models join the hypotheses of
+/// options.max_iterations: sets that are drawn, of `sequential` for each search. priors.models join the hypotheses of
 /// the first search, or of all points.
 template <MinimalModel Model>
-StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& source_of,
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& sampler_of,
                                 const ConsensusOptions& options, const StructureSearchOptions& structures,
-                                const Rng& rng, const EstimationPriors& hints = {});
+                                const Rng& rng, const EstimationPriors& priors = {});
 
 }  // namespace diffsac

@@ -21,12 +21,12 @@ inline constexpr double kPreferenceScale = 0.4;
 inline constexpr double kPreferenceReach = 5.0;
 
 /// What is known of some of the points.
-inline EstimationPriors OfRows(const EstimationPriors& hints, const std::vector<int>& rows) {
-  EstimationPriors some = hints;
+inline EstimationPriors OfRows(const EstimationPriors& priors, const std::vector<int>& rows) {
+  EstimationPriors some = priors;
   // A list that is not one number a point is left as it is, for the loop to pass over.
   const auto fits = [&](const Eigen::VectorXd& values) { return rows.empty() || values.size() > rows.back(); };
-  if (fits(hints.inlier_priors)) some.inlier_priors = hints.inlier_priors(rows);
-  if (fits(hints.fit_weights)) some.fit_weights = hints.fit_weights(rows);
+  if (fits(priors.inlier_priors)) some.inlier_priors = priors.inlier_priors(rows);
+  if (fits(priors.fit_weights)) some.fit_weights = priors.fit_weights(rows);
   return some;
 }
 
@@ -35,19 +35,19 @@ class StructuresSearch {
  public:
   using Parameters = typename Model::Parameters;
 
-  StructuresSearch(const PointMatrix& points, double threshold, const SamplerOfRows& source_of,
+  StructuresSearch(const PointMatrix& points, double threshold, const SamplerOfRows& sampler_of,
                    const ConsensusOptions& options, const StructureSearchOptions& structures, const Rng& rng,
-                   const EstimationPriors& hints)
+                   const EstimationPriors& priors)
       : points_(points),
         threshold_(threshold),
-        source_of_(source_of),
+        source_of_(sampler_of),
         options_(options),
         structures_(structures),
         rng_(rng),
-        hints_(hints),
+        priors_(priors),
         chance_(points, threshold, rng.Fork("chance")) {
     // As the loop does, which searches of linkages do without.
-    std::erase_if(hints_.models, [](const ModelParameters& model) {
+    std::erase_if(priors_.models, [](const ModelParameters& model) {
       return model.size() != Parameters::SizeAtCompileTime || !model.allFinite();
     });
   }
@@ -90,15 +90,15 @@ class StructuresSearch {
 
   /// All hypotheses, before any is chosen.
   void Solve() {
-    const auto source = source_of_(AllRows(points_.rows()), 0);
-    const std::vector<int> sets = DrawSets(*source, Model::kMinimalSize, options_.max_iterations);
+    const auto sampler = source_of_(AllRows(points_.rows()), 0);
+    const std::vector<int> sets = DrawSets(*sampler, Model::kMinimalSize, options_.max_iterations);
     const MinimalSolver<Model> solve(points_);
     Parameters models[Model::kMaxSolutions];
     for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
       const int solutions = solve(sets.data() + first, models);
       found_.hypotheses += std::max(1, solutions);
       for (int i = 0; i < solutions; ++i)
-        if (models[i].allFinite()) hints_.models.emplace_back(models[i]);
+        if (models[i].allFinite()) priors_.models.emplace_back(models[i]);
     }
     found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
     found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
@@ -106,19 +106,19 @@ class StructuresSearch {
   }
 
   /// One search on some of the points. draw: with sets of its own, else of the hypotheses that are known.
-  ConsensusResult Search(const std::vector<int>& rows, const EstimationPriors& hints, bool draw, const Rng& rng) {
+  ConsensusResult Search(const std::vector<int>& rows, const EstimationPriors& priors, bool draw, const Rng& rng) {
     const PointMatrix some = points_(rows, Eigen::all);
     PrecomputedSampler none({});
     std::unique_ptr<MinimalSampler> own;
     if (draw) own = source_of_(rows, searches_++);
-    ConsensusResult result = SampleConsensus<Model>(some, threshold_, own ? *own : none, options_, rng, hints);
+    ConsensusResult result = SampleConsensus<Model>(some, threshold_, own ? *own : none, options_, rng, priors);
     found_.hypotheses += result.hypotheses;
     if (!draw) return result;
     found_.iterations += result.iterations;
     found_.unique_minimal_sets += result.unique_minimal_sets;
     for (std::vector<int>& set : result.first_sets) {
       if (found_.first_sets.size() == kReportedSets) break;
-      if (!AreRows(set, some.rows())) continue;  // A source may name points that there are none of.
+      if (!AreRows(set, some.rows())) continue;  // A sampler may name points that there are none of.
       for (int& i : set) i = rows[i];
       found_.first_sets.push_back(std::move(set));
     }
@@ -135,8 +135,8 @@ class StructuresSearch {
       std::erase_if(left, [&](int i) { return aside_[i] != 0; });
       if (static_cast<int>(left.size()) <= Model::kMinimalSize) return;
       const ConsensusResult best =
-          Search(left, OfRows(hints_, left), draw, rng_.Fork("structure", models_.size() + asides));
-      if (draw) hints_.models.clear();
+          Search(left, OfRows(priors_, left), draw, rng_.Fork("structure", models_.size() + asides));
+      if (draw) priors_.models.clear();
       if (best.status != Status::kOk) return;
       const auto inliers = static_cast<int>(std::count(best.inliers.begin(), best.inliers.end(), 1));
       // Not even by uniform points: there is nothing any more.
@@ -182,9 +182,9 @@ class StructuresSearch {
   PreferenceMatrix Preferences() const {
     const bool soft = structures_.search == StructureSearch::kTLinkage;
     const double tau = kPreferenceScale * threshold_;
-    PreferenceMatrix preferences(points_.rows(), static_cast<Eigen::Index>(hints_.models.size()));
+    PreferenceMatrix preferences(points_.rows(), static_cast<Eigen::Index>(priors_.models.size()));
     for (Eigen::Index h = 0; h < preferences.cols(); ++h) {
-      const Parameters model = hints_.models[static_cast<std::size_t>(h)];
+      const Parameters model = priors_.models[static_cast<std::size_t>(h)];
       for (Eigen::Index i = 0; i < points_.rows(); ++i) {
         const double r = Model::Residual(model, points_.data() + i * points_.cols());
         // Written so that what is not a number is no preference.
@@ -197,7 +197,7 @@ class StructuresSearch {
 
   /// The model of these points alone, from `start` (null: from least squares). False where there is none.
   bool Refit(const std::vector<int>& rows, const ModelParameters* start, const Rng& rng, ModelParameters* model) {
-    EstimationPriors own = OfRows(hints_, rows);
+    EstimationPriors own = OfRows(priors_, rows);
     own.models.clear();
     if (start != nullptr) own.models.push_back(*start);
     own.fit_weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(rows.size()));
@@ -316,7 +316,7 @@ class StructuresSearch {
   const ConsensusOptions& options_;
   const StructureSearchOptions& structures_;
   const Rng rng_;
-  EstimationPriors hints_;  ///< With the hypotheses that are known.
+  EstimationPriors priors_;  ///< With the hypotheses that are known.
   StructureChance<Model> chance_;
   int searches_ = 0;
   std::vector<std::uint8_t> aside_;  ///< 1 for points of models that are no structure.
@@ -327,14 +327,14 @@ class StructuresSearch {
 }  // namespace structures_internal
 
 template <MinimalModel Model>
-StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& source_of,
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& sampler_of,
                                 const ConsensusOptions& options, const StructureSearchOptions& structures,
-                                const Rng& rng, const EstimationPriors& hints) {
+                                const Rng& rng, const EstimationPriors& priors) {
   StructuresResult failed;
   failed.status = CheckPoints<Model>(points);
   if (failed.status != Status::kOk) return failed;
-  return structures_internal::StructuresSearch<Model>(points, inlier_threshold, source_of, options, structures, rng,
-                                                      hints)
+  return structures_internal::StructuresSearch<Model>(points, inlier_threshold, sampler_of, options, structures, rng,
+                                                      priors)
       .Run();
 }
 

@@ -15,9 +15,9 @@ std::span<const double> Span(const Eigen::VectorXd& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
 }
 
-/// The source of one problem's sets. Every set, where the row asks for that and the budget holds them.
-std::unique_ptr<MinimalSampler> SourceOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
-                                         const Rng& rng) {
+/// The sampler of one problem's sets. Every set, where the row asks for that and the budget holds them.
+std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
+                                          const Rng& rng) {
   const PointMatrix& points = space.points();
   const Eigen::VectorXd& quality = space.problem().match_ratio;
   const int size = static_cast<int>(points.rows());
@@ -38,15 +38,16 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
   ConsensusOptions consensus = options.consensus;
   consensus.max_iterations = options.max_iterations;
   if (options.structures.Several()) {
-    const auto source_of = [&](const std::vector<int>& rows, int search) {
+    const auto sampler_of = [&](const std::vector<int>& rows, int search) {
       const PointRows part(space, rows);
-      return SourceOf(part.space(), Model::kMinimalSize, options, search == 0 ? rng : rng.Fork("search", search));
+      return SamplerOf(part.space(), Model::kMinimalSize, options, search == 0 ? rng : rng.Fork("search", search));
     };
-    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, consensus, options.structures,
-                                            rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), sampler_of, consensus,
+                                            options.structures, rng.Fork("consensus"),
+                                            PriorsOfProblem(space, consensus)));
   }
-  const auto source = SourceOf(space, Model::kMinimalSize, options, rng);
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, consensus,
+  const auto sampler = SamplerOf(space, Model::kMinimalSize, options, rng);
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
                                                       rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
 }
 

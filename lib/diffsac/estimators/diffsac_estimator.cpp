@@ -90,7 +90,7 @@ std::unique_ptr<MinimalSampler> DiffsacEstimator::Extra(const Guidance& guide) c
 
 std::unique_ptr<MinimalSampler> DiffsacEstimator::MakeSampler(const Guidance& guide) const {
   struct Part {
-    std::unique_ptr<MinimalSampler> source;
+    std::unique_ptr<MinimalSampler> sampler;
     int sets;
   };
   std::vector<Part> parts;
@@ -101,7 +101,7 @@ std::unique_ptr<MinimalSampler> DiffsacEstimator::MakeSampler(const Guidance& gu
   if (options_.extra_sets > 0) parts.push_back({Extra(guide), options_.extra_sets});
   auto sequence = std::make_unique<SequenceSampler>();
   for (auto& part : parts)
-    sequence->Add(std::move(part.source), &part == &parts.back() ? SequenceSampler::kAll : part.sets);
+    sequence->Add(std::move(part.sampler), &part == &parts.back() ? SequenceSampler::kAll : part.sets);
   return sequence;
 }
 

@@ -32,7 +32,8 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
       .Help(
           "of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
           "through ten such temperatures again and again");
-  b.Field("extra_sets", extra_sets, Within(0, 1000000)).Help("so many sets more from another source, after the others");
+  b.Field("extra_sets", extra_sets, Within(0, 1000000))
+      .Help("so many sets more from another sampler, after the others");
   b.Field("extra_sampler", extra_sampler, {MinimalSamplerKind::kUniform, MinimalSamplerKind::kProsac})
       .OnlyIf(extra_sets > 0, "extra_sets above 0")
       .Help("prosac samples uniformly on data without matching ratios");

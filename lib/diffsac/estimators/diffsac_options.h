@@ -26,7 +26,7 @@ inline constexpr auto kEnumNames<SetSelection> = NamesOf<SetSelection>({{SetSele
 ///
 /// A row's sets are those of its κ copies, then `head_sets`, then `extra_sets`. With `consensus.stopping: budget` the
 /// search takes exactly these. With `confidence` it ends as soon as it is confident, and after them the last of the
-/// sources goes on, up to consensus.max_iterations sets in all: the extra source, or the inlier head, or the copies,
+/// samplers goes on, up to consensus.max_iterations sets in all: the extra sampler, or the inlier head, or the copies,
 /// whose turn comes again.
 struct DiffsacOptions : LearnedOptions {
   /// κ: noise vectors of the reverse process, and minimal samples, for each problem; 0: no reverse process, the inlier
@@ -42,7 +42,7 @@ struct DiffsacOptions : LearnedOptions {
   /// likeliest points and others look further, as PROSAC's growing sets do. The inlier head's sets go through ten such
   /// temperatures again and again.
   Range temperature = 0.25;
-  /// So many sets more from another source, after the guided ones: uniform, or PROSAC, which samples uniformly on data
+  /// So many sets more from another sampler, after the guided ones: uniform, or PROSAC, which samples uniformly on data
   /// without a quality.
   int extra_sets = 0;
   MinimalSamplerKind extra_sampler = MinimalSamplerKind::kUniform;

@@ -16,12 +16,12 @@ class CopiesSampler : public MinimalSampler {
   CopiesSampler(std::vector<float> confidences, int num_points, int set_size, Selection selection, bool unique,
                 const Rng& rng)
       : confidences_(std::move(confidences)),
-        source_(confidences_, num_points, set_size, selection, unique, 1.0, rng) {}
-  bool Next(std::span<int> set) override { return source_.Next(set); }
+        sampler_(confidences_, num_points, set_size, selection, unique, 1.0, rng) {}
+  bool Next(std::span<int> set) override { return sampler_.Next(set); }
 
  private:
   std::vector<float> confidences_;
-  ConfidenceSampler source_;
+  ConfidenceSampler sampler_;
 };
 
 /// κ rows of confidences in [−1, 1] (and, behind them, earlier predictions') as keys of Gumbel top-γ draws in

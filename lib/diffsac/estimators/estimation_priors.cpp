@@ -19,14 +19,14 @@ Eigen::Matrix3d GuessedCamera(const ImageSize& size) {
 double InlierProbabilityOfRatio(double ratio) { return 0.05 + 0.9 / (1.0 + std::exp((ratio - 0.79) / 0.06)); }
 
 EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOptions& options) {
-  EstimationPriors hints;
-  hints.unit = space.unit();
+  EstimationPriors priors;
+  priors.unit = space.unit();
   const Problem& problem = space.problem();
   if (options.camera_prior > 0.0 && problem.size1.known() && problem.size2.known())
-    hints.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
+    priors.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
   if (options.inlier_prior_power > 0.0 && problem.match_ratio.size() == problem.points.rows())
-    hints.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
-  return hints;
+    priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  return priors;
 }
 
 }  // namespace diffsac

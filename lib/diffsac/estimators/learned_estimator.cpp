@@ -147,52 +147,52 @@ std::vector<Prediction> LearnedEstimator::Predict(std::span<const SolverSpace> s
 }
 
 EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Prediction& prediction) const {
-  EstimationPriors hints = PriorsOfProblem(space, options_.consensus);
+  EstimationPriors priors = PriorsOfProblem(space, options_.consensus);
   if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
-    hints.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
-  if (options_.feature_hypotheses) hints.models = prediction.features.models;
+    priors.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
+  if (options_.feature_hypotheses) priors.models = prediction.features.models;
   if (options_.weighted_fit)
-    hints.fit_weights =
+    priors.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
-  return hints;
+  return priors;
 }
 
 std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidance& whole,
                                                                     const std::vector<int>& rows) const {
-  /// A source with what it may borrow.
+  /// A sampler with what it may borrow.
   class SamplerOfPart : public MinimalSampler {
    public:
     SamplerOfPart(const Guidance& whole, const std::vector<int>& rows)
         : points_(whole.space, rows), prediction_(RowsOf(whole.prediction, rows, whole.space.points().rows())) {}
     void Make(const LearnedEstimator& method, const Guidance& whole) {
-      source_ = method.MakeSampler({points_.space(), prediction_, whole.set_size, whole.rng});
+      sampler_ = method.MakeSampler({points_.space(), prediction_, whole.set_size, whole.rng});
     }
-    bool Next(std::span<int> set) override { return source_->Next(set); }
+    bool Next(std::span<int> set) override { return sampler_->Next(set); }
 
    private:
     PointRows points_;
     Prediction prediction_;
-    std::unique_ptr<MinimalSampler> source_;
+    std::unique_ptr<MinimalSampler> sampler_;
   };
-  auto source = std::make_unique<SamplerOfPart>(whole, rows);
-  source->Make(*this, whole);
-  return source;
+  auto sampler = std::make_unique<SamplerOfPart>(whole, rows);
+  sampler->Make(*this, whole);
+  return sampler;
 }
 
 template <MinimalModel Model>
 Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
-  const EstimationPriors hints = PriorsOf(space, prediction);
+  const EstimationPriors priors = PriorsOf(space, prediction);
   if (options_.structures.Several()) {
-    const auto source_of = [&](const std::vector<int>& rows, int search) {
+    const auto sampler_of = [&](const std::vector<int>& rows, int search) {
       return MakeSamplerOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
                                rows);
     };
-    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), source_of, options_.consensus,
-                                            options_.structures, rng.Fork("consensus"), hints));
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), sampler_of, options_.consensus,
+                                            options_.structures, rng.Fork("consensus"), priors));
   }
-  const auto source = MakeSampler({space, prediction, Model::kMinimalSize, rng});
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *source, options_.consensus,
-                                                      rng.Fork("consensus"), hints));
+  const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, options_.consensus,
+                                                      rng.Fork("consensus"), priors));
 }
 
 Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,

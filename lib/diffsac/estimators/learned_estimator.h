@@ -62,7 +62,7 @@ struct Prediction {
 /// By point, of a problem's ratios (where it has them) and what a network says.
 Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source);
 
-/// The core of every learned row: features → network, for a batch of problems at once → a source of minimal sets →
+/// The core of every learned row: features → network, for a batch of problems at once → a sampler of minimal sets →
 /// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
 ///
 /// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):

@@ -123,8 +123,8 @@ FeatureSet PointFeatures::Compute(const SolverSpace& space, Rng rng) const {
   if (ColumnsOf(options_).preference && problem.points.rows() >= MinimalSetSize(task_)) {
     MinimalSamplerOptions draws;
     if (options_.preference_from == PreferenceDraws::kNapsac) draws.sampler = MinimalSamplerKind::kNapsac;
-    const auto source = MakeMinimalSampler(draws, space.points(), MinimalSetSize(task_), rng.Fork("preference"));
-    sets = DrawSets(*source, MinimalSetSize(task_), options_.preference_draws);
+    const auto sampler = MakeMinimalSampler(draws, space.points(), MinimalSetSize(task_), rng.Fork("preference"));
+    sets = DrawSets(*sampler, MinimalSetSize(task_), options_.preference_draws);
   }
   return ComputeFromSets(space, sets);
 }
