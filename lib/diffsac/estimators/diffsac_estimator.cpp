@@ -31,13 +31,17 @@ std::shared_ptr<const LearnedModel> LearnedOf(const std::shared_ptr<const Diffsa
 
 DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options,
                                    int threads)
-    : LearnedEstimator(LearnedOf(network), WithBudget(options), threads),
-      network_(std::move(network)),
-      options_(options),
-      inference_(network_->Prepare(DenoisingOf(options_))) {
-  CheckOptions(options_);
-  CheckServes(options_, *network_);
+    : DiffsacEstimator(std::move(network), std::make_shared<const DiffsacOptions>(WithBudget(options)), threads) {
+  CheckOptions(options);
+  CheckServes(options, *network_);
 }
+
+DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network,
+                                   const std::shared_ptr<const DiffsacOptions>& options, int threads)
+    : LearnedEstimator(LearnedOf(network), options, threads),
+      network_(std::move(network)),
+      options_(*options),
+      inference_(network_->Prepare(DenoisingOf(options_))) {}
 
 void DiffsacEstimator::Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
                              std::span<Prediction> predictions) const {

@@ -39,12 +39,14 @@ class DiffsacEstimator : public LearnedEstimator {
   std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override;
 
  private:
+  DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const std::shared_ptr<const DiffsacOptions>& options,
+                   int threads);
   std::unique_ptr<MinimalSampler> Copies(const Guidance& guide) const;
   std::unique_ptr<MinimalSampler> Head(const Guidance& guide, const char* stream) const;
   std::unique_ptr<MinimalSampler> Extra(const Guidance& guide) const;
 
   std::shared_ptr<const DiffsacModel> network_;
-  DiffsacOptions options_;
+  const DiffsacOptions& options_;  ///< What LearnedEstimator holds.
   std::unique_ptr<DiffsacInference> inference_;
 };
 

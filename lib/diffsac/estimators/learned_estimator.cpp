@@ -52,13 +52,13 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
       .Help("whose probabilities weigh the points in scores; both: their geometric mean");
 }
 
-LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options,
-                                   int threads)
+LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network,
+                                   std::shared_ptr<const LearnedOptions> options, int threads)
     : network_(std::move(network)),
-      options_(options),
+      options_(std::move(options)),
       threads_(threads),
-      model_(ModelFromString(network_->task, options_.model)),
-      features_(FeaturesOf(*network_, options_.preference_draws)) {}
+      model_(ModelFromString(network_->task, options_->model)),
+      features_(FeaturesOf(*network_, options_->preference_draws)) {}
 
 Estimate LearnedEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
   return EstimateOne(problem, seed);
@@ -147,11 +147,11 @@ std::vector<Prediction> LearnedEstimator::Predict(std::span<const SolverSpace> s
 }
 
 EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Prediction& prediction) const {
-  EstimationPriors priors = PriorsOfProblem(space, options_.consensus);
-  if (options_.consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
-    priors.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_.inlier_prior_of);
-  if (options_.feature_hypotheses) priors.models = prediction.features.models;
-  if (options_.weighted_fit)
+  EstimationPriors priors = PriorsOfProblem(space, options_->consensus);
+  if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
+    priors.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_->inlier_prior_of);
+  if (options_->feature_hypotheses) priors.models = prediction.features.models;
+  if (options_->weighted_fit)
     priors.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
   return priors;
@@ -182,16 +182,16 @@ std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidan
 template <MinimalModel Model>
 Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
   const EstimationPriors priors = PriorsOf(space, prediction);
-  if (options_.structures.Several()) {
+  if (options_->structures.Several()) {
     const auto sampler_of = [&](const std::vector<int>& rows, int search) {
       return MakeSamplerOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
                                rows);
     };
-    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), sampler_of, options_.consensus,
-                                            options_.structures, rng.Fork("consensus"), priors));
+    return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), sampler_of, options_->consensus,
+                                            options_->structures, rng.Fork("consensus"), priors));
   }
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, options_.consensus,
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, options_->consensus,
                                                       rng.Fork("consensus"), priors));
 }
 

@@ -81,7 +81,7 @@ class LearnedEstimator : public RobustEstimator {
   Estimate DoRun(const Problem& problem, std::uint64_t seed) const final;
   std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
                                    std::span<const std::uint64_t> seeds) const final;
-  int PreferredBatch() const final { return NetworkBatches() ? options_.batch : 1; }
+  int PreferredBatch() const final { return NetworkBatches() ? options_->batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 
   /// What the network says of problems that can be estimated from (see CheckSpace).
@@ -98,7 +98,8 @@ class LearnedEstimator : public RobustEstimator {
   };
 
   /// threads: for features and consensus of a batch. Throws Error for options that the network cannot serve.
-  LearnedEstimator(std::shared_ptr<const LearnedModel> network, const LearnedOptions& options, int threads);
+  LearnedEstimator(std::shared_ptr<const LearnedModel> network, std::shared_ptr<const LearnedOptions> options,
+                   int threads);
 
   /// Fills confidences and weights of a batch's predictions, whose features are known.
   virtual void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
@@ -135,7 +136,7 @@ class LearnedEstimator : public RobustEstimator {
   std::unique_ptr<MinimalSampler> MakeSamplerOfRows(const Guidance& whole, const std::vector<int>& rows) const;
 
   std::shared_ptr<const LearnedModel> network_;
-  LearnedOptions options_;
+  std::shared_ptr<const LearnedOptions> options_;  ///< The whole of the derived class's, which refers to it.
   int threads_;
   TaskModel model_;
   PointFeatures features_;

@@ -48,7 +48,7 @@ void CheckRow(const Config& row, const WeightedEstimatorOptions& options, const 
 
 WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weights,
                                      const WeightedEstimatorOptions& options, int threads)
-    : LearnedEstimator(weights, WithBudget(options), threads),
+    : LearnedEstimator(weights, std::make_shared<const WeightedEstimatorOptions>(WithBudget(options)), threads),
       weights_(std::move(weights)),
       max_iterations_(options.max_iterations) {
   CheckOptions(options);
