@@ -132,6 +132,8 @@ ExperimentResults EmptyOf(const ExperimentResults& first) {
   experiment.paper.clear();
   experiment.reference.clear();
   experiment.figures = {};
+  experiment.factors.clear();
+  for (StrataOptions& strata : experiment.strata) strata.rows.clear();
   experiment.estimates = false;
   return joined;
 }
