@@ -18,19 +18,26 @@ std::vector<double> HeightsOf(const std::vector<FactorLevel>& levels) {
   return heights;
 }
 
-/// The names of factors and levels beside the left panel.
+/// Lines for the levels, with their names (beside the left panel) or without.
 std::string LevelTics(const ExperimentOptions& experiment, const std::vector<FactorLevel>& levels,
-                      const std::vector<double>& heights) {
+                      const std::vector<double>& heights, bool named) {
   std::string tics;
-  const auto add = [&](const std::string& text, double height) {
-    tics += (tics.empty() ? "" : ", ") + GnuplotText(text) + " " + GnuplotNumber(height);
-  };
   for (std::size_t i = 0; i < levels.size(); ++i) {
-    const auto& [factor, names] = experiment.factors[levels[i].factor];
-    if (levels[i].level == 0) add(factor + ":", heights[i] - 1.0);
-    add(names[levels[i].level], heights[i]);
+    const std::string& name = experiment.factors[levels[i].factor].second[levels[i].level];
+    tics += (i == 0 ? "" : ", ") + GnuplotText(named ? name : "") + " " + GnuplotNumber(heights[i]);
   }
-  return tics;
+  return "set ytics (" + tics + ")\n";
+}
+
+/// The factors' names, each before its levels.
+std::string FactorLabels(const ExperimentOptions& experiment, const std::vector<FactorLevel>& levels,
+                         const std::vector<double>& heights) {
+  std::string text;
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    if (levels[i].level == 0)
+      text += "set label " + GnuplotText(experiment.factors[levels[i].factor].first) + " at screen 0.02, first " +
+              GnuplotNumber(heights[i] - 0.8) + "\n";
+  return text;
 }
 
 /// One condition's dots; the first level's has no interval, for it is what the others are held against.
@@ -82,16 +89,19 @@ bool PlotEffects(const Report& report, const std::string& folder) {
   if (accuracy.empty() || milliseconds.empty()) return false;
   const std::vector<FactorLevel> levels = LevelsOf(experiment);
   const std::vector<double> heights = HeightsOf(levels);
+  const int height = 170 + static_cast<int>(26.0 * (heights.back() + 1.0));
   const std::string script =
-      "set multiplot layout 1,2 title " + GnuplotText(PlotTitle(report.results)) +
-      " font \",13\" margins 0.22,0.97,0.12,0.86 spacing 0.03\nset grid ls 100\nset tics nomirror\nset bars 0.5\n" +
-      "set yrange [" + GnuplotNumber(heights.back() + 0.7) + ":-0.5]\nset ytics (" +
-      LevelTics(experiment, levels, heights) + ")\n" + "set arrow 1 from 0, graph 0 to 0, graph 1 nohead dt 2\n" +
-      "set key at screen 0.99, screen 0.99 right top maxrows 2 samplen 1\n" + "set xlabel " +
+      "set multiplot layout 1,2 title " + GnuplotText(PlotTitle(report.results)) + " font \",13\" margins 0.22,0.97," +
+      GnuplotNumber(60.0 / height) + "," + GnuplotNumber(1.0 - 60.0 / height) +
+      " spacing 0.03\nset grid ls 100\nset tics nomirror\nset bars 0.5\nset yrange [" +
+      GnuplotNumber(heights.back() + 0.7) + ":-0.5]\n" + LevelTics(experiment, levels, heights, true) +
+      FactorLabels(experiment, levels, heights) + "set arrow 1 from 0, graph 0 to 0, graph 1 nohead dt 2\n" +
+      "set key at screen 0.99, screen 0.99 right top maxrows 2 samplen 1\nset xlabel " +
       GnuplotText(AccuracyTitle(report.results) + " minus the first level's") + "\n" + accuracy +
-      "unset key\nset format y \"\"\nset logscale x\nset arrow 1 from 1, graph 0 to 1, graph 1 nohead dt 2\n" +
+      "unset key\nunset label\nset logscale x\n" + LevelTics(experiment, levels, heights, false) +
+      "set arrow 1 from 1, graph 0 to 1, graph 1 nohead dt 2\n" +
       "set xlabel \"milliseconds over the first level's\"\n" + milliseconds + "unset multiplot\n";
-  return DrawPicture(folder, "effects", script, 1000, 160 + static_cast<int>(26.0 * (heights.back() + 1.0)));
+  return DrawPicture(folder, "effects", script, 1000, height);
 }
 
 }  // namespace diffsac

@@ -59,7 +59,7 @@ bool DrawPanels(const Report& report, const std::string& folder, const std::stri
   const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
   std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(PlotTitle(results)) +
                        " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
-                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + axes + "set yrange [0:1]\n";
+                       ",0.16,0.85 spacing " + GnuplotNumber(left) + "\n" + axes + "set yrange [0:1]\n";
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Condition& condition = results.experiment.conditions[panels[i].condition];
     script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 2\n" : "unset key\n") +
@@ -86,7 +86,8 @@ std::string BinTics(const StrataReport& strata, std::size_t condition) {
     label.insert(label.size() - 1, "\\n" + std::to_string(stratum.problems[condition]));
     tics += (tics.empty() ? "" : ", ") + label + " " + std::to_string(i);
   }
-  return "set xtics (" + tics + ") font \",9\"\nset xrange [-0.3:" + GnuplotNumber(strata.strata.size() - 0.7) + "]\n";
+  return "set xlabel offset 0, -0.8\nset xtics (" + tics +
+         ") font \",9\"\nset xrange [-0.3:" + GnuplotNumber(strata.strata.size() - 0.7) + "]\n";
 }
 
 // An earlier run's picture must not stand for one that this run has not.

@@ -183,6 +183,7 @@ std::string ResultsJson(const Report& report) {
                      {"seed", experiment.seed},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},
+                     {"left_out", experiment.left_out},
                      {"git_revision", results.git_revision},
                      {"machine", results.machine},
                      {"results", cells},
