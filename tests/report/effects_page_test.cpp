@@ -8,6 +8,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/report/interval_table.h"
 #include "eval/factor_fixtures.h"
 
 namespace diffsac {
