@@ -342,7 +342,8 @@ TEST_CASE("effects are a dot a level, the first at 0 and at 1, conditions beside
     CHECK(dots[2][0] - dots[1][0] == Approx(2.0));  // A factor's name stands between.
   }
   CHECK(BlockOf(script, "accuracy0")[0][0] < BlockOf(script, "accuracy1")[0][0]);
-  CHECK_FALSE(PlotEffects(MakeReport(MadeUpResults()), folder.path()));
+  const ExperimentResults without = MadeUpResults();
+  CHECK_FALSE(PlotEffects(MakeReport(without), folder.path()));
 }
 
 TEST_CASE("strata are drawn by their bins, a curve a row, without those that nothing is known of") {
