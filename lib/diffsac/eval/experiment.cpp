@@ -203,7 +203,8 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("scene_groups", scene_groups).Help("scenes that the means over scenes count as one");
   b.Field("compare", compare).Help("differences of two rows with their intervals");
   b.Field("strata", strata).Help("the metric by a quantity of the problems");
-  b.Field("factors", factors).Help("whose levels' combinations are rows");
+  b.Field("factors", factors)
+      .Help("by name their levels, whose combinations are rows; as maps they make these (docs/extending.md)");
   b.Require(!name.empty() && name.find('/') == std::string::npos, "name", "a name without '/'");
   b.Require(!methods.empty(), "methods", "a list of methods");
 }
