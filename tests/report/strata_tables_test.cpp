@@ -66,7 +66,7 @@ TEST_CASE("what is unknown is said, and has no table") {
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) record.error = {};
   CHECK(StrataTables(MakeReport(results)).empty());
-  CHECK(StrataNote(MakeReport(results)) == "Strata are left out: the truth is not known.");
+  CHECK(StrataNote(MakeReport(results)) == "Strata are left out: the truth is not known.\n");
   results.experiment.strata.clear();
   CHECK(StrataNote(MakeReport(results)).empty());
 }
@@ -102,6 +102,14 @@ TEST_CASE("tables of effects: the first level's mean, what the others add, how m
   const ExperimentResults without = MadeUpResults();
   CHECK(EffectTables(MakeReport(without)).empty());
   CHECK_THAT(MarkdownReport(MakeReport(results)), Contains("score: good") && Contains("Effects: the first level"));
+}
+
+TEST_CASE("levels that some rows are missing of are named") {
+  ExperimentResults results = HardAndEasy();
+  CHECK(MissingCombinations(MakeReport(results)).empty());
+  results.cells[11].records.clear();  // good_many on the second condition
+  CHECK(MissingCombinations(MakeReport(results)) == "Of fewer combinations: score: good 2 of 3, draws: many 1 of 2.\n");
+  CHECK_THAT(MarkdownReport(MakeReport(results)), Contains("score: good 2 of 3"));
 }
 
 TEST_CASE("results.csv has effects and strata, each by its name") {

@@ -58,4 +58,20 @@ std::vector<Table> EffectTables(const Report& report) {
   return tables;
 }
 
+std::string MissingCombinations(const Report& report) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  const std::size_t rows = CombinationsOf(experiment.factors).size();
+  std::string text;
+  for (const FactorLevel& at : LevelsOf(experiment)) {
+    const std::size_t all = rows / experiment.factors[at.factor].second.size();
+    std::size_t least = all;
+    for (const FactorEffects& effects : report.effects)
+      least = std::min(least, effects[at.factor][at.level].combinations);
+    if (least < all)
+      text += (text.empty() ? "Of fewer combinations: " : ", ") + LevelName(experiment, at) + " " +
+              std::to_string(least) + " of " + std::to_string(all);
+  }
+  return text.empty() ? "" : text + ".\n";
+}
+
 }  // namespace diffsac

@@ -37,4 +37,8 @@ inline constexpr const char* kEffectNote =
     "of the same problems, averaged over all combinations of the other factors' levels that both have; in bold where "
     "the interval leaves 0, or 1, out.\n";
 
+/// The levels that some combinations have no row of (a network that is not there), with how many are left: "Of fewer
+/// combinations: order: network 2 of 4."; empty where all are there.
+std::string MissingCombinations(const Report& report);
+
 }  // namespace diffsac

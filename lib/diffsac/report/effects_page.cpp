@@ -100,7 +100,8 @@ std::string SectionOf(const EffectRun& run, const std::string& page) {
   for (std::size_t c = 0; c < experiment.conditions.size(); ++c) tables.push_back(BestRows(report, c));
   for (Table& table : StrataTables(report)) tables.push_back(std::move(table));
   for (const Table& table : tables) text += "### " + table.heading + "\n\n" + MarkdownTable(table) + "\n";
-  if (const std::string note = StrataNote(report); !note.empty()) text += note + "\n\n";
+  for (const std::string& note : {MissingCombinations(report), StrataNote(report)})
+    if (!note.empty()) text += note + "\n";
   return text + "Of the run " + experiment.name + ":\n\n" + FactsOfRun(run.folder) + "\n";
 }
 

@@ -143,8 +143,8 @@ std::string ReportNotes(const Report& report) {
   if (!AllShareProblems(results))
     text +=
         "Rows are of different problems (other seeds or options of generated data), so none is marked as the best.\n";
-  if (!experiment.factors.empty()) text += kEffectNote;
-  if (const std::string note = StrataNote(report); !note.empty()) text += note + "\n";
+  if (!experiment.factors.empty()) text += kEffectNote + MissingCombinations(report);
+  text += StrataNote(report);
   text += ChanceNote(results);
   const bool other_data = std::any_of(experiment.paper.begin(), experiment.paper.end(),
                                       [](const auto& row) { return !row.second.same_data; });

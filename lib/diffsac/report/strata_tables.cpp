@@ -107,13 +107,13 @@ std::vector<Table> StrataTables(const Report& report) {
 
 std::string StrataNote(const Report& report) {
   if (report.strata.empty()) return "";
-  if (!HasTruth(report)) return "Strata are left out: the truth is not known.";
+  if (!HasTruth(report)) return "Strata are left out: the truth is not known.\n";
   std::string text =
       "Strata: bins of a quantity of the problems, from the lower edge on and below the upper one; in a bin every "
       "problem weighs the same, whatever its scene.";
   for (const StrataReport& strata : report.strata)
     if (const std::string note = UnknownNote(report, strata); !note.empty()) text += " " + note;
-  return text;
+  return text + "\n";
 }
 
 }  // namespace diffsac

@@ -17,7 +17,7 @@ std::vector<std::size_t> StrataRows(const ExperimentOptions& experiment, const S
 /// MakeTables), the experiment's comparisons, its effects. Divisions by what is unknown have none.
 std::vector<Table> StrataTables(const Report& report);
 
-/// How strata are made, and what of them is left out; empty without strata.
+/// How strata are made, and what of them is left out, a line; empty without strata.
 std::string StrataNote(const Report& report);
 
 }  // namespace diffsac
