@@ -56,7 +56,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score", score).Help("chooses among hypotheses");
   b.Field("final_score", final_score)
       .Help("chooses among refitted candidates; gaussian_uniform then estimates the share of inliers");
-  b.Field("local_optimization", local_optimization).Help("of each new best hypothesis, kept where it scores higher");
+  b.Field("local_optimization", local_optimization).Help("of each new best minimal model, kept where it scores higher");
   b.Field("refit", refit).Help("after the search");
   b.Field("final_refinement", final_refinement)
       .Help("of each refitted candidate; lm: the model's own nonlinear refinement, kept unless the final score falls");

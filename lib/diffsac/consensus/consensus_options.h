@@ -6,7 +6,7 @@
 
 namespace diffsac {
 
-/// Local optimisation of each new best hypothesis inside the loop; what scores no higher is dropped.
+/// Local optimisation of each new best minimal model inside the loop; what scores no higher is dropped.
 ///   kNone            "none"
 ///   kInnerSamples    "lo_ransac": inner sampling from its inliers and iterated least squares (Chum, Matas, Kittler,
 ///                    DAGM 2003); `local_samples` inner samples each time

@@ -32,8 +32,8 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const
   return start;
 }
 
-/// What is made of each new best hypothesis inside the loop: it is mended where it is degenerate, and optimised in the
-/// way that options.local_optimization says. Borrows scorer, score, options and scales.
+/// What is made of each new best minimal model inside the loop: it is mended where it is degenerate, and optimised in
+/// the way that options.local_optimization says. Borrows scorer, score, options and scales.
 template <MinimalModel Model>
 class LocalOptimizer {
  public:
