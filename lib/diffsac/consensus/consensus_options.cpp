@@ -70,6 +70,9 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
       .OnlyIf(Scores(ScoreKind::kMagsac) || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
   BindScales(*this, b);
+  b.Field("noise_prior", noise_prior, AtLeast(0.0))
+      .OnlyIf(marginal, "marginal_likelihood as a score")
+      .Help("σ = sigma_factor · ε counts as so many inliers' worth of evidence; 0: nothing is known of σ");
   b.Field("sigma_factor", sigma_factor, Positive())
       .OnlyIf(gaussian || refit == Refit::kMixture || (marginal && noise_prior > 0.0),
               "gaussian_uniform as a score, marginal_likelihood with a noise_prior or refit: em")
@@ -78,9 +81,6 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
       .OnlyIf(marginal || Scores(ScoreKind::kMixtureProfile) || Scores(ScoreKind::kFirstMagsac),
               "marginal_likelihood, gaussian_uniform_em or magsac as a score")
       .Help("outliers' residuals are uniform within ± this, in the data's unit; 0: half the points' extent");
-  b.Field("noise_prior", noise_prior, AtLeast(0.0))
-      .OnlyIf(marginal, "marginal_likelihood as a score")
-      .Help("σ = sigma_factor · ε counts as so many inliers' worth of evidence; 0: nothing is known of σ");
   b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999))
       .OnlyIf(gaussian, "gaussian_uniform as a score")
       .Help("share of inliers that the score assumes during the search");
