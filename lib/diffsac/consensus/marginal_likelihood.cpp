@@ -37,32 +37,41 @@ double MarginalLikelihood::Value(double weight, double squares) const {
          2.0 * weight * half_dimension_ * kLogTwo + constant_;
 }
 
-double MarginalLikelihood::BinBound(const Bin& before, const Bin& bin, double least) const {
+void MarginalLikelihood::SweepBins(const SquareHistogram& histogram, Sweep* sweep) const {
   const double first = free_ + 1.0;
-  double bound = Value(before.weight + bin.weight, before.squares + bin.weight * least);
-  // Where the first number of inliers that counts is inside the bin.
-  if (before.weight < first) bound = std::max(bound, Value(first, before.squares + (first - before.weight) * least));
-  return bound;
-}
-
-MarginalLikelihood::Sweep MarginalLikelihood::SweepBins(const SquareHistogram& histogram) const {
-  Sweep sweep;
+  Values weights(SquareHistogram::kBins), squares(SquareHistogram::kBins);
+  double crossing = 0.0;
   Bin sum;
+  int size = 0;
   for (int b = 0; b < SquareHistogram::kBins; ++b) {
-    sweep.before[b] = sum;
     const Bin& bin = histogram[b];
     if (!(bin.weight > 0.0)) continue;
-    if (sum.weight + bin.weight >= free_ + 1.0) {
-      sweep.bounds[b] = BinBound(sum, bin, SquareHistogram::Least(b));
-      sweep.best = std::max(sweep.best, Value(sum.weight + bin.weight, sum.squares + bin.squares));
-      sweep.bound = std::max(sweep.bound, sweep.bounds[b]);
+    if (sum.weight + bin.weight >= first) {
+      const double least = SquareHistogram::Least(b);
+      // The first number of inliers that counts is inside this bin.
+      if (size == 0) crossing = Value(first, sum.squares + (first - sum.weight) * least);
+      sweep->bins[size] = b;
+      sweep->before[size] = sum;
+      weights[size] = sum.weight + bin.weight;
+      squares[size++] = sum.squares + bin.weight * least;
     }
     sum = {sum.weight + bin.weight, sum.squares + bin.squares};
   }
-  return sweep;
+  sweep->size = size;
+  // Value for all, with what Stirling's series has at most.
+  const auto half_dof = (weights.head(size) - free_) * half_dimension_;
+  const Values z = shape_ + half_dof;
+  sweep->bounds = z * (z / (scale_ + 0.5 * squares.head(size))).log() - z - 0.5 * z.log() + 1.0 / (12.0 * z) -
+                  half_dof * kLogTwoPi + weights.head(size) * (2.0 * half_dimension_ * kLogTwo) +
+                  (constant_ + 0.5 * kLogTwoPi);
+  if (size > 0) sweep->bounds[0] = std::max(sweep->bounds[0], crossing);
 }
 
-double MarginalLikelihood::Bound(const SquareHistogram& histogram) const { return SweepBins(histogram).bound; }
+double MarginalLikelihood::Bound(const SquareHistogram& histogram) const {
+  Sweep sweep;
+  SweepBins(histogram, &sweep);
+  return sweep.size == 0 ? 0.0 : std::max(0.0, sweep.bounds.maxCoeff());
+}
 
 double MarginalLikelihood::operator()(const double* residuals, const double* weights, int count, double bar) const {
   std::vector<double> squares(count);
@@ -72,21 +81,41 @@ double MarginalLikelihood::operator()(const double* residuals, const double* wei
   }
   SquareHistogram histogram;
   histogram.Add(squares.data(), weights, count);
-  const Sweep sweep = SweepBins(histogram);
-  if (sweep.bound < bar) return bar;
+  Sweep sweep;
+  SweepBins(histogram, &sweep);
+  if (sweep.size == 0) return 0.0;
+  return sweep.bounds.maxCoeff() < bar ? bar : BestInside(histogram, sweep, squares, weights);
+}
 
+double MarginalLikelihood::BestInside(const SquareHistogram& histogram, const Sweep& sweep,
+                                      const std::vector<double>& squares, const double* weights) const {
+  double best = 0.0;
+  Eigen::Index likeliest = 0;
+  sweep.bounds.maxCoeff(&likeliest);
+  const auto at_end = [&](Eigen::Index k) {
+    const Bin &before = sweep.before[k], &bin = histogram[sweep.bins[k]];
+    best = std::max(best, Value(before.weight + bin.weight, before.squares + bin.squares));
+  };
+  at_end(likeliest);
+  for (int k = 0; k < sweep.size; ++k)
+    if (sweep.bounds[k] > best) at_end(k);
+
+  // Which of the bins are looked into; −1: none.
+  std::array<int, SquareHistogram::kBins> place;
+  place.fill(-1);
+  for (int k = 0; k < sweep.size; ++k)
+    if (sweep.bounds[k] > best) place[sweep.bins[k]] = k;
   std::vector<std::pair<double, double>> inside;  // Square and weight.
-  for (int i = 0; i < count; ++i)
-    if (squares[i] < 1.0 && sweep.bounds[SquareHistogram::BinOf(squares[i])] > sweep.best)
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    if (squares[i] < 1.0 && place[SquareHistogram::BinOf(squares[i])] >= 0)
       inside.emplace_back(squares[i], weights == nullptr ? 1.0 : weights[i]);
   std::sort(inside.begin(), inside.end());
-  double best = sweep.best;
   Bin sum;
   int last = -1;
   for (const auto& [square, weight] : inside) {
-    const int bin = SquareHistogram::BinOf(square);
-    if (bin != last) sum = sweep.before[bin];
-    last = bin;
+    const int k = place[SquareHistogram::BinOf(square)];
+    if (k != last) sum = sweep.before[k];
+    last = k;
     sum = {sum.weight + weight, sum.squares + weight * square};
     if (sum.weight >= free_ + 1.0) best = std::max(best, Value(sum.weight, sum.squares));
   }

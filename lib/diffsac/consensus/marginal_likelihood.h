@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "diffsac/consensus/square_histogram.h"
 
@@ -37,17 +39,19 @@ class MarginalLikelihood {
 
  private:
   using Bin = SquareHistogram::Bin;
-  /// What lies before each bin, and which may hold the best number of inliers.
+  using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, SquareHistogram::kBins, 1>;
+  /// The bins that hold something and may hold the last inlier, what lies before them and at most S inside.
   struct Sweep {
-    std::array<Bin, SquareHistogram::kBins> before{};
-    std::array<double, SquareHistogram::kBins> bounds{};
-    double best = 0.0;   ///< S at the edges of bins, at least 0.
-    double bound = 0.0;  ///< Of S.
+    int size = 0;
+    std::array<int, SquareHistogram::kBins> bins;
+    std::array<Bin, SquareHistogram::kBins> before;
+    Values bounds;
   };
 
   double Value(double weight, double squares) const;
-  double BinBound(const Bin& before, const Bin& bin, double least) const;
-  Sweep SweepBins(const SquareHistogram& histogram) const;
+  void SweepBins(const SquareHistogram& histogram, Sweep* sweep) const;
+  double BestInside(const SquareHistogram& histogram, const Sweep& sweep, const std::vector<double>& squares,
+                    const double* weights) const;
 
   double inverse_half_width_;
   double half_dimension_;

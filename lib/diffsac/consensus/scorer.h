@@ -85,10 +85,11 @@ class Scorer {
     return sum * plausibility;
   }
 
-  /// The same of a model whose residuals are known.
-  double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals,
-                    const Score& score) const {
-    return OfAll(score, residuals, 0.0) * Plausibility(model);
+  /// The same of a model whose residuals are known; of a score that is a sum whatever the bar is.
+  double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals, const Score& score,
+                    double bar = -1.0) const {
+    const double plausibility = Plausibility(model);
+    return OfAll(score, residuals, bar / plausibility - kMargin) * plausibility;
   }
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -35,13 +36,17 @@ class SquareHistogram {
   template <class Real>
   void Add(const Real* squares, const Real* weights, int count) {
     for (int i = 0; i < count; ++i) {
-      const double square = squares[i], weight = weights == nullptr ? 1.0 : static_cast<double>(weights[i]);
-      total_ += weight;
+      const double square = squares[i];
       if (!(square < 1.0)) continue;
+      const double weight = weights == nullptr ? 1.0 : static_cast<double>(weights[i]);
       Bin& bin = bins_[BinOf(square)];
       bin.weight += weight;
       bin.squares += weight * square;
     }
+    total_ +=
+        weights == nullptr
+            ? count
+            : Eigen::Map<const Eigen::Array<Real, Eigen::Dynamic, 1>>(weights, count).template cast<double>().sum();
   }
 
   const Bin& operator[](int bin) const { return bins_[bin]; }
