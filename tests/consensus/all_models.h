@@ -120,8 +120,9 @@ class AllSamplers {
   std::vector<std::pair<std::string, Make>> sources_;
 };
 
-inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                        ScoreKind::kMagsac, ScoreKind::kMarginalised};
+inline constexpr ScoreKind kScores[] = {
+    ScoreKind::kInlierCount, ScoreKind::kMsac,   ScoreKind::kGaussianUniform,    ScoreKind::kMixtureProfile,
+    ScoreKind::kFirstMagsac, ScoreKind::kMagsac, ScoreKind::kMarginalLikelihood, ScoreKind::kMarginalised};
 inline constexpr LocalOptimization kOptimizers[] = {LocalOptimization::kNone, LocalOptimization::kInnerSamples,
                                                     LocalOptimization::kReweighted, LocalOptimization::kGraphCut,
                                                     LocalOptimization::kRefinement};
@@ -138,7 +139,7 @@ void ForEachCombination(int shift, const Function& function) {
       ConsensusOptions options;
       options.score = score;
       options.local_optimization = optimizer;
-      options.final_score = kScores[i % 5];
+      options.final_score = kScores[i % std::size(kScores)];
       options.refit = kRefits[(i / 2) % 5];
       options.final_refinement = i % 2   ? FinalRefinement::kRefinement
                                  : i % 4 ? FinalRefinement::kMarginalised

@@ -11,9 +11,6 @@
 namespace diffsac {
 namespace {
 
-constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
-                                ScoreKind::kMagsac, ScoreKind::kMarginalised};
-
 /// Whatever the bar, a model above it has its full score, and one that is not stays below it.
 template <class Model>
 void CheckBars(const PointMatrix& points, const Matrix3Parameters& truth, double threshold, Rng& rng) {
@@ -21,8 +18,10 @@ void CheckBars(const PointMatrix& points, const Matrix3Parameters& truth, double
   // The first half counts for little, so that most of a score is still to come after it.
   for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = (2 * i < weights.size() ? 0.01 : 1.0) * rng.Uniform();
   const Scorer<Model> plain(points), weighted(points, {weights, {}});
-  for (const ScoreKind kind : kKinds) {
-    const Score score(kind, threshold, threshold / 3.0, 20.0, 1, threshold / 8.0);
+  for (const auto& [kind, name] : kEnumNames<ScoreKind>) {
+    CAPTURE(name);
+    const Score score(kind, threshold, threshold / 3.0, 20.0, 1, threshold / 8.0,
+                      {100.0 * threshold, ResidualDimension<Model>(), Model::kMinimalSize, 0.0});
     for (const Scorer<Model>* scorer : {&plain, &weighted}) {
       for (const double change : {0.0, 1e-4, 1e-2, 1.0}) {
         Matrix3Parameters model = truth;

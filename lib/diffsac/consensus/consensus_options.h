@@ -72,7 +72,8 @@ struct ConsensusOptions {
   /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
   int residual_dof = 0;
   ThresholdKind threshold = ThresholdKind::kFixed;
-  /// The smallest and the greatest threshold that a score or refinement over scales, or an estimated noise, reckons
+  /// The smallest and the greatest threshold that a score (marginalised_msac, gaussian_uniform_em) or refinement over
+  /// scales, or an estimated noise, reckons
   /// with; in the data's unit. 0: an eighth of the greatest, and the scoring threshold. With both given, and the noise
   /// estimated, ε is what the mask's threshold is at most, and nothing else.
   double least_scale = 0.0;
@@ -85,6 +86,12 @@ struct ConsensusOptions {
   double camera_prior = 0.0;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
+  /// An outlier's residual is uniform within ± this: what magsac, marginal_likelihood and gaussian_uniform_em reckon
+  /// with; in the data's unit. 0: half the mean side of the points' bounding box (MakeMixture).
+  double outlier_half_width = 0.0;
+  /// Of marginal_likelihood: as so many inliers' worth of evidence counts that σ is sigma_factor · ε. 0: nothing is
+  /// known of σ.
+  double noise_prior = 0.0;
   /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.
   double inlier_prior = 0.3;
   LocalOptimization local_optimization = LocalOptimization::kNone;
@@ -117,6 +124,8 @@ struct ConsensusOptions {
   FinalRefinement final_refinement = FinalRefinement::kNone;
   /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.
   int block_size = 0;
+  /// Whether this score is one of the two.
+  bool Scores(ScoreKind kind) const { return score == kind || final_score == kind; }
   void Bind(OptionsBinder& b);
 };
 

@@ -33,7 +33,7 @@ ScoredModel<Model> FitInnerSamples(const Scorer<Model>& scorer, const Score& sco
   constexpr double kWidest = 2.0;
   ScoredModel<Model> best = start;
   const auto offer = [&](const typename Model::Parameters& model, const Eigen::VectorXd& residuals) {
-    const double value = scorer(model, residuals, score);
+    const double value = scorer(model, residuals, score, best.score);
     if (value > best.score) best = {model, value};
   };
   Eigen::VectorXd residuals = scorer.Residuals(start.model), weights(scorer.size());

@@ -110,6 +110,13 @@ concept HasAmbiguityTest = requires(const PointMatrix& points, double threshold,
   { ModelHooks<M>::Ambiguous(points, threshold, inliers) } -> std::same_as<bool>;
 };
 
+/// How many dimensions what `Residual` is the length of has: kResidualDimension, or 1.
+template <MinimalModel Model>
+constexpr int ResidualDimension() {
+  if constexpr (requires { Model::kResidualDimension; }) return Model::kResidualDimension;
+  return 1;
+}
+
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>
 constexpr int ResidualDof() {

@@ -7,7 +7,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "diffsac/consensus/magsac.h"
+#include "diffsac/consensus/noise_estimate.h"
+#include "diffsac/core/status.h"
 #include "diffsac/geometry/lane_sums.h"
 #include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/vector_clones.h"
@@ -75,9 +76,11 @@ float BoundOverScales(const float* squares, const float* weights, int count, flo
 
 }  // namespace
 
-Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof, double least)
+Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int residual_dof, double least,
+             const LikelihoodSetting& likelihood)
     : kind_(kind),
       threshold_(threshold),
+      unit_(threshold),
       inverse_threshold_squared_(1.0 / (threshold * threshold)),
       half_inverse_variance_(0.5 / (sigma * sigma)),
       odds_(odds),
@@ -87,7 +90,18 @@ Score::Score(ScoreKind kind, double threshold, double sigma, double odds, int re
       table_scale_(kMagsacTableSize / threshold),
       least_share_(std::clamp(least / threshold, kLeastShare, kLargestShare)),
       inverse_threshold_(1.0 / threshold),
-      scales_norm_(1.0 / (1.0 / least_share_ - 1.0)) {}
+      scales_norm_(1.0 / (1.0 / least_share_ - 1.0)),
+      first_magsac_(threshold, likelihood.half_width) {
+  if (kind == ScoreKind::kMarginalLikelihood) {
+    marginal_.emplace(likelihood.half_width, likelihood.dimension, likelihood.free, likelihood.noise_prior, sigma);
+    unit_ = likelihood.half_width;
+  }
+  if (kind == ScoreKind::kMixtureProfile) {
+    profile_.emplace(least / kSigmasOfInlier, threshold / kSigmasOfInlier, 2.0 * likelihood.half_width,
+                     likelihood.dimension);
+    unit_ = profile_->reach();
+  }
+}
 
 double Score::operator()(double residual) const {
   // A comparison that is false for NaN comes first in each, so that NaN scores 0.
@@ -100,6 +114,11 @@ double Score::operator()(double residual) const {
       return FromTable(residual);
     case ScoreKind::kMarginalised:
       return OverScales<double>{least_share_, scales_norm_}(OverScales<double>::Near(residual * inverse_threshold_));
+    case ScoreKind::kFirstMagsac:
+      return first_magsac_.Score(residual);
+    case ScoreKind::kMarginalLikelihood:
+    case ScoreKind::kMixtureProfile:
+      throw Error("the score " + ToString(kind_) + " is no sum over points");
     case ScoreKind::kGaussianUniform:
       break;
   }
@@ -122,6 +141,11 @@ double Score::Derivative(double residual) const {
       const double inverse = 1.0 / std::max(share, least_share_);
       return -2.0 / 3.0 * share * (Cube(inverse) - 1.0) * scales_norm_ * inverse_threshold_;
     }
+    case ScoreKind::kFirstMagsac:
+      return first_magsac_.Derivative(residual);
+    case ScoreKind::kMarginalLikelihood:
+    case ScoreKind::kMixtureProfile:
+      throw Error("the score " + ToString(kind_) + " is no sum over points");
     case ScoreKind::kGaussianUniform:
       break;
   }
@@ -148,6 +172,7 @@ double Score::Sum(const double* residuals, int count) const {
     return SumInLanes(residuals, nullptr, count, Same, [&](double residual) { return FromTable(residual); });
   if (kind_ == ScoreKind::kMarginalised)
     return SumOverScales(residuals, nullptr, count, inverse_threshold_, {least_share_, scales_norm_});
+  if (kind_ == ScoreKind::kFirstMagsac) return Sum(residuals, nullptr, count);
   return SumGaussianUniform(residuals, count);
 }
 
@@ -158,7 +183,17 @@ double Score::Sum(const double* residuals, const double* weights, int count) con
   return SumInLanes(residuals, weights, count, Same, [&](double residual) { return (*this)(residual); });
 }
 
-bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == ScoreKind::kMarginalised; }
+double Score::OfAll(const double* residuals, const double* weights, int count, double bar) const {
+  if (marginal_) return (*marginal_)(residuals, weights, count, bar);
+  if (profile_) return (*profile_)(residuals, weights, count, bar);
+  return weights == nullptr ? Sum(residuals, count) : Sum(residuals, weights, count);
+}
+
+double Score::BoundOfAll(const SquareHistogram& histogram) const {
+  return marginal_ ? marginal_->Bound(histogram) : profile_->Bound(histogram);
+}
+
+bool Score::HasBound() const { return kind_ == ScoreKind::kMsac || kind_ == ScoreKind::kMarginalised || !IsSum(); }
 
 double Score::Bound(const float* squares, const float* weights, int count) const {
   if (kind_ == ScoreKind::kMsac) return MsacBound(squares, weights, count);

@@ -86,6 +86,7 @@ class Scorer {
     const double plausibility = Plausibility(model);
     const double bar_of_sum = bar / plausibility;
     if (!MayReach(model, score, bar_of_sum)) return bar;
+    if (!score.IsSum()) return OfAll(score, Residuals(model), bar_of_sum - kMargin) * plausibility;
     double sum = 0.0;
     std::array<double, kBlock> residuals;
     for (int begin = 0; begin < size(); begin += kBlock) {
@@ -97,10 +98,11 @@ class Scorer {
     return sum * plausibility;
   }
 
-  /// The same of a model whose residuals are known.
-  double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals,
-                    const Score& score) const {
-    return Sum(score, residuals.data(), 0, size()) * Plausibility(model);
+  /// The same of a model whose residuals are known; of a score that is a sum whatever the bar is.
+  double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals, const Score& score,
+                    double bar = -1.0) const {
+    const double plausibility = Plausibility(model);
+    return OfAll(score, residuals, bar / plausibility - kMargin) * plausibility;
   }
 
  private:
@@ -136,19 +138,29 @@ class Scorer {
     if constexpr (HasSquareBounds<Model>) {
       static_assert(kBoundBlock % kBlock == 0);
       typename ModelHooks<Model>::Bounds::Prepared prepared;
-      if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.threshold(), &prepared)) return true;
+      if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared)) return true;
       const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
       std::array<float, kBoundBlock> squares;
+      SquareHistogram histogram;
       double most = kMargin;
       for (int begin = 0; begin < size(); begin += kBoundBlock) {
-        if (most + bound_rest_[begin / kBoundBlock] < bar) return false;
+        if (score.IsSum() && most + bound_rest_[begin / kBoundBlock] < bar) return false;
         const int end = std::min(begin + kBoundBlock, size());
         (*bounds_)(prepared, begin, end, squares.data());
-        most += score.Bound(squares.data(), weights == nullptr ? nullptr : weights + begin, end - begin);
+        const float* some = weights == nullptr ? nullptr : weights + begin;
+        if (score.IsSum())
+          most += score.Bound(squares.data(), some, end - begin);
+        else
+          histogram.Add(squares.data(), some, end - begin);
       }
+      if (!score.IsSum()) most += score.BoundOfAll(histogram);
       return !(most < bar);
     }
     return true;
+  }
+
+  double OfAll(const Score& score, const Eigen::VectorXd& residuals, double bar) const {
+    return score.OfAll(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size(), bar);
   }
 
   double Sum(const Score& score, const double* residuals, int begin, int end) const {

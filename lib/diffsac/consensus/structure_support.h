@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "diffsac/consensus/false_alarms.h"
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/model.h"
 
@@ -25,8 +26,7 @@ inline constexpr double kSame = 0.7;
 /// dimensions.
 template <MinimalModel Model>
 double Reach(double times) {
-  if constexpr (requires { Model::kResidualDimension; }) return std::pow(times, 1.0 / Model::kResidualDimension);
-  return times;
+  return std::pow(times, 1.0 / ResidualDimension<Model>());
 }
 
 /// What speaks for a model, among free points and its own.

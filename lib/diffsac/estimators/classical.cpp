@@ -60,8 +60,9 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   consensus.max_iterations = max_iterations;
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
   b.Field("structures", structures).Help("whether several models are looked for, and how");
-  b.Require(consensus.max_iterations == max_iterations, "consensus.max_iterations",
-            "nothing; this row's budget is `max_iterations`");
+  b.Require(consensus.max_iterations <= max_iterations, "consensus.max_iterations", "at most `max_iterations`");
+  // One budget: so a setting that says how many draws means the same to this row and to one with a network.
+  max_iterations = consensus.max_iterations;
   b.Require(consensus.stopping == Stopping::kBudget || consensus.min_iterations <= max_iterations,
             "consensus.min_iterations", "at most `max_iterations`");
 }
