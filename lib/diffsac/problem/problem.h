@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
@@ -40,6 +41,14 @@ struct CameraPair {
   double MeanFocal() const { return diffsac::MeanFocal(K1, K2); }
 };
 
+/// What may be known of the camera of an image whose calibration is not, in pixels; each part may be absent.
+struct CameraHint {
+  std::optional<Eigen::Vector2d> principal_point = {};  ///< Absent: the image's centre.
+  std::optional<FocalPrior> focal = {};                 ///< EXIF's, say. Absent: that of cameras in general.
+  /// Task one_focal: the calibration of the image that has one.
+  std::optional<Eigen::Matrix3d> K = {};
+};
+
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
 struct Problem {
   Task task{};                    ///< By default the first, lines.
@@ -49,7 +58,8 @@ struct Problem {
   Eigen::VectorXd match_ratio = {};
   /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
   std::optional<CameraPair> cameras = {};
-  ImageSize size1 = {}, size2 = {};  ///< Two views: of the images, where they are known.
+  ImageSize size1 = {}, size2 = {};   ///< Two views: of the images, where they are known.
+  CameraHint hint1 = {}, hint2 = {};  ///< Two views without calibration: what is known of the cameras all the same.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
 };
@@ -81,6 +91,8 @@ struct GroundTruth {
   ModelParameters model;                  ///< Of the task. E in normalised coordinates.
   std::optional<RelativePose> pose = {};  ///< Two views: of the second camera seen from the first; |t| = 1, or t = 0.
   std::vector<std::uint8_t> inliers;      ///< N values, 1 for a true inlier.
+  /// Two views: the true calibration, where the task is to do without one (Problem::cameras is empty then).
+  std::optional<CameraPair> cameras = {};
 
   // What the source of a pair of images knows, whatever the task; SetTask (problem/pair_truth.h) makes the above of it.
   // Matrices act on homogeneous column vectors, scale and sign are arbitrary.
