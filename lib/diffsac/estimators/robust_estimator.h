@@ -37,6 +37,8 @@ struct Estimate {
   double score = 0.0;  ///< Of the score that chose the model.
   /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
+  /// Two views of unknown focal length: what became of it.
+  std::optional<FocalEstimate> focal = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
   std::vector<float> inlier_probabilities;

@@ -6,12 +6,15 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "diffsac/problem/image_pair.h"
 
 namespace diffsac {
+
+struct FocalPosterior;
 
 /// What is estimated. The tasks are listed, and described, in problem/tasks.h.
 enum class Task : int;
@@ -40,6 +43,14 @@ struct CameraPair {
   double MeanFocal() const { return diffsac::MeanFocal(K1, K2); }
 };
 
+/// What may be known of the camera of an image whose calibration is not, in pixels; each part may be absent.
+struct CameraHint {
+  std::optional<Eigen::Vector2d> principal_point = {};  ///< Absent: the image's centre.
+  std::optional<FocalPrior> focal = {};                 ///< EXIF's, say. Absent: that of cameras in general.
+  /// Task one_focal: the calibration of the image that has one.
+  std::optional<Eigen::Matrix3d> K = {};
+};
+
 /// What an estimator may see of one problem. It carries no ground truth: that is the guard against leaks.
 struct Problem {
   Task task{};                    ///< By default the first, lines.
@@ -49,7 +60,8 @@ struct Problem {
   Eigen::VectorXd match_ratio = {};
   /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
   std::optional<CameraPair> cameras = {};
-  ImageSize size1 = {}, size2 = {};  ///< Two views: of the images, where they are known.
+  ImageSize size1 = {}, size2 = {};   ///< Two views: of the images, where they are known.
+  CameraHint hint1 = {}, hint2 = {};  ///< Two views without calibration: what is known of the cameras all the same.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
 };
@@ -70,6 +82,10 @@ PointMatrix ImagePoints(const Problem& problem);
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);
 
+/// A focal length's posterior, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
+/// estimate none.
+std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem);
+
 /// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
 /// (LogFalseAlarms of consensus/false_alarms.h); above 0 the problem may have no model at all. threshold: what an
 /// inlier is, in the data's unit.
@@ -81,6 +97,8 @@ struct GroundTruth {
   ModelParameters model;                  ///< Of the task. E in normalised coordinates.
   std::optional<RelativePose> pose = {};  ///< Two views: of the second camera seen from the first; |t| = 1, or t = 0.
   std::vector<std::uint8_t> inliers;      ///< N values, 1 for a true inlier.
+  /// Two views: the true calibration, where the task is to do without one (Problem::cameras is empty then).
+  std::optional<CameraPair> cameras = {};
 
   // What the source of a pair of images knows, whatever the task; SetTask (problem/pair_truth.h) makes the above of it.
   // Matrices act on homogeneous column vectors, scale and sign are arbitrary.
