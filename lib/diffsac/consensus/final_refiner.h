@@ -9,6 +9,7 @@
 
 #include "diffsac/consensus/best_hypotheses.h"
 #include "diffsac/consensus/local_optimizer.h"
+#include "diffsac/geometry/covariance.h"
 
 namespace diffsac {
 
@@ -62,6 +63,14 @@ class FinalRefiner {
     const double spare = static_cast<double>(inlier.count()) - Model::kMinimalSize;
     if (!(spare > 0.0)) return std::numeric_limits<double>::quiet_NaN();
     return std::sqrt(inlier.select(residuals.array().square(), 0.0).sum() / spare);
+  }
+
+  /// What the model is a minimum of, with the threshold of what supports it; nothing where none was refined.
+  std::optional<FitConditions> FitOf(const Parameters& model) const {
+    if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
+    FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
+    if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
+    return fit;
   }
 
  private:
