@@ -9,7 +9,7 @@
 
 #include "diffsac/consensus/best_hypotheses.h"
 #include "diffsac/consensus/local_optimizer.h"
-#include "diffsac/geometry/covariance.h"
+#include "diffsac/geometry/fit_conditions.h"
 
 namespace diffsac {
 

@@ -10,7 +10,7 @@
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/covariance.h"
+#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/geometry/row_residuals.h"
 

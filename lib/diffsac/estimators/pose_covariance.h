@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/geometry/covariance.h"
+#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/problem/solver_space.h"
 
 namespace diffsac {

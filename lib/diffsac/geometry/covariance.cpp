@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/row_residuals.h"
 #include "diffsac/geometry/sampson_equations.h"
@@ -83,10 +83,34 @@ Eigen::Matrix<double, 6, 5> PosesOfUnitLength(const Eigen::Vector3d& t) {
   return basis;
 }
 
+Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
+  Matrix3Parameters entries;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(entries.data()) = matrix;
+  return entries;
+}
+
+/// Of a matrix with x2ᵀ F x1 = 0, of any length, by the parameters that its derivative is by.
+std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, const Matrix3Parameters& f,
+                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit,
+                                                  const Eigen::MatrixXd& prior) {
+  const int count = static_cast<int>(points.rows());
+  const Eigen::Matrix<double, Eigen::Dynamic, 4> columns = points;
+  const double* pointers[4] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data(),
+                               columns.col(3).data()};
+  Eigen::VectorXd residuals(count);
+  SampsonDistances(f.data(), pointers, 0, count, residuals.data());
+  const auto information = [&](const Eigen::VectorXd& weights) {
+    const NormalEquations equations = SumSampsonEquations(f.data(), pointers, weights.data(), count);
+    return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
+  };
+  return CovarianceOfFit(residuals, 1, fit, information, prior);
+}
+
 }  // namespace
 
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
-                                               const FitConditions& fit, const InformationFunction& information) {
+                                               const FitConditions& fit, const InformationFunction& information,
+                                               const Eigen::MatrixXd& prior) {
   const double threshold = fit.threshold;
   if (!(threshold > 0.0) || !std::isfinite(threshold)) return std::nullopt;
   const Eigen::ArrayXd inlier = (residuals.array() <= threshold).cast<double>();
@@ -101,41 +125,31 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   const double sigma = threshold / sigmas;
   const double factor =
       CutLength(residual_dimension, sigmas).share * VarianceFactor(fit.loss, residual_dimension, sigma);
-  auto covariance = Sandwich(a, weighted ? information(weights.cwiseProduct(fit.weights)) : a);
-  if (covariance) *covariance *= factor * sigma * sigma;
+  const double variance = factor * sigma * sigma;
+  const Eigen::MatrixXd b = weighted ? information(weights.cwiseProduct(fit.weights)) : a;
+  // The prior counts like residuals of weight 1.
+  const Eigen::MatrixXd known =
+      prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
+  auto covariance = Sandwich(a + known, b + known);
+  if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
 }
 
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
   Eigen::Matrix<double, 9, 6> derivative;
-  const auto set = [&](int column, const Eigen::Matrix3d& change) {
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(derivative.col(column).data()) = change * pose.rotation;
-  };
   for (int i = 0; i < 3; ++i) {
     const Eigen::Matrix3d turn = CrossMatrix(Eigen::Vector3d::Unit(i));
-    set(i, CrossMatrix(pose.translation) * turn);
-    set(3 + i, turn);
+    derivative.col(i) = RowByRow(CrossMatrix(pose.translation) * turn * pose.rotation);
+    derivative.col(3 + i) = RowByRow(turn * pose.rotation);
   }
   return derivative;
 }
 
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit) {
-  // In AsParameters' scale, where the derivative is by a matrix of length √2.
-  const Matrix3Parameters essential = AsParameters(EssentialFromPose(pose));
-  if (!essential.allFinite()) return std::nullopt;
-  Eigen::VectorXd residuals(points.rows());
-  RowResiduals<Essential>(points, essential, residuals.data());
-  const Eigen::Matrix<double, Eigen::Dynamic, 4> columns = points;
-  const double* pointers[4] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data(),
-                               columns.col(3).data()};
   const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
-  const Eigen::Matrix<double, 9, 5> tangent = EssentialByPose(pose) * basis / EssentialFromPose(pose).norm();
-  const auto covariance = CovarianceOfFit(residuals, 1, fit, [&](const Eigen::VectorXd& weights) {
-    const NormalEquations equations =
-        SumSampsonEquations(essential.data(), pointers, weights.data(), static_cast<int>(points.rows()));
-    return Eigen::MatrixXd(tangent.transpose() * equations.normal * tangent);
-  });
+  const auto covariance =
+      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit, {});
   if (!covariance) return std::nullopt;
   return basis * *covariance * basis.transpose();
 }

@@ -5,18 +5,11 @@
 #include <optional>
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
-#include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
-
-/// How a refined model was fitted to its points; lengths are linear, in the residuals' unit.
-struct FitConditions {
-  RobustLoss loss;               ///< What the model is a minimum of.
-  double threshold = 0.0;        ///< Residuals of inliers are within it.
-  Eigen::VectorXd weights = {};  ///< N values, of the points in that minimum; empty: 1 each.
-};
 
 /// Σ w JᵀJ over residuals, p × p, J being their derivatives by the model's p parameters, for N weights w.
 using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd& weights)>;
@@ -30,11 +23,14 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 /// model's; c is what the loss wastes: 1 for least squares of all points, 1.1 for a loss truncated at 2.5 σ, more where
 /// it bends earlier.
 ///
+/// prior: the inverse of the covariance that the parameters had before the points, p × p; empty: none.
+///
 /// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection). Nothing where the inliers
 /// are no more than determine the model, where they leave a direction open, where they fit exactly, where the
 /// noise is greater than the threshold, or anything is not finite.
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
-                                               const FitConditions& fit, const InformationFunction& information);
+                                               const FitConditions& fit, const InformationFunction& information,
+                                               const Eigen::MatrixXd& prior = {});
 
 /// d [t]ₓ exp([ω]ₓ) R / d (ω, t) at ω = 0, nine entries row by row.
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);
