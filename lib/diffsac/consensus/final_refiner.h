@@ -44,6 +44,24 @@ class FinalRefiner {
     return best;
   }
 
+  /// The posterior of the chosen model's focal length, and the model at its mode in place of *chosen, whose score may
+  /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
+  std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
+    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
+    FocalPosterior posterior;
+    if (!cameras) return std::nullopt;
+    const FocalPrior prior{cameras->K2(0, 0), cameras->focal_log_sigma};
+    const Eigen::VectorXd weights =
+        scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
+    Parameters model = chosen->model;
+    ++*fits;
+    if (!ModelHooks<Model>::Marginalise(scorer_.points(), weights, LossAt(model), prior, &model, &posterior) ||
+        CountInliers(model) < Model::kMinimalSize)
+      return std::nullopt;
+    *chosen = {model, ScoreOf(model)};
+    return posterior;
+  }
+
   /// The points that support the model.
   int CountInliers(const Parameters& model) const {
     const Eigen::VectorXd residuals = scorer_.Residuals(model);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
+#include "diffsac/geometry/focal_posterior.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
 
@@ -33,7 +34,7 @@ namespace diffsac {
 ///                                    a fundamental matrix: most of its points on one plane), writes up to
 ///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
 ///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
-///   Ambiguous(points, threshold, inliers)
+///   Ambiguous(points, model, threshold, inliers)
 ///                                    whether other models explain the inliers (N values, not 0) as well, at the
 ///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
 ///                                    rotation)
@@ -42,6 +43,9 @@ namespace diffsac {
 ///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
 ///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
 ///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
+///   Marginalise(points, weights, loss, prior, model, out)
+///                                    for a model with an unknown focal length: its posterior under the prior, and the
+///                                    model at the posterior's mode, asked for once at the end where a prior is given
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///
@@ -84,6 +88,7 @@ bool FitAgain(const PointMatrix& points, const Eigen::VectorXd& weights, typenam
 struct CameraPrior {
   Eigen::Matrix3d K1, K2;
   double strength = 0.0;
+  double focal_log_sigma = 0.0;  ///< Of a model with an unknown focal length: how surely it is K2's. 0: unknown.
 };
 
 template <class M>
@@ -98,9 +103,15 @@ concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* s
 };
 
 template <class M>
-concept HasAmbiguityTest = requires(const PointMatrix& points, double threshold,
+concept HasAmbiguityTest = requires(const PointMatrix& points, const typename M::Parameters& model, double threshold,
                                     const std::vector<std::uint8_t>& inliers) {
-  { ModelHooks<M>::Ambiguous(points, threshold, inliers) } -> std::same_as<bool>;
+  { ModelHooks<M>::Ambiguous(points, model, threshold, inliers) } -> std::same_as<bool>;
+};
+
+template <class M>
+concept HasFocalPosterior = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                                     const FocalPrior& prior, typename M::Parameters* model, FocalPosterior* out) {
+  { ModelHooks<M>::Marginalise(points, weights, loss, prior, model, out) } -> std::same_as<bool>;
 };
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.

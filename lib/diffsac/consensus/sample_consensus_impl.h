@@ -72,10 +72,11 @@ class ConsensusSearch {
   }
 
   ConsensusResult Finish() {
-    const std::optional<ScoredModel<Model>> chosen = refine_(best_.entries(), &result_.hypotheses);
+    std::optional<ScoredModel<Model>> chosen = refine_(best_.entries(), &result_.hypotheses);
     result_.unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
     result_.first_sets = FirstSets(sets_, Model::kMinimalSize);
     if (!chosen || refine_.CountInliers(chosen->model) < Model::kMinimalSize) return std::move(result_);
+    if constexpr (HasFocalPosterior<Model>) result_.focal = refine_.Marginalise(&*chosen, &result_.hypotheses);
     result_.status = Status::kOk;
     result_.model = chosen->model;
     result_.score = chosen->score;
@@ -85,7 +86,7 @@ class ConsensusSearch {
     result_.fit = refine_.FitOf(chosen->model);
     result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, threshold);
     if constexpr (HasAmbiguityTest<Model>)
-      result_.ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), threshold, result_.inliers);
+      result_.ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), chosen->model, threshold, result_.inliers);
     return std::move(result_);
   }
 

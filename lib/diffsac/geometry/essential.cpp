@@ -1,10 +1,10 @@
 #include "diffsac/geometry/essential.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "diffsac/geometry/essential_constraint.h"
 #include "diffsac/geometry/null_space.h"
 #include "diffsac/geometry/polynomial.h"
 #include "diffsac/geometry/pose.h"
@@ -190,55 +190,14 @@ Eigen::Vector3d NullVector(const PolynomialRow (&b)[3], double z) {
   return best;
 }
 
-using NullBasis = Eigen::Matrix<double, 9, 4>;
+/// Combinations of the null vectors of five epipolar equations.
+struct NullSpaceFamily {
+  static constexpr int kUnknowns = 4, kShares = 4;
+  Eigen::Matrix<double, 9, 4> basis;
 
-Eigen::Matrix3d Combine(const NullBasis& basis, const Eigen::Vector4d& share) {
-  const Matrix3Parameters e = basis * share;
-  return AsMatrix(e);
-}
-
-/// 2 E Eᵀ E - tr(E Eᵀ) E, zero exactly for essential matrices.
-Eigen::Matrix3d TraceConstraint(const Eigen::Matrix3d& e) {
-  const Eigen::Matrix3d gram = e * e.transpose();
-  return 2.0 * (gram * e) - gram.trace() * e;
-}
-
-/// Its derivative along d.
-Eigen::Matrix3d TraceConstraintAlong(const Eigen::Matrix3d& e, const Eigen::Matrix3d& gram, const Eigen::Matrix3d& d) {
-  const Eigen::Matrix3d cross = d * e.transpose();
-  return 2.0 * ((cross + cross.transpose()) * e + gram * d) - 2.0 * cross.trace() * e - gram.trace() * d;
-}
-
-/// Gauss-Newton on the unit sphere of shares, as long as the constraint gets smaller.
-Eigen::Vector4d Polish(const NullBasis& basis, const Eigen::Vector4d& start) {
-  constexpr int kSteps = 4;
-  constexpr double kGood = 1e-28;
-  Eigen::Vector4d share = start;
-  Eigen::Matrix3d e = Combine(basis, share);
-  Eigen::Matrix3d constraint = TraceConstraint(e);
-  double size = constraint.squaredNorm();
-  for (int step = 0; step < kSteps && size > kGood; ++step) {
-    const Eigen::Matrix3d gram = e * e.transpose();
-    // The fourth equation keeps the step on the sphere.
-    Eigen::Matrix<double, 9, 4> jacobian;
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Matrix3d along = TraceConstraintAlong(e, gram, AsMatrix(basis.col(k)));
-      jacobian.col(k) = Eigen::Map<const Matrix3Parameters>(along.data());
-    }
-    Eigen::Matrix4d normal = jacobian.transpose() * jacobian + share * share.transpose();
-    const Eigen::Vector4d gradient = jacobian.transpose() * Eigen::Map<const Matrix3Parameters>(constraint.data());
-    const Eigen::Vector4d next = (share - normal.llt().solve(gradient)).normalized();
-    const Eigen::Matrix3d next_e = Combine(basis, next);
-    const Eigen::Matrix3d next_constraint = TraceConstraint(next_e);
-    const double next_size = next_constraint.squaredNorm();
-    if (!(next_size < size)) break;
-    share = next;
-    e = next_e;
-    constraint = next_constraint;
-    size = next_size;
-  }
-  return share;
-}
+  Eigen::Matrix3d At(const Eigen::Vector4d& share) const { return AsMatrix(basis * share); }
+  Eigen::Matrix3d Along(const Eigen::Vector4d&, const Eigen::Matrix3d&, int k) const { return AsMatrix(basis.col(k)); }
+};
 
 /// Reflects the basis by a fixed generic vector. Motions along an axis leave zeros in it, so that E could have no share
 /// of the last vector, and x, y, z no finite value.
@@ -249,39 +208,6 @@ void MixBasis(double (&basis)[4][9]) {
     for (int k = 0; k < 4; ++k) dot += kUnit[k] * basis[k][j];
     for (int k = 0; k < 4; ++k) basis[k][j] -= 2.0 * dot * kUnit[k];
   }
-}
-
-/// `possible`: only solutions that a scene before both cameras can have.
-int SolveFive(const double (*points)[4], bool possible, Matrix3Parameters* out) {
-  double rows[5][9], basis[4][9];
-  for (int i = 0; i < 5; ++i) {
-    const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
-    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
-  }
-  if (!OrthogonalComplement(rows, basis)) return 0;
-  MixBasis(basis);
-  Row cubics[10];
-  CubicConstraints(basis, cubics);
-  if (!Eliminate(cubics)) return 0;
-  const PolynomialRow b[3] = {SubtractShifted(cubics[4], cubics[5]), SubtractShifted(cubics[6], cubics[7]),
-                              SubtractShifted(cubics[8], cubics[9])};
-  double determinant[11], roots[10];
-  Determinant(b, determinant);
-  const int found = RealRoots10(determinant, roots);
-  const NullBasis columns = Eigen::Map<const NullBasis>(&basis[0][0]);
-  int count = 0;
-  for (int i = 0; i < found; ++i) {
-    const Eigen::Vector3d xy = NullVector(b, roots[i]);
-    const Eigen::Vector4d share = Eigen::Vector4d(xy[0], xy[1], roots[i] * xy[2], xy[2]).normalized();
-    if (possible) {
-      const Eigen::Matrix3d e = Combine(columns, share);
-      if (!SatisfiesOrientation(e, points, 5) || !SatisfiesCheirality(e, points, 5)) continue;
-    }
-    out[count] = columns * Polish(columns, share);
-    out[count] /= out[count].norm();
-    if (out[count].allFinite()) ++count;
-  }
-  return count;
 }
 
 /// Whether all points of visible parallax lie before both cameras for R and t or for R and -t.
@@ -306,21 +232,55 @@ void Gather(const PointMatrix& points, const int* set, double (*p)[4]) {
 
 }  // namespace
 
+int SolveFivePoints(const double (*points)[4], bool possible, Matrix3Parameters* out) {
+  double rows[5][9], basis[4][9];
+  for (int i = 0; i < 5; ++i) {
+    const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
+    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
+  }
+  if (!OrthogonalComplement(rows, basis)) return 0;
+  MixBasis(basis);
+  Row cubics[10];
+  CubicConstraints(basis, cubics);
+  if (!Eliminate(cubics)) return 0;
+  const PolynomialRow b[3] = {SubtractShifted(cubics[4], cubics[5]), SubtractShifted(cubics[6], cubics[7]),
+                              SubtractShifted(cubics[8], cubics[9])};
+  double determinant[11], roots[10];
+  Determinant(b, determinant);
+  const int found = RealRoots10(determinant, roots);
+  const NullSpaceFamily family{Eigen::Map<const Eigen::Matrix<double, 9, 4>>(&basis[0][0])};
+  int count = 0;
+  for (int i = 0; i < found; ++i) {
+    const Eigen::Vector3d xy = NullVector(b, roots[i]);
+    Eigen::Vector4d share = Eigen::Vector4d(xy[0], xy[1], roots[i] * xy[2], xy[2]).normalized();
+    if (possible) {
+      const Eigen::Matrix3d e = family.At(share);
+      if (!SatisfiesOrientation(e, points, 5) || !SatisfiesCheirality(e, points, 5)) continue;
+    }
+    PolishEssential(family, &share);
+    out[count] = family.basis * share;
+    out[count] /= out[count].norm();
+    if (out[count].allFinite()) ++count;
+  }
+  return count;
+}
+
 int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters* out) {
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  return SolveFive(p, false, out);
+  return SolveFivePoints(p, false, out);
 }
 
 int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
   if (points.cols() != 4) return 0;
   double p[5][4];
   Gather(points, set, p);
-  return SolveFive(p, true, out);
+  return SolveFivePoints(p, true, out);
 }
 
-bool Essential::Ambiguous(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
+bool Essential::Ambiguous(const PointMatrix& points, const Parameters&, double threshold,
+                          const std::vector<std::uint8_t>& inliers) {
   return TestPureRotation(points, threshold, inliers).pure_rotation;
 }
 

@@ -57,7 +57,8 @@ struct Essential {
                      Parameters* model);
 
   /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
-  static bool Ambiguous(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers);
+  static bool Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
+                        const std::vector<std::uint8_t>& inliers);
 };
 
 /// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised
@@ -72,6 +73,8 @@ bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], in
 /// which elimination turns into one polynomial of degree 10. Each root is then polished on the cubics themselves by
 /// Gauss-Newton steps, because the elimination loses digits near degenerate sets. No memory on the heap.
 int SolveFivePoints(const PointMatrix& points, const int* set, Matrix3Parameters* out);
+/// The same of points[i] = x1 y1 x2 y2; `possible`: only solutions that a scene before both cameras can have.
+int SolveFivePoints(const double (*points)[4], bool possible, Matrix3Parameters* out);
 
 /// The nearest essential matrix in the Frobenius norm: singular values (s, s, 0), s the mean of the two largest.
 Eigen::Matrix3d ClosestEssential(const Eigen::Matrix3d& e);

@@ -95,4 +95,47 @@ EssentialManifold EssentialManifold::Retract(const Eigen::Matrix<double, 5, 1>& 
           (translation + PlaneBasis(translation) * step.tail<2>()).normalized()};
 }
 
+template <UnknownFocal kUnknown, bool kHeld>
+FocalManifold<kUnknown, kHeld> FocalManifold<kUnknown, kHeld>::From(const FocalParameters& model) {
+  return {EssentialManifold::From(model.head<9>()), std::log(model[9])};
+}
+
+template <UnknownFocal kUnknown, bool kHeld>
+FocalParameters FocalManifold<kUnknown, kHeld>::Model() const {
+  return AsFocalParameters(essential.Parameters(), std::exp(log_focal));
+}
+
+template <UnknownFocal kUnknown, bool kHeld>
+Matrix3Parameters FocalManifold<kUnknown, kHeld>::Parameters() const {
+  return WithFocal(kUnknown, essential.Parameters(), std::exp(log_focal));
+}
+
+template <UnknownFocal kUnknown, bool kHeld>
+auto FocalManifold<kUnknown, kHeld>::Tangent() const -> TangentMatrix {
+  const double focal = std::exp(log_focal);
+  const Eigen::Matrix<double, 9, 5> of_essential = essential.Tangent();
+  TangentMatrix tangent;
+  for (int i = 0; i < 5; ++i) tangent.col(i) = WithFocal(kUnknown, of_essential.col(i), focal);
+  if constexpr (!kHeld) {
+    // f stands in the last row, and where both are unknown in the last column too.
+    const Matrix3Parameters f = Parameters();
+    for (int i = 0; i < 9; ++i)
+      tangent(i, 5) = f[i] * ((i / 3 == 2 ? 1.0 : 0.0) + (kUnknown == UnknownFocal::kBoth && i % 3 == 2 ? 1.0 : 0.0));
+  }
+  return tangent;
+}
+
+template <UnknownFocal kUnknown, bool kHeld>
+auto FocalManifold<kUnknown, kHeld>::Retract(const Step& step) const -> FocalManifold {
+  FocalManifold moved = *this;
+  moved.essential = essential.Retract(step.template head<5>());
+  if constexpr (!kHeld) moved.log_focal += step[5];
+  return moved;
+}
+
+template struct FocalManifold<UnknownFocal::kBoth, false>;
+template struct FocalManifold<UnknownFocal::kBoth, true>;
+template struct FocalManifold<UnknownFocal::kSecond, false>;
+template struct FocalManifold<UnknownFocal::kSecond, true>;
+
 }  // namespace diffsac

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "diffsac/geometry/two_view.h"
+#include "diffsac/geometry/unknown_focal.h"
 
 namespace diffsac {
 
@@ -13,6 +14,10 @@ namespace diffsac {
 //   Parameters()              the 9 values, unit Frobenius norm
 //   Tangent()                 9 x kFreedom derivative of Parameters() after Retract(step), at step = 0
 //   Retract(step)             the point a step away
+// A manifold of which some points are likelier has also
+//   Penalty()                 what is added to the cost, a square, at the point
+//   AddPenalty(normal, gradient)
+//                             its share of the normal equations over the tangent
 
 /// Homographies: the unit sphere of 9-vectors, 8 dimensions.
 struct HomographyManifold {
@@ -48,6 +53,33 @@ struct EssentialManifold {
   Matrix3Parameters Parameters() const;
   Eigen::Matrix<double, 9, 5> Tangent() const;
   EssentialManifold Retract(const Eigen::Matrix<double, 5, 1>& step) const;
+};
+
+/// Fundamental matrices of cameras with one unknown focal length: D2 E D1 (FundamentalOf), 5 + 1 dimensions, the last
+/// log f; or with f held, 5. Parameters() is not of unit norm: Sampson distances do not ask for it.
+template <UnknownFocal kUnknown, bool kHeld>
+struct FocalManifold {
+  static constexpr int kFreedom = kHeld ? 5 : 6;
+  using TangentMatrix = Eigen::Matrix<double, 9, kFreedom>;
+  using Step = Eigen::Matrix<double, kFreedom, 1>;
+  EssentialManifold essential;
+  double log_focal;
+  /// Of the square of log f less its mean under the prior, `log_median`.
+  double prior_weight = 0.0, log_median = 0.0;
+
+  static FocalManifold From(const FocalParameters& model);
+  FocalParameters Model() const;
+  Matrix3Parameters Parameters() const;
+  TangentMatrix Tangent() const;
+  FocalManifold Retract(const Step& step) const;
+
+  double Penalty() const { return prior_weight * (log_focal - log_median) * (log_focal - log_median); }
+  void AddPenalty(Eigen::Matrix<double, kFreedom, kFreedom>* normal, Step* gradient) const {
+    if constexpr (!kHeld) {
+      (*normal)(5, 5) += prior_weight;
+      (*gradient)[5] += prior_weight * (log_focal - log_median);
+    }
+  }
 };
 
 }  // namespace diffsac

@@ -80,6 +80,12 @@ class RobustCost {
     return SumLoss(loss_, distances_.data(), observations_.weights.data(), observations_.size());
   }
 
+  /// Of all observations.
+  const Eigen::VectorXd& Distances(const Matrix3Parameters& model) {
+    Evaluate(model);
+    return distances_;
+  }
+
   NormalEquations Linearize(const Matrix3Parameters& model) {
     Evaluate(model);
     LossWeights(loss_, distances_.data(), observations_.weights.data(), observations_.size(), work_.data());
@@ -101,13 +107,26 @@ class RobustCost {
   Matrix3Parameters evaluated_ = Matrix3Parameters::Zero();  ///< What distances_ are of; 0: nothing.
 };
 
+/// Manifolds of which some points are likelier.
+template <class Manifold>
+concept HasPenalty = requires(const Manifold& state) {
+  state.Penalty();
+};
+
+template <class Manifold, class Cost>
+double CostOf(Cost& cost, const Manifold& state) {
+  const double of_points = cost(state.Parameters());
+  if constexpr (HasPenalty<Manifold>) return of_points + state.Penalty();
+  return of_points;
+}
+
 /// Levenberg-Marquardt; a step is taken only where it lowers the cost. True when the model moved.
 template <class Manifold, class Cost>
 bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, RefineReport* report) {
   constexpr int kFreedom = Manifold::kFreedom;
   using Vector = Eigen::Matrix<double, kFreedom, 1>;
   constexpr double kMaxDamping = 1e10, kMinDamping = 1e-10;
-  double current = cost(state->Parameters());
+  double current = CostOf(cost, *state);
   report->initial_cost = current;
   double damping = 1e-4;
   bool moved = false, linearized = false;
@@ -119,6 +138,7 @@ bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, Refine
       const NormalEquations equations = cost.Linearize(state->Parameters());
       normal = tangent.transpose() * equations.normal * tangent;
       gradient = tangent.transpose() * equations.gradient;
+      if constexpr (HasPenalty<Manifold>) state->AddPenalty(&normal, &gradient);
       linearized = true;
     }
     ++report->iterations;
@@ -130,7 +150,7 @@ bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, Refine
     const double promised = -step.dot(2.0 * gradient + normal * step);
     if (!step.allFinite() || !(promised > options.relative_tolerance * current)) break;
     const Manifold candidate = state->Retract(step);
-    const double lowered = cost(candidate.Parameters());
+    const double lowered = CostOf(cost, candidate);
     if (lowered < current) {
       const double gain = current - lowered;
       *state = candidate;
@@ -194,12 +214,47 @@ void Rescale(double scale, RefineReport* report) {
 RobustLoss Scaled(const RobustLoss& loss, double scale) { return {loss.kind, loss.scale * scale, loss.least * scale}; }
 
 /// Sets *model when the refined one is finite; else reports no change.
-void Keep(const Matrix3Parameters& refined, RefineReport* report, Matrix3Parameters* model) {
+template <class Parameters>
+void Keep(const Parameters& refined, RefineReport* report, Parameters* model) {
   if (refined.allFinite()) {
     *model = refined;
   } else {
     report->final_cost = report->initial_cost;
   }
+}
+
+/// ψ' of a residual's distance, numerically.
+double SlopeOfPull(const RobustLoss& loss, double distance) {
+  const double step = 1e-4 * loss.scale;
+  const auto pull = [&](double r) { return r * loss.Weight(r * r); };
+  return (pull(distance + step) - pull(distance - step)) / (2.0 * step);
+}
+
+template <UnknownFocal kUnknown, bool kHeld>
+RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                   const RefineOptions& options, const FocalPrior& prior, FocalParameters* model) {
+  using Manifold = FocalManifold<kUnknown, kHeld>;
+  RefineReport report;
+  PairNormalization identity;
+  Observations observations;
+  report.status = Prepare(points, weights, Manifold::kFreedom, false, model->head<9>(), &identity, &observations);
+  if (!((*model)[9] > 0.0)) report.status = Status::kDegenerate;
+  if (report.status != Status::kOk) return report;
+  Manifold state = Manifold::From(*model);
+  RobustCost<SampsonResiduals> cost(observations, options.loss);
+  if (!kHeld && prior.log_sigma > 0.0) {
+    const Eigen::VectorXd distances = cost.Distances(state.Parameters());
+    state.prior_weight = ResidualVariance(options.loss, distances.data(), observations.weights.data(),
+                                          observations.size(), Manifold::kFreedom) /
+                         (prior.log_sigma * prior.log_sigma);
+    state.log_median = std::log(prior.focal);
+  }
+  const double penalty = state.Penalty();
+  const bool moved = Minimize(cost, options, &state, &report);
+  report.initial_cost -= penalty;
+  report.final_cost -= state.Penalty();
+  if (moved) Keep(state.Model(), &report, model);
+  return report;
 }
 
 template <class Residuals>
@@ -283,6 +338,36 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
   if (Minimize(RobustCost<SampsonResiduals>(observations, options.loss), options, &state, &report))
     Keep(state.Parameters(), &report, model);
   return report;
+}
+
+RefineReport RefineFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                         const RefineOptions& options, const FocalPrior& prior, FocalParameters* model) {
+  const auto refine = unknown == UnknownFocal::kBoth ? RefineOnFocalManifold<UnknownFocal::kBoth, false>
+                                                     : RefineOnFocalManifold<UnknownFocal::kSecond, false>;
+  return refine(points, weights, options, prior, model);
+}
+
+RefineReport RefineWithFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                             const RefineOptions& options, FocalParameters* model) {
+  const auto refine = unknown == UnknownFocal::kBoth ? RefineOnFocalManifold<UnknownFocal::kBoth, true>
+                                                     : RefineOnFocalManifold<UnknownFocal::kSecond, true>;
+  return refine(points, weights, options, {}, model);
+}
+
+double ResidualVariance(const RobustLoss& loss, const double* distances, const double* weights, int count, int free) {
+  double pulls = 0.0, slopes = 0.0, share = 0.0, squares = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double pull = distances[i] * loss.Weight(distances[i] * distances[i]);
+    pulls += weights[i] * weights[i] * pull * pull;
+    slopes += weights[i] * SlopeOfPull(loss, distances[i]);
+    if (pull == 0.0) continue;
+    share += weights[i];
+    squares += weights[i] * weights[i];
+  }
+  if (!(slopes > 0.0) || !(squares > 0.0)) return 0.0;
+  // So many points of equal weight say as much as these.
+  const double effective = share * share / squares;
+  return effective > free ? pulls / slopes * effective / (effective - free) : 0.0;
 }
 
 }  // namespace diffsac

@@ -3,8 +3,10 @@
 #include <Eigen/Core>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/robust_loss.h"
 #include "diffsac/geometry/two_view.h"
+#include "diffsac/geometry/unknown_focal.h"
 
 namespace diffsac {
 
@@ -38,5 +40,18 @@ RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd&
                                Matrix3Parameters* model);
 RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                              Matrix3Parameters* model);
+
+/// The same of E and f (FocalManifold); costs are without the prior's share. The prior, log-normal about prior.focal,
+/// weighs as much as it should beside residuals whose variance is what it is at the start (ResidualVariance), nothing
+/// with prior.log_sigma = 0. RefineWithFocal leaves f as it is.
+RefineReport RefineFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                         const RefineOptions& options, const FocalPrior& prior, FocalParameters* model);
+RefineReport RefineWithFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                             const RefineOptions& options, FocalParameters* model);
+
+/// The κ for which the cost / 2κ has the curvature of a log-likelihood, whatever the loss and the noise: the variance
+/// of residuals r where all count alike, else Σ w² ψ² / Σ w ψ' with ψ = r ρ'(r²) (Huber's sandwich), of residuals whose
+/// distances are given. `free`: how many residuals the model takes for itself. 0 when nothing is left.
+double ResidualVariance(const RobustLoss& loss, const double* distances, const double* weights, int count, int free);
 
 }  // namespace diffsac

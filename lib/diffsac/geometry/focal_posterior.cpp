@@ -1,0 +1,223 @@
+#include "diffsac/geometry/focal_posterior.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/manifolds.h"
+#include "diffsac/geometry/refine.h"
+#include "diffsac/geometry/robust_loss_sums.h"
+#include "diffsac/geometry/sampson_equations.h"
+
+namespace diffsac {
+namespace {
+
+/// Points beyond this many scales of the loss sit out.
+constexpr double kReach = 3.0;
+/// The grid: steps of the prior's σ, either way up to kPriorReach, and of the likelihood's.
+constexpr double kPriorStep = 0.5, kPriorReach = 3.0;
+constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
+/// Tails of a normal distribution outside one σ.
+constexpr double kTail = 0.15865525393145707;
+
+/// E refined at one focal length.
+struct Node {
+  double log_focal = 0.0;
+  FocalParameters model;
+  double log_posterior = 0.0;
+};
+
+/// The points that take part, and what weighs a model of them.
+class Evidence {
+ public:
+  Evidence(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+           const FocalPrior& prior)
+      : unknown_(unknown), loss_(loss), prior_(prior) {
+    options_.loss = loss;
+    options_.relative_tolerance = 1e-6;
+    points_ = points;
+    weights_ = weights;
+  }
+
+  /// Leaves out what is far from the model.
+  bool Select(const FocalParameters& model) {
+    std::vector<int> near;
+    const Matrix3Parameters f = FundamentalOf(unknown_, model);
+    for (int i = 0; i < points_.rows(); ++i)
+      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kReach * loss_.scale) near.push_back(i);
+    points_ = points_(near, Eigen::all).eval();
+    weights_ = weights_(near).eval();
+    columns_ = points_;
+    return static_cast<int>(near.size()) > kFree;
+  }
+
+  /// Refines f too, and takes κ from what is left.
+  bool Refine(FocalParameters* model) {
+    if (RefineFocal(unknown_, points_, weights_, options_, prior_, model).status != Status::kOk) return false;
+    const Eigen::VectorXd distances = Distances(*model);
+    variance_ = ResidualVariance(loss_, distances.data(), weights_.data(), Size(), kFree);
+    return variance_ > 0.0 && model->allFinite();
+  }
+
+  Node At(double log_focal, const FocalParameters& start) const {
+    Node node{log_focal, start, 0.0};
+    node.model[9] = std::exp(log_focal);
+    RefineWithFocal(unknown_, points_, weights_, options_, &node.model);
+    const double cost = SumLoss(loss_, Distances(node.model).data(), weights_.data(), Size());
+    const double deviation = (log_focal - std::log(prior_.focal)) / prior_.log_sigma;
+    node.log_posterior = -0.5 * (cost / variance_ + LogInformation(node.model) + deviation * deviation);
+    return node;
+  }
+
+  /// The standard deviation of log f that matches and prior leave it, to second order.
+  double Deviation(const FocalParameters& model) const {
+    const Eigen::Matrix<double, 6, 6> information = Information<false>(model);
+    const Eigen::Matrix<double, 6, 1> last = Eigen::Matrix<double, 6, 1>::Unit(5);
+    const double variance = variance_ * last.dot(information.ldlt().solve(last));
+    const double by_matches = variance > 0.0 && std::isfinite(variance) ? 1.0 / variance : 0.0;
+    return 1.0 / std::sqrt(by_matches + 1.0 / (prior_.log_sigma * prior_.log_sigma));
+  }
+
+ private:
+  static constexpr int kFree = 6;
+
+  int Size() const { return static_cast<int>(weights_.size()); }
+
+  std::array<const double*, 4> Columns() const {
+    return {columns_.col(0).data(), columns_.col(1).data(), columns_.col(2).data(), columns_.col(3).data()};
+  }
+
+  Eigen::VectorXd Distances(const FocalParameters& model) const {
+    Eigen::VectorXd distances(Size());
+    SampsonDistances(FundamentalOf(unknown_, model).data(), Columns().data(), 0, Size(), distances.data());
+    return distances;
+  }
+
+  /// Of E, and of f with kHeld = false, before κ.
+  template <UnknownFocal kUnknown, bool kHeld, class Matrix>
+  void SumInformation(const FocalParameters& model, Matrix* information) const {
+    using Manifold = FocalManifold<kUnknown, kHeld>;
+    const Manifold state = Manifold::From(model);
+    const Eigen::VectorXd distances = Distances(model);
+    Eigen::VectorXd pulls(Size());
+    LossWeights(loss_, distances.data(), weights_.data(), Size(), pulls.data());
+    const auto equations = SumSampsonEquations(state.Parameters().data(), Columns().data(), pulls.data(), Size());
+    const typename Manifold::TangentMatrix tangent = state.Tangent();
+    *information = tangent.transpose() * equations.normal * tangent;
+  }
+
+  template <bool kHeld>
+  Eigen::Matrix<double, kHeld ? 5 : 6, kHeld ? 5 : 6> Information(const FocalParameters& model) const {
+    Eigen::Matrix<double, kHeld ? 5 : 6, kHeld ? 5 : 6> information;
+    if (unknown_ == UnknownFocal::kBoth) {
+      SumInformation<UnknownFocal::kBoth, kHeld>(model, &information);
+    } else {
+      SumInformation<UnknownFocal::kSecond, kHeld>(model, &information);
+    }
+    return information;
+  }
+
+  /// log det of E's information; directions that nothing is said of count alike everywhere.
+  double LogInformation(const FocalParameters& model) const {
+    Eigen::Matrix<double, 5, 5> information = Information<true>(model) / variance_;
+    information.diagonal().array() += 1.0;
+    return information.ldlt().vectorD().array().max(1.0).log().sum();
+  }
+
+  UnknownFocal unknown_;
+  RobustLoss loss_;
+  FocalPrior prior_;
+  RefineOptions options_;
+  PointMatrix points_;
+  Eigen::VectorXd weights_;
+  Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;  ///< The points, by coordinate.
+  double variance_ = 0.0;                             ///< κ
+};
+
+/// Where the posterior is looked at, ascending.
+std::vector<double> GridOf(double centre, double deviation, const FocalPrior& prior) {
+  const double median = std::log(prior.focal), reach = kPriorReach * prior.log_sigma;
+  std::vector<double> grid = {centre};
+  for (const double step : kLocalSteps)
+    for (const double sign : {-1.0, 1.0}) grid.push_back(centre + sign * step * deviation);
+  for (double at = -kPriorReach; at <= kPriorReach; at += kPriorStep) grid.push_back(median + at * prior.log_sigma);
+  std::erase_if(grid, [&](double at) { return at != centre && std::abs(at - median) > reach; });
+  std::sort(grid.begin(), grid.end());
+  grid.erase(std::unique(grid.begin(), grid.end()), grid.end());
+  return grid;
+}
+
+/// The vertex of the parabola through the highest node and its neighbours.
+double ModeOf(const std::vector<Node>& nodes, std::size_t best) {
+  if (best == 0 || best + 1 == nodes.size()) return nodes[best].log_focal;
+  const double left = nodes[best - 1].log_focal - nodes[best].log_focal;
+  const double right = nodes[best + 1].log_focal - nodes[best].log_focal;
+  const double fall_left = nodes[best - 1].log_posterior - nodes[best].log_posterior;
+  const double fall_right = nodes[best + 1].log_posterior - nodes[best].log_posterior;
+  const double curvature = fall_right * left - fall_left * right;
+  if (curvature == 0.0) return nodes[best].log_focal;
+  const double shift = 0.5 * (fall_right * left * left - fall_left * right * right) / curvature;
+  return nodes[best].log_focal + std::clamp(shift, 0.5 * left, 0.5 * right);
+}
+
+/// The posterior between two nodes is exponential: its mass up to a share of the way, and all of it with share = 1.
+double MassUpTo(const Node& left, const Node& right, double top, double share) {
+  const double width = share * (right.log_focal - left.log_focal);
+  const double rise = share * (right.log_posterior - left.log_posterior);
+  const double height = std::exp(left.log_posterior - top);
+  return std::abs(rise) < 1e-9 ? width * height : width * height * std::expm1(rise) / rise;
+}
+
+/// log f below which so much of the posterior lies.
+double Quantile(const std::vector<Node>& nodes, double top, double share) {
+  double total = 0.0;
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) total += MassUpTo(nodes[i], nodes[i + 1], top, 1.0);
+  double left = share * total;
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    const double mass = MassUpTo(nodes[i], nodes[i + 1], top, 1.0);
+    if (left > mass) {
+      left -= mass;
+      continue;
+    }
+    double low = 0.0, high = 1.0;
+    for (int step = 0; step < 40; ++step) {
+      const double middle = 0.5 * (low + high);
+      (MassUpTo(nodes[i], nodes[i + 1], top, middle) < left ? low : high) = middle;
+    }
+    return nodes[i].log_focal + low * (nodes[i + 1].log_focal - nodes[i].log_focal);
+  }
+  return nodes.back().log_focal;
+}
+
+}  // namespace
+
+bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                      const RobustLoss& loss, const FocalPrior& prior, FocalParameters* model, FocalPosterior* out) {
+  if (!(prior.log_sigma > 0.0) || !(prior.focal > 0.0) || !model->allFinite() || !((*model)[9] > 0.0)) return false;
+  Evidence evidence(unknown, points, weights, loss, prior);
+  FocalParameters best = *model;
+  if (!evidence.Select(best) || !evidence.Refine(&best)) return false;
+
+  const double centre = std::log(best[9]);
+  const std::vector<double> grid = GridOf(centre, evidence.Deviation(best), prior);
+  const auto middle = static_cast<std::size_t>(std::find(grid.begin(), grid.end(), centre) - grid.begin());
+  std::vector<Node> nodes(grid.size());
+  nodes[middle] = evidence.At(centre, best);
+  for (std::size_t i = middle + 1; i < grid.size(); ++i) nodes[i] = evidence.At(grid[i], nodes[i - 1].model);
+  for (std::size_t i = middle; i-- > 0;) nodes[i] = evidence.At(grid[i], nodes[i + 1].model);
+
+  const auto highest = std::max_element(nodes.begin(), nodes.end(),
+                                        [](const Node& a, const Node& b) { return a.log_posterior < b.log_posterior; });
+  const double top = highest->log_posterior;
+  if (!std::isfinite(top)) return false;
+  const Node mode = evidence.At(ModeOf(nodes, static_cast<std::size_t>(highest - nodes.begin())), highest->model);
+  const double low = Quantile(nodes, top, kTail), high = Quantile(nodes, top, 1.0 - kTail);
+  *model = mode.model;
+  *out = {mode.model[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma};
+  return model->allFinite();
+}
+
+}  // namespace diffsac

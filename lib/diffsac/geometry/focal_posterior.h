@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/geometry/focal.h"
+#include "diffsac/geometry/robust_loss.h"
+#include "diffsac/geometry/unknown_focal.h"
+
+namespace diffsac {
+
+/// What matches and a prior say of a focal length, in the unit of the points.
+struct FocalPosterior {
+  double focal = 0.0;            ///< The mode of the posterior over log f.
+  double low = 0.0, high = 0.0;  ///< Its central 68 %.
+  bool observable = false;       ///< Whether the interval is narrower than the prior's (kNarrower).
+};
+/// Of the width of the prior: an interval wider than this share of it is the prior's.
+inline constexpr double kNarrower = 0.75;
+
+/// The marginal posterior of log f, on a grid. At each f of the grid E is refined with f held, from its neighbour's;
+/// the log-likelihood there is −cost / 2κ (κ: ResidualVariance) less half the log-determinant of E's information, which
+/// integrates E out to second order (Laplace); the prior is added. The grid covers three of the prior's standard
+/// deviations either way, and is fine about the f that suits the matches best. `loss` and `weights` are those by which
+/// the model was refined; points far from *model sit out.
+///
+/// Sets *model to the mode with E refined there, whatever its likelihood before. False, leaving *model, for points that
+/// do not determine E, and where the prior says nothing (log_sigma not above 0).
+bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                      const RobustLoss& loss, const FocalPrior& prior, FocalParameters* model, FocalPosterior* out);
+
+}  // namespace diffsac

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/focal_posterior.h"
+#include "diffsac/geometry/model.h"
+#include "diffsac/geometry/six_points.h"
+#include "diffsac/geometry/square_bounds.h"
+
+namespace diffsac {
+
+/// What keeps f in reach during a search, where points say little of it.
+inline constexpr FocalPrior kAnyCamera{1.0, 0.6};
+
+/// Bounds of Sampson distances to the F of E and f.
+template <UnknownFocal kUnknown>
+struct FocalBounds : SampsonBounds {
+  using SampsonBounds::SampsonBounds;
+  bool Prepare(const FocalParameters& model, double threshold, Prepared* out) const {
+    return SampsonBounds::Prepare(FundamentalOf(kUnknown, model), threshold, out);
+  }
+};
+
+/// Epipolar geometry of two cameras of one unknown focal length (UnknownFocal says whose, and in which coordinates).
+/// Parameters are E, row-major, of unit Frobenius norm, and f in the unit of the points. Choose that unit near the
+/// likeliest focal length: the prior's median is f = 1 wherever none is given.
+template <UnknownFocal kUnknown>
+struct FocalModel {
+  using Parameters = FocalParameters;
+  using Bounds = FocalBounds<kUnknown>;  ///< Of `Residual`.
+  static constexpr int kDimension = 4;
+  static constexpr int kMinimalSize = 6;
+  /// Focal lengths, as shares of the unit, with which the set's first five points are solved as well.
+  static constexpr double kAssumed[] = {1.0};
+  static constexpr int kMaxSolutions =
+      MaxSixPointSolutions(kUnknown) + Essential::kMaxSolutions * static_cast<int>(std::size(kAssumed));
+  /// Of a Sampson distance, for MAGSAC++.
+  static constexpr int kResidualDof = 1;
+
+  /// The 6-point solutions (SolveSixPoints), and the 5-point solutions with an assumed focal length: where the motion
+  /// does not show f, or all points lie on a plane, six points say nothing, or anything, and these are as good as any.
+  /// Solutions against the oriented epipolar constraint, or with points behind a camera, are left out.
+  static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out);
+
+  /// Weighted normalised 8-point algorithm, then the f with which F makes a matrix nearest to an essential one, then
+  /// FitFrom; needs 8 points of positive weight.
+  static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out);
+
+  /// Weighted least squares of Sampson distances over E and f, from *model, by Levenberg-Marquardt, with a wide prior
+  /// on f about 1 that keeps it in reach where the points say nothing. False, leaving *model, with fewer than 6 points
+  /// of positive weight or unfit ones.
+  static bool FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model);
+
+  /// Finite, 6 distinct correspondences, in neither image all on one line.
+  static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
+
+  /// As `Residual`, over 4 columns, bit for bit.
+  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
+    SampsonDistances(FundamentalOf(kUnknown, model).data(), columns, begin, end, out);
+  }
+
+  /// Sampson distance, linear, in the unit of the points.
+  static double Residual(const Parameters& model, const double* point) {
+    return SampsonError(FundamentalOf(kUnknown, model), point);
+  }
+
+  /// Levenberg-Marquardt with the loss truncated at `threshold` on all points, from *model. False, leaving *model, when
+  /// that does not lower the cost or the points are unfit.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+  /// The same with a weight ≥ 0 for each point and any loss.
+  static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                     Parameters* model);
+
+  /// The square of log f less that of K2's.
+  static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);
+
+  /// MarginaliseFocal of this model.
+  static bool Marginalise(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                          const FocalPrior& prior, Parameters* model, FocalPosterior* out) {
+    return MarginaliseFocal(kUnknown, points, weights, loss, prior, model, out);
+  }
+
+  /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
+  static bool Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
+                        const std::vector<std::uint8_t>& inliers);
+};
+
+/// One unknown focal length in both images.
+using SharedFocal = FocalModel<UnknownFocal::kBoth>;
+/// The first camera is calibrated, the focal length of the second is unknown.
+using OneFocal = FocalModel<UnknownFocal::kSecond>;
+
+}  // namespace diffsac
