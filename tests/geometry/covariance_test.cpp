@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "consensus/absolute_pose_scene.h"
@@ -135,6 +136,78 @@ TEST_CASE("So they are whatever the loss, the threshold and the weights", "[cova
   SECTION("truncated, weighted") { check({{LossKind::kTruncated, 2.5}, 2.5, true}); }
   SECTION("over scales from sigma") { check({{LossKind::kMarginalised, 4.0, 1.0}, 2.5, true}); }
   SECTION("with outliers") { check({{LossKind::kTruncated, 3.0}, 3.0, false, 0.3}); }
+}
+
+TEST_CASE("The derivative of F by a pose and a focal length is that of finite differences", "[covariance]") {
+  Rng rng(3);
+  const RelativePose pose = testing::RandomPose(rng);
+  for (const UnknownFocal unknown : {UnknownFocal::kBoth, UnknownFocal::kSecond}) {
+    const auto entries = [&](const Eigen::VectorXd& step) {
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> e = EssentialFromPose(Turned(pose, step.head(6)));
+      return Eigen::VectorXd(WithFocal(unknown, Eigen::Map<const Matrix3Parameters>(e.data()), 1.3 + step[6]));
+    };
+    testing::CheckJacobian(entries, Eigen::VectorXd::Zero(7), FundamentalByPose(unknown, pose, 1.3));
+  }
+}
+
+/// Normalised errors of poses and focal lengths, each of its own truth under the prior if there is one, of problems
+/// that show f within 2 %: beyond, an error is no linear function of the noise.
+NormalizedErrors FocalErrors(UnknownFocal unknown, int problems, double prior_log_sigma) {
+  constexpr double kSigma = 1e-4;
+  constexpr int kPoints = 200;
+  NormalizedErrors errors;
+  for (int i = 0; i < problems; ++i) {
+    Rng rng = Rng(8).Fork("focal", i);
+    const TwoViewProblem problem = RandomProblem(kPoints, rng);
+    const double focal = 1.2 * std::exp(prior_log_sigma * rng.Normal());
+    PointMatrix matches = focal * problem.normalized;
+    if (unknown == UnknownFocal::kSecond) matches.leftCols(2) = problem.normalized.leftCols(2);
+    for (double& value : matches.reshaped()) value += kSigma * rng.Normal();
+    const FitConditions fit{{LossKind::kTrivial}, 100.0 * kSigma, {}, {1.2, prior_log_sigma}};
+    RefineOptions options;
+    options.loss = fit.loss;
+    options.relative_tolerance = 1e-12;
+    FocalParameters model = AsFocalParameters(problem.essential, focal);
+    RefineFocal(unknown, matches, Eigen::VectorXd::Ones(kPoints), options, fit.focal, &model);
+    const RelativePose pose = NearestPose(model.head<9>(), problem.pose);
+    const auto covariance = FocalPoseCovariance(unknown, matches, pose, model[9], fit);
+    REQUIRE(covariance);
+    if ((*covariance)(6, 6) > std::pow(0.02 * focal, 2)) continue;
+    Eigen::VectorXd error(7);
+    error << PoseError(problem.pose, pose), focal - model[9];
+    errors.values.push_back(NormalizedError(error, *covariance, 6));
+  }
+  CHECK(errors.size() > 0.9 * problems);
+  return errors;
+}
+
+TEST_CASE("Errors of poses with a focal length are chi-squared by their covariances", "[covariance]") {
+  CheckChiSquare(FocalErrors(UnknownFocal::kBoth, 3000, 0.0), 6);
+  CheckChiSquare(FocalErrors(UnknownFocal::kSecond, 3000, 0.0), 6);
+  CheckChiSquare(FocalErrors(UnknownFocal::kBoth, 3000, 2e-3), 6);
+}
+
+TEST_CASE("Where the motion does not show the focal length, its variance is the prior's", "[covariance]") {
+  Rng rng(6);
+  RelativePose pose;
+  pose.translation = Eigen::Vector3d::UnitZ();
+  PointMatrix matches(100, 4);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d x(rng.Uniform(-2.0, 2.0), rng.Uniform(-2.0, 2.0), rng.Uniform(4.0, 8.0));
+    matches.row(i) << x.hnormalized().transpose(), (x + pose.translation).hnormalized().transpose();
+    for (int j = 0; j < 4; ++j) matches(i, j) += 1e-4 * rng.Normal();
+  }
+  FitConditions fit{{LossKind::kTrivial}, 0.01};
+  const auto deviation = [&] {
+    const auto covariance = FocalPoseCovariance(UnknownFocal::kBoth, matches, pose, 1.0, fit);
+    return covariance ? std::sqrt((*covariance)(6, 6)) : 0.0;
+  };
+  fit.focal = {1.0, 0.02};
+  CHECK(deviation() > 0.019);
+  CHECK(deviation() <= 0.02);
+  fit.focal = {1.0, 0.01};
+  CHECK(deviation() > 0.0095);
+  CHECK(deviation() <= 0.01);
 }
 
 TEST_CASE("Errors of absolute poses are chi-squared by their covariances", "[covariance]") {

@@ -47,10 +47,9 @@ class FinalRefiner {
   /// The posterior of the chosen model's focal length, and the model at its mode in place of *chosen, whose score may
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
-    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
     FocalPosterior posterior;
-    if (!cameras) return std::nullopt;
-    const FocalPrior prior{cameras->K2(0, 0), cameras->focal_log_sigma};
+    if (!scorer_.prior().cameras) return std::nullopt;
+    const FocalPrior prior = PriorOfFocal();
     const Eigen::VectorXd weights =
         scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
     Parameters model = chosen->model;
@@ -88,10 +87,17 @@ class FinalRefiner {
     if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
     FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
     if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
+    if constexpr (HasFocalPosterior<Model>)
+      if (scorer_.prior().cameras) fit.focal = PriorOfFocal();
     return fit;
   }
 
  private:
+  FocalPrior PriorOfFocal() const {
+    const CameraPrior& cameras = *scorer_.prior().cameras;
+    return {cameras.K2(0, 0), cameras.focal_log_sigma};
+  }
+
   double ScoreOf(const Parameters& model) const {
     if (score_.kind() == ScoreKind::kGaussianUniform) return Likelihood(model);
     return scorer_(model, score_);

@@ -145,11 +145,37 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
   return derivative;
 }
 
+Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal) {
+  Eigen::Matrix<double, 9, 7> derivative;
+  const Eigen::Matrix<double, 9, 6> essential = EssentialByPose(pose);
+  for (int i = 0; i < 6; ++i) derivative.col(i) = WithFocal(unknown, essential.col(i), focal);
+  // Entry (i, j) has the factor f once for a last row, and where both lengths are unknown once for a last column.
+  derivative.col(6) = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal) / focal;
+  for (int entry = 0; entry < 9; ++entry)
+    derivative(entry, 6) *= (entry >= 6) + (unknown == UnknownFocal::kBoth && entry % 3 == 2);
+  return derivative;
+}
+
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit) {
   const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
   const auto covariance =
       EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit, {});
+  if (!covariance) return std::nullopt;
+  return basis * *covariance * basis.transpose();
+}
+
+std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
+                                                   const RelativePose& pose, double focal, const FitConditions& fit) {
+  Eigen::Matrix<double, 7, 6> basis = Eigen::Matrix<double, 7, 6>::Zero();
+  basis.topLeftCorner<6, 5>() = PosesOfUnitLength(pose.translation);
+  basis(6, 5) = 1.0;
+  const double width = fit.focal.log_sigma * focal;
+  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(6, 6);
+  if (width > 0.0) prior(5, 5) = 1.0 / (width * width);
+  const Matrix3Parameters fundamental = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal);
+  const auto covariance =
+      EpipolarCovariance(points, fundamental, FundamentalByPose(unknown, pose, focal) * basis, fit, prior);
   if (!covariance) return std::nullopt;
   return basis * *covariance * basis.transpose();
 }

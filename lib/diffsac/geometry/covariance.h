@@ -8,6 +8,7 @@
 #include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/unknown_focal.h"
 
 namespace diffsac {
 
@@ -40,6 +41,14 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);
 /// of rank 5: δ is orthogonal to t̂, radians too. points: N × 4, normalised coordinates.
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit);
+
+/// d F / d (ω, t, f) of F = WithFocal([t]ₓ exp([ω]ₓ) R, f).
+Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal);
+
+/// The same with an unknown focal length, 7 × 7 of rank 6 with f last, in the unit of the points; fit.focal is taken
+/// into account. points: N × 4, as UnknownFocal says.
+std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
+                                                   const RelativePose& pose, double focal, const FitConditions& fit);
 
 /// The same of a calibrated camera in a known scene by squared reprojection errors: 6 × 6, R = exp([ω]ₓ) R̂, ω in
 /// radians in the camera's frame, t = t̂ + δ in the scene's unit. points: N × 5.
