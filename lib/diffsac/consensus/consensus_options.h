@@ -81,8 +81,12 @@ struct ConsensusOptions {
   /// before (EstimationPriors::inlier_priors), to this power. 0: alike.
   double inlier_prior_power = 0.0;
   /// Fundamental matrices: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix that a model makes
-  /// with guessed cameras, where the images' sizes are known (EstimationPriors::cameras).
+  /// with guessed cameras, where the images' sizes are known (EstimationPriors::cameras). Unknown focal lengths: by
+  /// 1 + this · the square of how many standard deviations of the prior log f is off.
   double camera_prior = 0.0;
+  /// Where a focal length is estimated: the standard deviation of its logarithm before anything is seen, of images for
+  /// which none is given (CameraHint::focal).
+  double focal_log_sigma = 0.45;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
   /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.

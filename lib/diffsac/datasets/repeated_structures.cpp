@@ -51,7 +51,7 @@ bool Obeys(const Example& example, int i) {
   return DispatchDescription(problem.task, [&]<class Description>() {
     if constexpr (Description::kTwoView) {
       const auto model = Description::PixelModel(example.truth.model, problem);
-      return Description::Model::Residual(model, problem.points.row(i).data()) <= problem.inlier_threshold;
+      return Description::PixelResidual(model, problem.points.row(i).data()) <= problem.inlier_threshold;
     } else {
       return false;
     }
@@ -86,7 +86,7 @@ std::vector<char> MoveGroups(Rng rng, Example* example) {
   Problem& problem = example->problem;
   const auto count = static_cast<std::size_t>(problem.points.rows());
   std::vector<char> moved(count, 0);
-  const bool known = example->truth.inliers.size() == count && example->truth.model.size() == 9;
+  const bool known = example->truth.inliers.size() == count && example->truth.model.size() > 0;
   if (!known || !HasItsNeeds(problem)) return moved;
   const Members members = Split(example->truth);
   const int inliers = static_cast<int>(members.inliers.size());

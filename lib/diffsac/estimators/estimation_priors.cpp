@@ -3,15 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/problem/tasks.h"
+
 namespace diffsac {
 namespace {
 
 Eigen::Matrix3d GuessedCamera(const ImageSize& size) {
   Eigen::Matrix3d camera = Eigen::Matrix3d::Identity();
-  camera(0, 0) = camera(1, 1) = kGuessedFocal * std::max(size.width, size.height);
+  camera(0, 0) = camera(1, 1) = kUsualFocal * std::max(size.width, size.height);
   camera(0, 2) = 0.5 * (size.width - 1);
   camera(1, 2) = 0.5 * (size.height - 1);
   return camera;
+}
+
+/// A focal length is as far from the prior's as (s₁ − s₂)/s₂ of a matrix is from 0, at one standard deviation.
+CameraPrior FocalCameraPrior(const FocalPrior& prior, double strength) {
+  const Eigen::Matrix3d camera = Eigen::Vector3d(prior.focal, prior.focal, 1.0).asDiagonal();
+  return {camera, camera, strength / (prior.log_sigma * prior.log_sigma), prior.log_sigma};
 }
 
 }  // namespace
@@ -24,6 +32,12 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   const Problem& problem = space.problem();
   if (options.camera_prior > 0.0 && problem.size1.known() && problem.size2.known())
     priors.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
+  DispatchDescription(problem.task, [&]<class Description>() {
+    if constexpr (requires { Description::PriorOf(problem, 1.0); }) {
+      const FocalPrior prior = Description::PriorOf(problem, options.focal_log_sigma);
+      priors.cameras = FocalCameraPrior(prior, options.camera_prior);
+    }
+  });
   if (options.inlier_prior_power > 0.0 && problem.match_ratio.size() == problem.points.rows())
     priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
   return priors;

@@ -5,9 +5,6 @@
 
 namespace diffsac {
 
-/// The focal length that a camera of unknown calibration is taken to have, in longer sides of its image.
-inline constexpr double kGuessedFocal = 1.2;
-
 /// The probability that a match of this ratio is an inlier: so many of the mutual matches of RootSIFT lie within 3 px
 /// of the refined truth, on the mean of eleven development scenes (docs/experiments.md), within .08 at every ratio.
 double InlierProbabilityOfRatio(double ratio);

@@ -21,6 +21,8 @@ class PointRows {
     part.task = whole.task;
     part.inlier_threshold = whole.inlier_threshold;
     part.cameras = whole.cameras;
+    part.hint1 = whole.hint1;
+    part.hint2 = whole.hint2;
     part.size1 = whole.size1;
     part.size2 = whole.size2;
     part.points = whole.points(rows, Eigen::all);

@@ -47,6 +47,7 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;
   estimate.report.draws = result.iterations;
+  if (result.focal) estimate.focal = FocalEstimateOf(*result.focal, space.problem());
   return estimate;
 }
 

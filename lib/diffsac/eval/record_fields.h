@@ -14,6 +14,7 @@ void VisitRecord(Record& record, const Visit& visit) {
   visit("rotation_deg", record.error.rotation_deg);
   visit("translation_deg", record.error.translation_deg);
   visit("error_px", record.error.error_px);
+  visit("focal_error", record.error.focal);
   visit("inliers", record.inliers);
   visit("hypotheses", record.report.hypotheses);
   visit("ms_features", record.report.ms_features);

@@ -64,12 +64,13 @@ namespace {
 // Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
 void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
                     const Tolerance& tolerance, std::vector<MetricValue>* metrics) {
-  std::vector<double> rotations, translations, worst;
+  std::vector<double> rotations, translations, worst, focals;
   for (const ProblemRecord* record : records) {
     if (std::isnan(record->error.rotation_deg)) continue;
     rotations.push_back(record->error.rotation_deg);
     translations.push_back(record->error.translation_deg);
     worst.push_back(record->error.angle_deg);
+    focals.push_back(record->error.focal);
   }
   metrics->push_back({scene, MetricName("mAA_R", tolerance), MeanAverageAccuracy(rotations, tolerance.value)});
   metrics->push_back({scene, MetricName("mAA_t", tolerance), MeanAverageAccuracy(translations, tolerance.value)});
@@ -78,6 +79,8 @@ void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRec
       metrics->push_back({scene, MetricName("AUC", degrees), AreaUnderCurve(worst, degrees)});
   metrics->push_back({scene, "median_R_deg", Median(rotations)});
   metrics->push_back({scene, "median_t_deg", Median(translations)});
+  if (const double focal = Median(focals); !std::isnan(focal))
+    metrics->push_back({scene, "median_focal_percent", 100.0 * focal});
 }
 
 double MeanOf(const std::vector<const ProblemRecord*>& records, const ValueOf& value_of) {

@@ -216,7 +216,7 @@ bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eig
   const Node mode = evidence.At(ModeOf(nodes, static_cast<std::size_t>(highest - nodes.begin())), highest->model);
   const double low = Quantile(nodes, top, kTail), high = Quantile(nodes, top, 1.0 - kTail);
   *model = mode.model;
-  *out = {mode.model[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma};
+  *out = {mode.model[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma, prior};
   return model->allFinite();
 }
 

@@ -13,6 +13,7 @@ struct FocalPosterior {
   double focal = 0.0;            ///< The mode of the posterior over log f.
   double low = 0.0, high = 0.0;  ///< Its central 68 %.
   bool observable = false;       ///< Whether the interval is narrower than the prior's (kNarrower).
+  FocalPrior prior = {};
 };
 /// Of the width of the prior: an interval wider than this share of it is the prior's.
 inline constexpr double kNarrower = 0.75;

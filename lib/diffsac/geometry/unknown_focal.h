@@ -7,9 +7,9 @@
 
 namespace diffsac {
 
-/// Whose focal length is unknown: that of both images, which is the same, or that of the second image alone. Points are
-/// (x − principal point) / s in both images, with one length s in pixels; in the second case s is the first camera's
-/// focal length, so that its points are K⁻¹ x.
+/// Whose focal length is unknown: that of both images, which is the same, or that of the second image alone. Points of
+/// an image of unknown focal length are (x − principal point) / s, s being the likeliest one, in pixels; those of the
+/// calibrated one K⁻¹ x.
 enum class UnknownFocal { kBoth, kSecond };
 
 /// Epipolar geometry with an unknown focal length: E, row-major, unit Frobenius norm, then f in units of s.

@@ -4,12 +4,10 @@
 #include <vector>
 
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/shared_focal_task.h"
 
 namespace diffsac {
 namespace {
-
-// An image's focal length over its longer side, where the calibration is unknown.
-constexpr double kUsualFocal = 1.2;
 
 double Median(std::vector<double> values) {
   const std::size_t middle = values.size() / 2;

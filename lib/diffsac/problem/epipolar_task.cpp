@@ -14,23 +14,22 @@ constexpr int kFewestInliers = 5;
 
 }  // namespace
 
-std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const std::vector<std::uint8_t>& inliers,
-                                        const Problem& problem) {
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
+                                        const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels) {
   if (std::count(inliers.begin(), inliers.end(), 1) < kFewestInliers) return std::nullopt;
-  const CameraPair& cameras = *problem.cameras;
-  const PointMatrix points = NormalizedCoordinates(problem.points, cameras.K1, cameras.K2);
+  const PointMatrix points = NormalizedCoordinates(pixels, cameras.K1, cameras.K2);
   const PoseChoice choice = ChoosePose(essential, points, inliers);
   if (choice.in_front <= 0) return std::nullopt;
   return RigidMotion{choice.pose.rotation, choice.pose.translation};
 }
 
-EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const std::vector<std::uint8_t>& inliers,
-                                const Example& example) {
+EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
+                                const std::vector<std::uint8_t>& inliers, const Example& example) {
   EstimateError error;
   error.rotation_deg = kWorstRotationDeg;
   error.translation_deg = kWorstTranslationDeg;
   std::optional<RigidMotion> pose;
-  if (essential != nullptr) pose = EpipolarPose(*essential, inliers, example.problem);
+  if (essential != nullptr) pose = EpipolarPose(*essential, cameras, inliers, example.problem.points);
   error.failed = !pose;
   if (pose) {
     error.rotation_deg = RotationAngleDegrees(pose->rotation, example.truth.pose->rotation);

@@ -8,16 +8,21 @@ namespace diffsac {
 /// The error of the pose that E chooses with the estimate's inliers by cheirality, E null for a failure. Both errors as
 /// in the CVPR 2020 RANSAC tutorial: the translation's sign does not count, a pose that cannot be chosen (fewer than 5
 /// inliers, none before both cameras) is a failure of 180° and 90°. Where the true translation is zero its error is 0.
-EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const std::vector<std::uint8_t>& inliers,
-                                const Example& example);
+EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
+                                const std::vector<std::uint8_t>& inliers, const Example& example);
 
-/// The pose that E chooses with the inliers by cheirality, in a problem with cameras; nothing with fewer than 5
-/// inliers, or where none is before both cameras.
-std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const std::vector<std::uint8_t>& inliers,
-                                        const Problem& problem);
+/// The pose that E chooses with the inliers, of matches in pixels, by cheirality; nothing with fewer than 5 inliers, or
+/// where none is before both cameras.
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
+                                        const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
 
 /// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
 EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
+
+/// How likely a match of nothing is within the threshold, in pixels, of epipolar geometry.
+inline double EpipolarChanceShare(const Problem& problem, double threshold) {
+  return EpipolarBandShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
+}
 
 /// What fundamental and essential matrices share. `Description` adds
 ///   EssentialOf(model, cameras)   E of a model, for its poses
@@ -28,9 +33,9 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
                              const Example& example) {
     const Problem& problem = example.problem;
     if (example.truth.pose && problem.cameras) {
-      if (model == nullptr) return EpipolarPoseError(nullptr, inliers, example);
+      if (model == nullptr) return EpipolarPoseError(nullptr, *problem.cameras, inliers, example);
       const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(*model), *problem.cameras);
-      return EpipolarPoseError(&essential, inliers, example);
+      return EpipolarPoseError(&essential, *problem.cameras, inliers, example);
     }
     if (model == nullptr) return EpipolarInlierError(nullptr, example);
     const Matrix3Parameters fundamental = Description::PixelModel(*model, problem);
@@ -39,10 +44,11 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
     if (!problem.cameras) return std::nullopt;
-    return EpipolarPose(Description::EssentialOf(ModelMatrix(model), *problem.cameras), inliers, problem);
+    const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(model), *problem.cameras);
+    return EpipolarPose(essential, *problem.cameras, inliers, problem.points);
   }
   static double ChanceShare(const Problem& problem, double threshold) {
-    return EpipolarBandShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
+    return EpipolarChanceShare(problem, threshold);
   }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return EpipolarEquations(space.points(), truth);

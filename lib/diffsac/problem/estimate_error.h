@@ -22,6 +22,8 @@ struct EstimateError {
   /// H: mean distance |H x − H_true x| in image 2 over the pixels of image 1 that both images show. F and E where no
   /// pose is known: mean Sampson distance of the true inliers. A failure is infinite.
   double error_px = std::numeric_limits<double>::quiet_NaN();
+  /// Of an unknown focal length, relative; infinite for a failure.
+  double focal = std::numeric_limits<double>::quiet_NaN();
   /// Several structures (docs/metrics.md#several-structures): per cent of the points whose label is not the true one's.
   double misclassified = std::numeric_limits<double>::quiet_NaN();
   /// The same: share of the true structures that are found.

@@ -10,14 +10,6 @@
 namespace diffsac {
 namespace {
 
-ModelParameters TrueModel(const GroundTruth& truth, Task task) {
-  return DispatchDescription(task, [&]<class Description>() -> ModelParameters {
-    if constexpr (Description::kTwoView)
-      if (const auto& matrix = Description::TrueMatrix(truth)) return AsParameters(*matrix);
-    return {};
-  });
-}
-
 std::vector<std::uint8_t> TrueInliers(const Problem& problem, const GroundTruth& truth) {
   std::vector<std::uint8_t> inliers;
   for (const std::int32_t label : truth.assignment) inliers.push_back(label > 0);
@@ -60,10 +52,33 @@ Eigen::VectorXd TruthDistances(const Problem& problem, const GroundTruth& truth)
   return distances;
 }
 
+ModelParameters TrueModel(const Problem& problem, const GroundTruth& truth) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> ModelParameters {
+    if constexpr (requires { Description::TrueModel(problem, truth); }) {
+      return Description::TrueModel(problem, truth);
+    } else if constexpr (Description::kTwoView) {
+      if (const auto& matrix = Description::TrueMatrix(truth)) return AsParameters(*matrix);
+    }
+    return {};
+  });
+}
+
+void HideCalibration(Example* pair) {
+  DispatchDescription(pair->problem.task, [&]<class Description>() {
+    if constexpr (requires { Description::kUnknownFocal; }) {
+      if (!pair->problem.cameras) return;
+      if (Description::kUnknownFocal == UnknownFocal::kSecond) pair->problem.hint1.K = pair->problem.cameras->K1;
+      pair->truth.cameras = pair->problem.cameras;
+      pair->problem.cameras.reset();
+    }
+  });
+}
+
 void SetTask(Task task, double inlier_threshold_px, Example* pair) {
   pair->problem.task = task;
   pair->problem.inlier_threshold = inlier_threshold_px;
-  pair->truth.model = TrueModel(pair->truth, task);
+  HideCalibration(pair);
+  pair->truth.model = TrueModel(pair->problem, pair->truth);
   pair->truth.pose.reset();
   if (pair->truth.motion) pair->truth.pose = PoseOf(*pair->truth.motion);
   pair->truth.inliers = TrueInliers(pair->problem, pair->truth);

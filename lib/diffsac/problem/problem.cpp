@@ -27,6 +27,14 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
   });
 }
 
+std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<FocalEstimate> {
+    if constexpr (requires { Description::InPixels(posterior, problem); })
+      return Description::InPixels(posterior, problem);
+    return std::nullopt;
+  });
+}
+
 double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold) {
   const double share = DispatchDescription(
       problem.task, [&]<class Description>() { return Description::ChanceShare(problem, threshold); });

@@ -7,6 +7,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/focal.h"
+#include "diffsac/geometry/focal_posterior.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
@@ -79,6 +80,10 @@ PointMatrix ImagePoints(const Problem& problem);
 /// choice is possible.
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);
+
+/// A focal length's posterior, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
+/// estimate none.
+std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem);
 
 /// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
 /// (LogFalseAlarms of consensus/false_alarms.h); above 0 the problem may have no model at all. threshold: what an

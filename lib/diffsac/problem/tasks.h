@@ -11,13 +11,15 @@
 #include "diffsac/problem/fundamental_task.h"
 #include "diffsac/problem/homography_task.h"
 #include "diffsac/problem/hyperplane_task.h"
+#include "diffsac/problem/shared_focal_task.h"
 
 namespace diffsac {
 
 /// The one list of what can be estimated. A new task is a description of its own (problem/task_description.h), its
 /// header above, its name here and its place in the list: docs/extending.md.
-enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose };
-using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask>;
+enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose, kSharedFocal, kOneFocal };
+using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask,
+                          SharedFocalTask, OneFocalTask>;
 
 /// Each task has the name of its own geometry model.
 template <class... Descriptions>

@@ -8,16 +8,21 @@ namespace diffsac {
 
 /// What homographies, fundamental and essential matrices share: matches of two images, in pixels, and a 3 × 3 matrix.
 ///
-/// A description derived from it has two members more:
-///   TrueMatrix(truth)             which of the matrices that the source of a pair knows is the task's
-///   PixelModel(model, problem)    the matrix by which Model::Residual of matches in pixels is in pixels, for what is
+/// A description derived from it has members more:
+///   TrueMatrix(truth)             which of the matrices that the source of a pair knows is the task's, or
+///   TrueModel(problem, truth)     the model that it makes of them, where that is no matrix
+///   PixelModel(model, problem)    the matrix by which PixelResidual of matches in pixels is in pixels, for what is
 ///                                 measured there (datasets/repeated_structures.h, the errors without a pose)
+///   kUnknownFocal                 where focal lengths are estimated: whose
 template <class Own, class... Others>
 struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
   static constexpr bool kTwoView = true;
   static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }
+  static double PixelResidual(const Matrix3Parameters& model, const double* point) {
+    return Own::Residual(model, point);
+  }
 };
 
 /// Of matches in the solver's coordinates, each image's normalised to centroid 0 and root mean square distance √2: two

@@ -1,0 +1,169 @@
+#include "diffsac/problem/shared_focal_task.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace diffsac {
+namespace {
+
+struct ImageOf {
+  const CameraHint& hint;
+  const ImageSize& size;
+};
+
+ImageOf First(const Problem& problem) { return {problem.hint1, problem.size1}; }
+ImageOf Second(const Problem& problem) { return {problem.hint2, problem.size2}; }
+
+std::optional<Eigen::Vector2d> PrincipalPoint(const ImageOf& image) {
+  if (image.hint.principal_point) return image.hint.principal_point;
+  if (!image.size.known()) return std::nullopt;
+  return Eigen::Vector2d(0.5 * (image.size.width - 1), 0.5 * (image.size.height - 1));
+}
+
+/// In pixels; a width of 0 where it is that of cameras in general.
+std::optional<FocalPrior> PriorOf(const ImageOf& image) {
+  if (image.hint.focal) return image.hint.focal;
+  if (!image.size.known()) return std::nullopt;
+  return FocalPrior{kUsualFocal * std::max(image.size.width, image.size.height), 0.0};
+}
+
+/// What two images of one camera say of it. They are not independent, so that one is no surer than the surer of both.
+FocalPrior Pooled(const FocalPrior& a, const FocalPrior& b) {
+  if (a.log_sigma != b.log_sigma && std::min(a.log_sigma, b.log_sigma) == 0.0) return a.log_sigma > 0.0 ? a : b;
+  const double share = a.log_sigma == b.log_sigma
+                           ? 0.5
+                           : std::pow(b.log_sigma, 2) / (std::pow(a.log_sigma, 2) + std::pow(b.log_sigma, 2));
+  return {std::exp(share * std::log(a.focal) + (1.0 - share) * std::log(b.focal)), std::min(a.log_sigma, b.log_sigma)};
+}
+
+Eigen::Matrix3d FromPixels(const Eigen::Vector2d& principal_point, double unit) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity() / unit;
+  matrix.col(2) << -principal_point / unit, 1.0;
+  return matrix;
+}
+
+bool IsCalibration(const Eigen::Matrix3d& K) {
+  return K.allFinite() && K(0, 0) + K(1, 1) > 0.0 && K.determinant() != 0.0;
+}
+
+std::optional<FocalSpace> SharedSpace(const Problem& problem) {
+  const auto point1 = PrincipalPoint(First(problem)), point2 = PrincipalPoint(Second(problem));
+  const auto prior1 = PriorOf(First(problem)), prior2 = PriorOf(Second(problem));
+  if (!point1 || !point2 || (!prior1 && !prior2)) return std::nullopt;
+  const FocalPrior prior = Pooled(prior1 ? *prior1 : *prior2, prior2 ? *prior2 : *prior1);
+  return FocalSpace{FromPixels(*point1, prior.focal), FromPixels(*point2, prior.focal), false, prior.focal,
+                    prior.log_sigma};
+}
+
+std::optional<FocalSpace> OneSpace(const Problem& problem) {
+  const bool swapped = !problem.hint1.K && problem.hint2.K;
+  const ImageOf known = swapped ? Second(problem) : First(problem),
+                unknown = swapped ? First(problem) : Second(problem);
+  const auto point = PrincipalPoint(unknown);
+  const auto prior = PriorOf(unknown);
+  if (!known.hint.K || !IsCalibration(*known.hint.K) || !point || !prior) return std::nullopt;
+  return FocalSpace{known.hint.K->inverse(), FromPixels(*point, prior->focal), swapped, prior->focal, prior->log_sigma};
+}
+
+PointMatrix Swapped(const PointMatrix& points) {
+  PointMatrix swapped(points.rows(), 4);
+  swapped << points.rightCols(2), points.leftCols(2);
+  return swapped;
+}
+
+double FocalOf(const Eigen::Matrix3d& K) { return 0.5 * (K(0, 0) + K(1, 1)); }
+
+}  // namespace
+
+std::optional<FocalSpace> FocalSpaceOf(UnknownFocal unknown, const Problem& problem) {
+  const auto space = unknown == UnknownFocal::kBoth ? SharedSpace(problem) : OneSpace(problem);
+  const bool usable = space && space->first.allFinite() && space->second.allFinite() && space->unit > 0.0 &&
+                      std::isfinite(space->unit) && space->log_sigma >= 0.0 && std::isfinite(space->log_sigma);
+  return usable ? space : std::nullopt;
+}
+
+PointMatrix NormalizeFocal(UnknownFocal unknown, const Problem& problem, double* unit) {
+  const FocalSpace space = FocalSpaceOf(unknown, problem).value();
+  *unit = space.unit;
+  // What an error of a pixel is in either image, on the mean.
+  if (unknown == UnknownFocal::kSecond)
+    *unit = 0.5 * (space.unit + FocalOf(space.swapped ? *problem.hint2.K : *problem.hint1.K));
+  return NormalizedCoordinates(space.swapped ? Swapped(problem.points) : problem.points, space.first.inverse(),
+                               space.second.inverse());
+}
+
+CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem) {
+  const FocalSpace space = FocalSpaceOf(unknown, problem).value();
+  const Eigen::DiagonalMatrix<double, 3> focal(model[9], model[9], 1.0);
+  CameraPair cameras{space.first.inverse(), space.second.inverse() * focal};
+  if (unknown == UnknownFocal::kBoth) cameras.K1 = cameras.K1 * focal;
+  if (space.swapped) std::swap(cameras.K1, cameras.K2);
+  return cameras;
+}
+
+Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem) {
+  const Eigen::Matrix3d essential = AsMatrix(model.head<9>());
+  return FocalSpaceOf(unknown, problem).value().swapped ? Eigen::Matrix3d(essential.transpose()) : essential;
+}
+
+ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, const GroundTruth& truth) {
+  const auto space = FocalSpaceOf(unknown, problem);
+  if (!space || !truth.essential || !truth.cameras) return {};
+  const Eigen::Matrix3d& essential = *truth.essential;
+  const double focal = FocalOf(space->swapped ? truth.cameras->K1 : truth.cameras->K2) / space->unit;
+  const Eigen::Matrix3d placed = space->swapped ? Eigen::Matrix3d(essential.transpose()) : essential;
+  return AsFocalParameters(AsParameters(placed), focal);
+}
+
+EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
+                         const Example& example) {
+  const Problem& problem = example.problem;
+  std::optional<CameraPair> cameras;
+  Eigen::Matrix3d essential;
+  if (model != nullptr && FocalSpaceOf(unknown, problem)) {
+    cameras = CamerasOfFocal(unknown, FocalParameters(*model), problem);
+    essential = EssentialOfFocal(unknown, FocalParameters(*model), problem);
+  }
+  EstimateError error;
+  if (example.truth.pose) {
+    error = EpipolarPoseError(cameras ? &essential : nullptr, cameras.value_or(CameraPair{}), inliers, example);
+  } else if (cameras) {
+    const Matrix3Parameters f = AsParameters(FundamentalFromEssential(essential, cameras->K1, cameras->K2));
+    error = EpipolarInlierError(&f, example);
+  } else {
+    error = EpipolarInlierError(nullptr, example);
+  }
+  if (!example.truth.cameras) return error;
+  error.focal = std::numeric_limits<double>::infinity();
+  if (!cameras) return error;
+  const auto relative = [](const Eigen::Matrix3d& K, const Eigen::Matrix3d& truth) {
+    return std::abs(FocalOf(K) / FocalOf(truth) - 1.0);
+  };
+  error.focal =
+      std::max(relative(cameras->K1, example.truth.cameras->K1), relative(cameras->K2, example.truth.cameras->K2));
+  return error;
+}
+
+FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem) {
+  const FocalSpace space = FocalSpaceOf(unknown, problem).value();
+  FocalEstimate estimate;
+  const auto set = [&](int image) {
+    estimate.focal_px[image] = space.unit * posterior.focal;
+    estimate.low_px[image] = space.unit * posterior.low;
+    estimate.high_px[image] = space.unit * posterior.high;
+  };
+  set(0);
+  set(1);
+  if (unknown == UnknownFocal::kSecond) {
+    const int known = space.swapped ? 1 : 0;
+    estimate.focal_px[known] = estimate.low_px[known] = estimate.high_px[known] =
+        FocalOf(known == 0 ? *problem.hint1.K : *problem.hint2.K);
+  }
+  estimate.observable = posterior.observable;
+  estimate.prior_focal_px = space.unit * posterior.prior.focal;
+  estimate.prior_log_sigma = posterior.prior.log_sigma;
+  return estimate;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,88 @@
+#pragma once
+
+#include "diffsac/geometry/shared_focal.h"
+#include "diffsac/problem/epipolar_task.h"
+
+namespace diffsac {
+
+template <>
+inline constexpr const char* kModelName<SharedFocal> = "shared_focal";
+template <>
+inline constexpr const char* kModelName<OneFocal> = "one_focal";
+
+/// The focal length that a camera of which nothing is known has, in longer sides of its image: the median.
+inline constexpr double kUsualFocal = 1.2;
+
+/// The coordinates in which a problem without calibration is solved, and what is known of its focal length there.
+struct FocalSpace {
+  /// From pixels of each image to the solver's coordinates. The second one's is of unknown focal length.
+  Eigen::Matrix3d first = Eigen::Matrix3d::Identity(), second = Eigen::Matrix3d::Identity();
+  /// The images have changed places: it is the problem's first that is of unknown focal length.
+  bool swapped = false;
+  double unit = 1.0;       ///< Pixels in one unit: where focal lengths are unknown, the prior's median.
+  double log_sigma = 0.0;  ///< Of the prior; 0: that of cameras in general.
+};
+
+/// Nothing where a principal point, or the calibration that task one_focal needs, is unknown or makes no sense.
+std::optional<FocalSpace> FocalSpaceOf(UnknownFocal unknown, const Problem& problem);
+
+// The members of FocalTask, for either.
+PointMatrix NormalizeFocal(UnknownFocal unknown, const Problem& problem, double* unit);
+CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
+Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
+ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, const GroundTruth& truth);
+EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
+                         const Example& example);
+FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem);
+
+/// Two views of one unknown focal length, that of both images or of one, with known principal points (CameraHint; the
+/// images' centres where none is given). The problem has no calibration; the truth has, and the metric measures the
+/// pose by the estimated focal length, and that itself.
+template <UnknownFocal kUnknown>
+struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
+  static constexpr UnknownFocal kUnknownFocal = kUnknown;
+  /// Principal points, or the images' sizes; for one_focal the calibration of one image as well.
+  static bool Accepts(const Problem& problem) { return FocalSpaceOf(kUnknown, problem).has_value(); }
+  static PointMatrix Normalize(const Problem& problem, double* unit) { return NormalizeFocal(kUnknown, problem, unit); }
+  /// The prior in the solver's coordinates, with `log_sigma` where the problem has none of its own.
+  static FocalPrior PriorOf(const Problem& problem, double log_sigma) {
+    const auto space = FocalSpaceOf(kUnknown, problem);
+    return {1.0, space && space->log_sigma > 0.0 ? space->log_sigma : log_sigma};
+  }
+  static FocalEstimate InPixels(const FocalPosterior& posterior, const Problem& problem) {
+    return FocalInPixels(kUnknown, posterior, problem);
+  }
+  /// E and the calibrations that the model says.
+  static CameraPair CamerasOf(const ModelParameters& model, const Problem& problem) {
+    return CamerasOfFocal(kUnknown, FocalParameters(model), problem);
+  }
+  static Eigen::Matrix3d EssentialOf(const ModelParameters& model, const Problem& problem) {
+    return EssentialOfFocal(kUnknown, FocalParameters(model), problem);
+  }
+  static ModelParameters TrueModel(const Problem& problem, const GroundTruth& truth) {
+    return TrueFocalModel(kUnknown, problem, truth);
+  }
+  static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
+    const CameraPair cameras = CamerasOf(model, problem);
+    return AsParameters(FundamentalFromEssential(EssentialOf(model, problem), cameras.K1, cameras.K2));
+  }
+  static double PixelResidual(const Matrix3Parameters& model, const double* point) {
+    return SampsonError(model, point);
+  }
+  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
+                             const Example& example) {
+    return FocalError(kUnknown, model, inliers, example);
+  }
+  static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                         const Problem& problem) {
+    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points);
+  }
+  static double ChanceShare(const Problem& problem, double threshold) {
+    return EpipolarChanceShare(problem, threshold);
+  }
+};
+
+using SharedFocalTask = FocalTask<UnknownFocal::kBoth>;
+using OneFocalTask = FocalTask<UnknownFocal::kSecond>;
+
+}  // namespace diffsac
