@@ -61,7 +61,15 @@ std::string TimesText(const PairTimes& times, const EstimateReport& report) {
   return text + "\n";
 }
 
-std::string LetterOf(Task task) { return ErrorInPixels(task) ? "H" : task == TaskFromString("essential") ? "E" : "F"; }
+std::string LetterOf(Task task) {
+  const std::string name = ToString(task);
+  return name == "homography" ? "H" : name == "fundamental" ? "F" : "E";
+}
+
+std::string NameOf(const Problem& problem) {
+  const std::string name = ToString(problem.task);
+  return name == "shared_focal" ? "essential matrix and focal length" : name + " matrix";
+}
 
 std::size_t InlierCount(const Estimate& estimate) {
   return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
@@ -95,9 +103,9 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
   std::string text = pair.id + ": " + std::to_string(matches) + " matches\n";
   if (estimate.status != Status::kOk)
-    return text + "no " + ToString(pair.problem.task) + " matrix: " + std::string(ToString(estimate.status)) + "\n" +
+    return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
            TimesText(times, estimate.report);
-  text += ToString(pair.problem.task) + " matrix: " + std::to_string(inliers) + " inliers";
+  text += NameOf(pair.problem) + ": " + std::to_string(inliers) + " inliers";
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
   text += "\n" + MatrixText(LetterOf(pair.problem.task), estimate.model.data());
