@@ -64,6 +64,16 @@ struct PointOptions : EstimateOptions {
   void Check() const;
 };
 
+/// Of images of unknown focal length.
+struct FocalOptions : ImageOptions {
+  /// In pixels; absent: the images' centres, for which Matches has the sizes.
+  std::optional<Eigen::Vector2d> principal_point1 = {}, principal_point2 = {};
+  /// The likeliest focal length in pixels and how sure it is (EXIF's, say, with .1); absent: that of cameras in
+  /// general, for which Matches has the sizes.
+  std::optional<FocalPrior> prior = {};
+  void Check() const;
+};
+
 /// Matches of two images.
 struct Matches {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points1,
@@ -108,6 +118,11 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
+/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels.
+struct SharedFocalEstimate : TwoViewEstimate {
+  std::optional<FocalEstimate> focal = {};  ///< With its interval; where it is not `observable` it is the prior's.
+  CameraPair cameras = {};                  ///< Of this focal length.
+};
 /// model: [R | t], world-to-camera, u ~ K (R X + t).
 struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   RigidMotion pose = {};  ///< The same; identity unless status is kOk.
@@ -121,6 +136,11 @@ using PlaneEstimate = ModelEstimate<Eigen::Vector4d>;
 TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options = {});
 /// cameras: calibration matrices K1 and K2, without lens distortion.
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options = {});
+/// Both images are of one camera of unknown focal length. Draws by PROSAC; there is no network.
+SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options = {});
+/// The first camera is calibrated, the focal length of the second is unknown: `options` are of the second image.
+SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix3d& K1,
+                                     const FocalOptions& options = {});
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options = {});
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options = {});

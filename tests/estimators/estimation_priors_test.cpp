@@ -27,8 +27,8 @@ TEST_CASE("A search is told of cameras and priors where they are asked for and k
   options.inlier_prior_power = 1.0;
   REQUIRE(known().cameras);
   CHECK(known().cameras->strength == 0.3);
-  CHECK(known().cameras->K1(0, 0) == kGuessedFocal * 800.0);
-  CHECK(known().cameras->K2(1, 1) == kGuessedFocal * 400.0);
+  CHECK(known().cameras->K1(0, 0) == kUsualFocal * 800.0);
+  CHECK(known().cameras->K2(1, 1) == kUsualFocal * 400.0);
   CHECK(known().cameras->K1(0, 2) == 399.5);
   CHECK(known().cameras->K2(1, 2) == 199.5);
   REQUIRE(known().inlier_priors.size() == 10);

@@ -36,6 +36,22 @@ bool HasLabels(const Example& pair) {
   return static_cast<Eigen::Index>(pair.truth.assignment.size()) == pair.problem.points.rows();
 }
 
+// One camera took both images where their focal length is one.
+void GiveHints(const PairsOptions& options, Example* pair) {
+  if (!pair->truth.cameras) return;
+  const auto& [K1, K2] = *pair->truth.cameras;
+  Problem& problem = pair->problem;
+  if (options.principal_points) {
+    problem.hint1.principal_point = Eigen::Vector2d(K1(0, 2), K1(1, 2));
+    problem.hint2.principal_point = Eigen::Vector2d(K2(0, 2), K2(1, 2));
+  }
+  if (!(options.focal_hint_log_sigma > 0.0)) return;
+  Rng rng = Rng(0).Fork("focal_hint/" + pair->id);
+  const double factor = std::exp(options.focal_hint_log_sigma * rng.Normal());
+  problem.hint1.focal = FocalPrior{factor * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
+  problem.hint2.focal = FocalPrior{factor * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
+}
+
 // A view of the pairs of some scenes: filtered, as problems of one task.
 class PairDataset : public Dataset {
  public:
@@ -59,6 +75,7 @@ class PairDataset : public Dataset {
     if (index >= places_.size()) throw Error("there is no pair " + std::to_string(index) + " in this data");
     Example example = Filtered(*Pair(places_[index]), options_.filter);
     SetTask(task_, options_.inlier_threshold_px, &example);
+    GiveHints(options_, &example);
     if (options_.structures) ArrangePlanes(&example.truth);
     example.index = index;
     return example;
@@ -95,8 +112,9 @@ class PairDataset : public Dataset {
     std::shared_ptr<const Example> pair = scene.Pair(place.position);
     if (pair->problem.points.rows() == 0 && options_.empty_pairs == EmptyPairs::kError)
       throw Error(scene.Where(place.position) + ": no matches (empty_pairs: keep accepts that)");
-    if (task_ == Task::kEssential && !pair->problem.cameras)
-      throw Error(scene.Where(place.position) + ": no calibration (K1_K2.h5), which task essential needs");
+    if ((task_ == Task::kEssential || task_ == Task::kOneFocal) && !pair->problem.cameras)
+      throw Error(scene.Where(place.position) + ": no calibration (K1_K2.h5), which task " + ToString(task_) +
+                  " needs");
     if (options_.structures && !HasLabels(*pair))
       throw Error(scene.Where(place.position) + ": no labels (labels.h5), which structures: true needs");
     return pair;
@@ -113,7 +131,7 @@ class PairDataset : public Dataset {
 }  // namespace
 
 void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
-  b.Field("task", task, {Task::kHomography, Task::kFundamental, Task::kEssential}).Help("what is estimated");
+  b.Field("task", task, kTwoViewTasks).Help("what is estimated");
   b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
   b.Field(ratio_key, filter.max_ratio, Positive())
       .Help("only matches whose ratio (match_conf.h5) is at most this; 1 keeps all, and so does data without ratios");
@@ -130,6 +148,13 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("max_pairs", max_pairs, AtLeast(0)).Help("at most so many pairs of it, evenly spread; 0 keeps all");
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0))
       .Help("the truth is first refined on the matches near it, truncated at so many pixels (poses stay); 0: as given");
+  const bool unknown_focal = task == Task::kSharedFocal || task == Task::kOneFocal;
+  b.Field("focal_hint_log_sigma", focal_hint_log_sigma, AtLeast(0.0))
+      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .Help("σ of log f of a prior about the true focal length, drawn for each pair, as EXIF would give it; 0: none");
+  b.Field("principal_points", principal_points)
+      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .Help("whether the true principal points are given; else they are the images' centres");
   b.Field("dominant_plane", dominant_plane)
       .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");

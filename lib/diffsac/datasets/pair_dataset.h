@@ -39,6 +39,11 @@ struct PairsOptions {
   /// For training: inliers and models come from the truth refined on the matches near it (datasets/refined_truth.h),
   /// truncated at so many pixels; 0 takes the source's truth.
   double refine_truth_px = 0.0;
+  /// Tasks of unknown focal length: the problem's prior of it is as EXIF's would be, log-normal about the true one with
+  /// this standard deviation; what is drawn depends on the pair's id alone. 0: none, that of cameras in general.
+  double focal_hint_log_sigma = 0.0;
+  /// The same tasks: whether the true principal points are given. Else they are the images' centres.
+  bool principal_points = false;
   /// Task homography, pairs that have a pose but no homography: the truth is that of most true matches
   /// (datasets/dominant_plane.h); where there is none, the example has no true model and no inliers.
   bool dominant_plane = false;

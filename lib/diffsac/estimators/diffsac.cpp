@@ -21,6 +21,8 @@ void Require(bool ok, const std::string& field, const std::string& expected) {
   if (!ok) throw Error(field + ": expected " + expected);
 }
 
+constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
+
 /// Networks stay loaded: a second call costs no file.
 std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
   static std::mutex mutex;
@@ -50,8 +52,12 @@ ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& o
   return classical;
 }
 
+bool HasNetwork(Task task) {
+  return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
+}
+
 Estimate Run(const Problem& problem, const EstimateOptions& options) {
-  if (!IsTwoView(problem.task) || !options.use_network)
+  if (!HasNetwork(problem.task) || !options.use_network)
     return ClassicalEstimator(WithBudget(RecommendedClassical(problem.task), options)).Run(problem, options.seed);
   const auto network = NetworkOf(FindModel(ModelFile(problem.task), options.models_folder), problem.task);
   return DiffsacEstimator(network, LearnedOptionsOf(problem.task, options), 1).Run(problem, options.seed);
@@ -144,6 +150,35 @@ TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options)
   return result;
 }
 
+/// `Description`: of the problem's task.
+template <class Description>
+SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOptions& options) {
+  Estimate estimate = Run(problem, options);
+  SharedFocalEstimate result;
+  result.focal = estimate.focal;
+  if (estimate.status == Status::kOk) {
+    result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
+    result.cameras = Description::CamerasOf(estimate.model, problem);
+    estimate.model = Description::PixelModel(estimate.model, problem);
+  }
+  Take(std::move(estimate), &result);
+  return result;
+}
+
+Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options) {
+  Problem problem = ProblemOf(task, matches, ResidualOr(options, kMatchPx));
+  problem.hint1.principal_point = options.principal_point1;
+  problem.hint2.principal_point = options.principal_point2;
+  problem.hint1.focal = problem.hint2.focal = options.prior;
+  Require(options.principal_point1.has_value() || problem.size1.known(), "size1",
+          "the image's size, or principal_point1");
+  Require(options.principal_point2.has_value() || problem.size2.known(), "size2",
+          "the image's size, or principal_point2");
+  Require(options.prior.has_value() || (problem.size1.known() && problem.size2.known()), "prior",
+          "a focal length, or the images' sizes");
+  return problem;
+}
+
 template <class Model>
 ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options) {
   Estimate estimate = RunForSeveral(problem, options);
@@ -154,8 +189,6 @@ ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& opt
   result.cost = estimate.report;
   return result;
 }
-
-constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
 
 Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
   Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, kMatchPx));
@@ -174,6 +207,13 @@ void ImageOptions::Check() const {
   Require(max_residual_px >= 0.0 && std::isfinite(max_residual_px), "max_residual_px", "pixels, 0 for the default");
 }
 
+void FocalOptions::Check() const {
+  ImageOptions::Check();
+  Require(!prior || (prior->focal > 0.0 && std::isfinite(prior->focal)), "prior.focal", "pixels, above 0");
+  Require(!prior || (prior->log_sigma > 0.0 && std::isfinite(prior->log_sigma)), "prior.log_sigma",
+          "a standard deviation of log f, above 0");
+}
+
 void PointOptions::Check() const {
   EstimateOptions::Check();
   Require(max_distance > 0.0 && std::isfinite(max_distance), "max_distance", "a distance above 0, in the points' unit");
@@ -185,6 +225,18 @@ TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& 
 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
   return TwoViews(EssentialProblem(matches, cameras, options), options);
+}
+
+SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options) {
+  options.Check();
+  return UnknownFocalViews<SharedFocalTask>(FocalProblem(Task::kSharedFocal, matches, options), options);
+}
+
+SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix3d& K1, const FocalOptions& options) {
+  options.Check();
+  Problem problem = FocalProblem(Task::kOneFocal, matches, options);
+  problem.hint1.K = K1;
+  return UnknownFocalViews<OneFocalTask>(problem, options);
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {

@@ -145,14 +145,12 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
 void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example) {
   const RigidMotion& motion = pair.motion;
   example->truth.pose = PoseOf(motion);
-  if (example->problem.task == Task::kHomography) {
-    example->truth.model = AsParameters(homography);
-    return;
-  }
-  const Eigen::Matrix3d essential = EssentialFromMotion(motion);
-  example->truth.model = AsParameters(example->problem.task == Task::kEssential
-                                          ? essential
-                                          : FundamentalFromEssential(essential, pair.first.K, pair.second.K));
+  HideCalibration(example);
+  GroundTruth known = example->truth;
+  known.homography = homography;
+  known.essential = EssentialFromMotion(motion);
+  known.fundamental = FundamentalFromEssential(*known.essential, pair.first.K, pair.second.K);
+  example->truth.model = TrueModel(example->problem, known);
 }
 
 }  // namespace diffsac

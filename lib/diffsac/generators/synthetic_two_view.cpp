@@ -119,7 +119,9 @@ class SyntheticTwoView : public Dataset {
     Scene scene;
     scene.kind = DrawKind(rng.Fork("kind"));
     scene.pair.first = RandomCamera(options_.cameras, rng.Fork("camera"));
-    scene.pair.second = RandomSecondCamera(options_.cameras, scene.pair.first, rng.Fork("second_camera"));
+    scene.pair.second = task_ == Task::kSharedFocal
+                            ? scene.pair.first
+                            : RandomSecondCamera(options_.cameras, scene.pair.first, rng.Fork("second_camera"));
     Rng depth = rng.Fork("depth");
     scene.far = LogUniform(options_.depth_ratio, depth);
     for (int i = 0;; ++i) {
@@ -208,7 +210,7 @@ class SyntheticTwoView : public Dataset {
 }  // namespace
 
 void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
-  b.Field("task", task, {Task::kHomography, Task::kFundamental, Task::kEssential}).Help("what is estimated");
+  b.Field("task", task, kTwoViewTasks).Help("what is estimated; shared_focal: one camera takes both images");
   matches.Bind(b);
   cameras.Bind(b);
   b.Field("general", general, AtLeast(0.0)).Help("weight: points anywhere in a range of depths");

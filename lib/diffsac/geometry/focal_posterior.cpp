@@ -68,13 +68,15 @@ class Evidence {
     RefineWithFocal(unknown_, points_, weights_, options_, &node.model);
     const double cost = SumLoss(loss_, Distances(node.model).data(), weights_.data(), Size());
     const double deviation = (log_focal - std::log(prior_.focal)) / prior_.log_sigma;
-    node.log_posterior = -0.5 * (cost / variance_ + LogInformation(node.model) + deviation * deviation);
+    node.log_posterior = -0.5 * (cost / variance_ + deviation * deviation);
     return node;
   }
 
   /// The standard deviation of log f that matches and prior leave it, to second order.
   double Deviation(const FocalParameters& model) const {
-    const Eigen::Matrix<double, 6, 6> information = Information<false>(model);
+    const Eigen::Matrix<double, 6, 6> information = unknown_ == UnknownFocal::kBoth
+                                                        ? InformationOn<UnknownFocal::kBoth>(model)
+                                                        : InformationOn<UnknownFocal::kSecond>(model);
     const Eigen::Matrix<double, 6, 1> last = Eigen::Matrix<double, 6, 1>::Unit(5);
     const double variance = variance_ * last.dot(information.ldlt().solve(last));
     const double by_matches = variance > 0.0 && std::isfinite(variance) ? 1.0 / variance : 0.0;
@@ -96,35 +98,17 @@ class Evidence {
     return distances;
   }
 
-  /// Of E, and of f with kHeld = false, before κ.
-  template <UnknownFocal kUnknown, bool kHeld, class Matrix>
-  void SumInformation(const FocalParameters& model, Matrix* information) const {
-    using Manifold = FocalManifold<kUnknown, kHeld>;
+  /// Of E and log f, before κ.
+  template <UnknownFocal kUnknown>
+  Eigen::Matrix<double, 6, 6> InformationOn(const FocalParameters& model) const {
+    using Manifold = FocalManifold<kUnknown, false>;
     const Manifold state = Manifold::From(model);
     const Eigen::VectorXd distances = Distances(model);
     Eigen::VectorXd pulls(Size());
     LossWeights(loss_, distances.data(), weights_.data(), Size(), pulls.data());
     const auto equations = SumSampsonEquations(state.Parameters().data(), Columns().data(), pulls.data(), Size());
     const typename Manifold::TangentMatrix tangent = state.Tangent();
-    *information = tangent.transpose() * equations.normal * tangent;
-  }
-
-  template <bool kHeld>
-  Eigen::Matrix<double, kHeld ? 5 : 6, kHeld ? 5 : 6> Information(const FocalParameters& model) const {
-    Eigen::Matrix<double, kHeld ? 5 : 6, kHeld ? 5 : 6> information;
-    if (unknown_ == UnknownFocal::kBoth) {
-      SumInformation<UnknownFocal::kBoth, kHeld>(model, &information);
-    } else {
-      SumInformation<UnknownFocal::kSecond, kHeld>(model, &information);
-    }
-    return information;
-  }
-
-  /// log det of E's information; directions that nothing is said of count alike everywhere.
-  double LogInformation(const FocalParameters& model) const {
-    Eigen::Matrix<double, 5, 5> information = Information<true>(model) / variance_;
-    information.diagonal().array() += 1.0;
-    return information.ldlt().vectorD().array().max(1.0).log().sum();
+    return tangent.transpose() * equations.normal * tangent;
   }
 
   UnknownFocal unknown_;
@@ -167,8 +151,9 @@ double ModeOf(const std::vector<Node>& nodes, std::size_t best) {
 double MassUpTo(const Node& left, const Node& right, double top, double share) {
   const double width = share * (right.log_focal - left.log_focal);
   const double rise = share * (right.log_posterior - left.log_posterior);
-  const double height = std::exp(left.log_posterior - top);
-  return std::abs(rise) < 1e-9 ? width * height : width * height * std::expm1(rise) / rise;
+  // From the higher end, so that nothing overflows.
+  const double height = std::exp(left.log_posterior + std::max(0.0, rise) - top), fall = std::abs(rise);
+  return width * height * (fall < 1e-9 ? 1.0 : -std::expm1(-fall) / fall);
 }
 
 /// log f below which so much of the posterior lies.

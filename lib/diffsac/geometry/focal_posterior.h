@@ -18,11 +18,12 @@ struct FocalPosterior {
 /// Of the width of the prior: an interval wider than this share of it is the prior's.
 inline constexpr double kNarrower = 0.75;
 
-/// The marginal posterior of log f, on a grid. At each f of the grid E is refined with f held, from its neighbour's;
-/// the log-likelihood there is −cost / 2κ (κ: ResidualVariance) less half the log-determinant of E's information, which
-/// integrates E out to second order (Laplace); the prior is added. The grid covers three of the prior's standard
-/// deviations either way, and is fine about the f that suits the matches best. `loss` and `weights` are those by which
-/// the model was refined; points far from *model sit out.
+/// The posterior of log f, on a grid. At each f of the grid E is refined with f held, from its neighbour's; the
+/// log-likelihood there is −cost / 2κ (κ: ResidualVariance), that of the best E; the prior is added. E is not
+/// integrated out: its volume, in radians, shrinks with f⁻⁵, which says how angles are measured and nothing of cameras,
+/// and where the motion does not show f (straight ahead) that would be all that is said. The grid covers three of the
+/// prior's standard deviations either way, and is fine about the f that suits the matches best. `loss` and `weights`
+/// are those by which the model was refined; points far from *model sit out.
 ///
 /// Sets *model to the mode with E refined there, whatever its likelihood before. False, leaving *model, for points that
 /// do not determine E, and where the prior says nothing (log_sigma not above 0).

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,10 @@ namespace diffsac {
 enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose, kSharedFocal, kOneFocal };
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask,
                           SharedFocalTask, OneFocalTask>;
+
+/// Those of which two views with a pose, matched or generated, are problems.
+inline constexpr std::initializer_list<Task> kTwoViewTasks = {Task::kHomography, Task::kFundamental, Task::kEssential,
+                                                              Task::kSharedFocal, Task::kOneFocal};
 
 /// Each task has the name of its own geometry model.
 template <class... Descriptions>
