@@ -1,8 +1,10 @@
 // Estimates the model of two images: keypoints, matches, one row of an experiment, a text and a picture.
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <iostream>
 
+#include "data_tools/exif_focal.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/match_two_images.h"
 #include "diffsac/core/files.h"
@@ -36,8 +38,11 @@ struct Request {
 
 void AddOptions(CLI::App* app, Request* request) {
   app->add_option("images", request->images, "Two image files")->required()->expected(2);
-  app->add_option("--task", request->task, "essential (the default with a calibration), fundamental or homography")
-      ->check(CLI::IsMember({"essential", "fundamental", "homography"}));
+  app->add_option(
+         "--task", request->task,
+         "essential (the default with a calibration), shared_focal (the default without: R, t and the focal length "
+         "of both images, which EXIF data hint at), fundamental or homography")
+      ->check(CLI::IsMember({"essential", "shared_focal", "fundamental", "homography"}));
   app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of both images");
   app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
@@ -70,8 +75,19 @@ std::string TaskOf(const Request& request) {
   const bool calibrated = !request.calibration.file.empty() || request.calibration.focal > 0.0;
   if (request.task == "essential" && !calibrated)
     throw Error("an essential matrix needs --calibration, or --focal and --center");
+  if (request.task == "shared_focal" && calibrated)
+    throw Error("shared_focal finds the focal length: it takes no --calibration and no --focal");
   if (!request.task.empty()) return request.task;
-  return calibrated ? "essential" : "fundamental";
+  return calibrated ? "essential" : "shared_focal";
+}
+
+/// Of one focal length for both images, where EXIF data say that there are two.
+void WarnOfZoom(const Problem& problem) {
+  const std::optional<FocalPrior>&first = problem.hint1.focal, &second = problem.hint2.focal;
+  if (!first || !second || std::abs(std::log(first->focal / second->focal)) <= 2.0 * kExifLogSigma) return;
+  LogWarning("EXIF data say that the focal lengths are " + std::to_string(std::lround(first->focal)) + " and " +
+             std::to_string(std::lround(second->focal)) +
+             " pixels, and shared_focal takes one for both images: --task fundamental takes none");
 }
 
 std::unique_ptr<RobustEstimator> EstimatorOf(const Request& request, const std::string& task) {
@@ -90,6 +106,7 @@ int Run(const Request& request) {
   MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration);
   const double threshold = request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
   SetTask(TaskFromString(task), threshold, &matched.pair);
+  if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
   const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
   std::cout << PairText(matched.pair, estimate, times);
@@ -109,7 +126,8 @@ int Run(const Request& request) {
 
 int main(int argc, char** argv) {
   KeepFreedMemory();
-  CLI::App app{"The model of two images: a fundamental, essential or homography matrix"};
+  CLI::App app{
+      "The model of two images: their motion with the focal length, or a fundamental, essential or homography matrix"};
   Request request;
   app.set_version_flag("--version", VersionText("diffsac_pair"));
   AddOptions(&app, &request);

@@ -9,6 +9,8 @@ find_package(TBB REQUIRED)
 # NumPy's .npz files are archives (data_tools). Debian's own package file asks for programs that it does not need.
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)
+# Focal lengths of photographs.
+pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
 # COLMAP's databases.
 find_package(SQLite3 REQUIRED)
 set(HDF5_PREFER_PARALLEL FALSE)

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "data_tools/exif_focal.h"
 #include "data_tools/match_pair.h"
 #include "diffsac/core/status.h"
 
@@ -20,6 +21,12 @@ ImageFeatures FeaturesOf(const std::string& path, const FeatureOptions& options)
   return features;
 }
 
+CameraHint HintOf(const std::string& path, const ImageSize& size) {
+  CameraHint hint;
+  if (const auto focal = ExifFocalPx(path, size)) hint.focal = FocalPrior{*focal, kExifLogSigma};
+  return hint;
+}
+
 }  // namespace
 
 MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
@@ -35,6 +42,10 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
   start = Clock::now();
   matched.pair = MatchPair(source, {0, 1, {}}, first, second, DistanceOf(options.kind)).example;
   matched.ms_matching = MillisecondsSince(start);
+  if (!camera) {
+    matched.pair.problem.hint1 = HintOf(path1, first.size);
+    matched.pair.problem.hint2 = HintOf(path2, second.size);
+  }
   return matched;
 }
 

@@ -14,8 +14,9 @@ struct MatchedImages {
   double ms_keypoints = 0.0, ms_matching = 0.0;
 };
 
-/// Keypoints of both images and their mutual nearest neighbours (MatchPair), as diffsac_prepare finds them. Throws
-/// Error: a file that is no image, or truncated; an image without keypoints; a calibration that is none.
+/// Keypoints of both images and their mutual nearest neighbours (MatchPair), as diffsac_prepare finds them. Without a
+/// calibration the hints are the focal lengths that EXIF data say (ExifFocalPx), of the images as they were read.
+/// Throws Error: a file that is no image, or truncated; an image without keypoints; a calibration that is none.
 MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
                              const GivenCalibration& calibration);
 

@@ -114,6 +114,9 @@ struct ModelEstimate {
 struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// E, and F with cameras given: the second camera seen from the first, |t| = 1, chosen by cheirality.
   std::optional<RigidMotion> pose = {};
+  /// E: of the pose, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second camera's frame, t in units
+  /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
+  std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
 /// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels.
 struct SharedFocalEstimate : TwoViewEstimate {
@@ -123,6 +126,8 @@ struct SharedFocalEstimate : TwoViewEstimate {
 /// model: [R | t], world-to-camera, u ~ K (R X + t).
 struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   RigidMotion pose = {};  ///< The same; identity unless status is kOk.
+  /// As TwoViewEstimate's, ω in the camera's frame, t in the scene's unit.
+  std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
 /// a x + b y + c = 0 with a² + b² = 1, and likewise for planes.
 using LineEstimate = ModelEstimate<Eigen::Vector3d>;

@@ -4,7 +4,8 @@
 #
 #   scripts/peers/colmap.sh DIR [SCENE...]    DIR/lund_door, DIR/strecha/castle-P19, DIR/fox, DIR/mobilebrick
 #
-# Features and matches stay in runs/colmap/SCENE/raw.db and are found once.
+# SCENE:unknown tells nobody the calibration: cameras have what COLMAP finds in EXIF data, else its guess. Features and
+# matches stay in runs/colmap/SCENE/raw.db and are found once.
 set -euo pipefail
 data=$(cd "${1:?usage: scripts/peers/colmap.sh DIR [SCENE...]}" && pwd)
 shift
@@ -13,10 +14,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 bin=build/release/bin
 export OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive QT_QPA_PLATFORM=offscreen
 
-# scene NAME: images, COLMAP's camera (its pixels begin at the corner of the first one), every which image, true poses
+# scene NAME[:unknown]: images, COLMAP's camera (its pixels begin at the corner of the first one), every which image, true poses
 scene() {
-  every=1
-  case "$1" in
+  every=1 tasks="essential fundamental"
+  case "${1%:unknown}" in
     lund_door) images=lund_door/images camera="SIMPLE_RADIAL 2435.38,648,968,-0.0336422" truth="colmap lund_door/colmap_ground_truth" ;;
     castle-P19) images=strecha/castle-P19/images camera="PINHOLE 2759.48,2764.16,1521.19,1007.31" truth="strecha strecha/castle-P19" ;;
     fox) images=fox/images camera="OPENCV 1375.52,1374.49,554.558,965.268,0.0578421,-0.0805099,-0.000980296,0.00015575"
@@ -24,6 +25,7 @@ scene() {
     mobilebrick) images=mobilebrick/image camera="PINHOLE 1459.5,1459.5,962.65,725.1" truth="poses mobilebrick" ;;
     *) echo "unknown scene $1" >&2; return 1 ;;
   esac
+  [[ "$1" != *:unknown ]] || camera="" tasks="fundamental shared_focal"
 }
 
 # seconds LOG COMMAND...: processor seconds that it takes, its output in LOG.
@@ -41,9 +43,10 @@ total_seconds() {
 
 find_matches() {
   ls "$data/$images" | grep -iE '\.jpg$' | awk -v every="$every" '(NR - 1) % every == 0' >"$work/images.txt"
+  local given=()
+  [[ -z "$camera" ]] || given=(--ImageReader.camera_model "${camera% *}" --ImageReader.camera_params "${camera#* }")
   colmap feature_extractor --database_path "$work/new.db" --image_path "$data/$images" --image_list_path "$work/images.txt" \
-    --ImageReader.camera_model "${camera% *}" --ImageReader.single_camera 1 --ImageReader.camera_params "${camera#* }" \
-    --SiftExtraction.use_gpu 0 --SiftExtraction.num_threads 1 >"$work/extract.log" 2>&1
+    --ImageReader.single_camera 1 "${given[@]}" --SiftExtraction.use_gpu 0 --SiftExtraction.num_threads 1 >"$work/extract.log" 2>&1
   colmap exhaustive_matcher --database_path "$work/new.db" --SiftMatching.use_gpu 0 --SiftMatching.num_threads 1 >"$work/match.log" 2>&1
   sqlite3 "$work/new.db" "DELETE FROM two_view_geometries"
   mv "$work/new.db" "$work/raw.db"
@@ -73,20 +76,20 @@ map() {
 
 compare() {
   scene "$1"
-  work=runs/colmap/$1
+  work=runs/colmap/${1/:/_}
   mkdir -p "$work"
   [[ -f "$work/raw.db" ]] || find_matches
   local name task time start
-  for name in colmap essential fundamental; do
+  for name in colmap $tasks; do
     rm -f "$work/$name.db"*
     cp "$work/raw.db" "$work/$name.db"
   done
   time=$(seconds "$work/colmap.log" colmap exhaustive_matcher --database_path "$work/colmap.db" --SiftMatching.use_gpu 0 --SiftMatching.num_threads 1)
   map "$1" colmap "$time | – | –"
-  for task in essential fundamental; do
+  for task in $tasks; do
     start=$(seconds "$work/prepare.log" "$bin/diffsac_prepare" pairs --format colmap_database --input "$work/$task.db" \
-      --output "$work/pairs" --scene "$1" --overwrite --threads 1)
-    time=$(seconds "$work/$task.log" "$bin/diffsac_eval" --config configs/colmap/verify.yaml --set "task=$task" --set "data.paths=[$work/pairs/$1]" \
+      --output "$work/pairs" --scene "${1/:/_}" --overwrite --threads 1)
+    time=$(seconds "$work/$task.log" "$bin/diffsac_eval" --config configs/colmap/verify.yaml --set "task=$task" --set "data.paths=[$work/pairs/${1/:/_}]" \
       --output "$work/run_$task" --threads 1 --export-colmap "$work/$task.db")
     map "$1" "$task" "$(total_seconds "$work/run_$task/problems.csv") | $start | $time"
   done

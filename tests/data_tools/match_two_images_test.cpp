@@ -1,9 +1,12 @@
 #include "data_tools/match_two_images.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 
 #include "core/temporary_folder.h"
+#include "data_tools/exif_focal.h"
+#include "data_tools/exif_test_util.h"
 #include "data_tools/image_test_util.h"
 #include "data_tools/match_picture.h"
 #include "diffsac/core/files.h"
@@ -45,6 +48,20 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   const Eigen::VectorXd distances = TruthDistances(pair.problem, truth);
   CHECK((distances.array() <= 1.0).count() > 0.6 * static_cast<double>(distances.size()));
   CHECK_FALSE(MatchTwoImages(views.first, views.second, {}, {}).pair.problem.cameras);
+}
+
+TEST_CASE("without a calibration the focal lengths of EXIF data are hints") {
+  const TwoViews views;
+  ExifBytes exif;
+  exif.shorts[0xA405] = 26;
+  WriteFileAtomically(views.second, WithExif(ReadFile(views.second), exif.ToString()));
+  const Problem problem = MatchTwoImages(views.first, views.second, {}, {}).pair.problem;
+  CHECK_FALSE(problem.hint1.focal);
+  REQUIRE(problem.hint2.focal);
+  CHECK(problem.hint2.focal->focal == Approx(26.0 / std::hypot(36.0, 24.0) * 400.0));
+  CHECK(problem.hint2.focal->log_sigma == kExifLogSigma);
+  const Problem calibrated = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}}).pair.problem;
+  CHECK_FALSE(calibrated.hint2.focal);
 }
 
 TEST_CASE("a picture shows the inliers of two images") {

@@ -26,6 +26,8 @@ EstimateRecord Record(int index) {
   record.pose = RigidMotion{Eigen::AngleAxisd(0.1 * index, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {1, 2, 3}};
   for (int i = 0; i < 3 * index; ++i) record.inliers.push_back(2 * i);
   record.points = 100 + index;
+  if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
+  if (index != 4) record.focal = FocalEstimate{{700, 700.0 + index}, {650, 660}, {720, 730}, index == 0};
   record.score = 0.5 * index;
   record.noise_scale = 0.25;
   record.log_false_alarms = 2.5 - index;
@@ -78,6 +80,14 @@ TEST_CASE("estimates read back as they were written") {
       REQUIRE(a.model.size() == b.model.size());
       CHECK(a.model == b.model);
       CHECK(a.pose == b.pose);
+      CHECK(a.pose_covariance == b.pose_covariance);
+      REQUIRE(a.focal.has_value() == b.focal.has_value());
+      if (a.focal) {
+        CHECK(a.focal->focal_px == b.focal->focal_px);
+        CHECK(a.focal->low_px == b.focal->low_px);
+        CHECK(a.focal->high_px == b.focal->high_px);
+        CHECK(a.focal->observable == b.focal->observable);
+      }
       CHECK(a.inliers == b.inliers);
       CHECK(a.points == b.points);
       CHECK(a.score == b.score);
@@ -169,6 +179,12 @@ TEST_CASE("what is no file of estimates is said, with its place") {
                        H5::DataSpace(1, &count));
   });
   CHECK(Has(error(), "unknown status ''"));
+  edit([](H5::H5File& file) {
+    const hsize_t shape[] = {3, 35};
+    file.unlink("prosac/ratio 0.85/pose_covariance");
+    file.createDataSet("prosac/ratio 0.85/pose_covariance", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape));
+  });
+  CHECK(Has(error(), "pose_covariance: expected a square matrix"));
   edit([](H5::H5File& file) { file.openGroup("/").removeAttr("format"); });
   CHECK(Has(error(), "no estimates of diffsac_eval"));
 }

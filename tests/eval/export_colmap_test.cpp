@@ -9,6 +9,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
+#include "diffsac/geometry/epipolar.h"
 #include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/report/command_line.h"
 #include "generators/two_view_test_util.h"
@@ -101,7 +102,7 @@ bool AreRight(const MatchIndices& inliers, int least, int wrong) {
 }  // namespace
 
 TEST_CASE("export to COLMAP: the inliers of a run as keypoints, for every task") {
-  const std::pair<const char*, int> tasks[] = {{"essential", 2}, {"fundamental", 3}};
+  const std::pair<const char*, int> tasks[] = {{"essential", 2}, {"fundamental", 3}, {"shared_focal", 3}};
   for (const auto& [task, configuration] : tasks) {
     ColmapProject project;
     REQUIRE(project.Run(project.Request({std::string("task=") + task})) == "");
@@ -112,6 +113,23 @@ TEST_CASE("export to COLMAP: the inliers of a run as keypoints, for every task")
       CHECK(AreRight(inliers, 38, 3));
     }
   }
+}
+
+TEST_CASE("export to COLMAP: F of a focal length that was found holds in COLMAP's pixels") {
+  ColmapProject project;
+  REQUIRE(project.Run(project.Request({"task=shared_focal"})) == "");
+  const SqliteDatabase database(project.folder / "d.db", SqliteDatabase::Access::kRead);
+  SqliteStatement statement(database, "SELECT F FROM two_view_geometries WHERE pair_id = ?");
+  statement.Bind(1, PairId({1, 2}));
+  REQUIRE(statement.Step());
+  Matrix3Parameters f;
+  REQUIRE(statement.Blob(0).size() == sizeof(f));
+  std::memcpy(f.data(), statement.Blob(0).data(), sizeof(f));
+  const PointMatrix points = project.set.pairs[0].problem.points.array() + 0.5;
+  int right = 0;
+  for (int i = 0; i < kPoints; ++i)
+    if (i % 3 != 0) right += SampsonError(f, points.row(i).data()) < 1.0 ? 1 : 0;
+  CHECK(right >= 36);
 }
 
 TEST_CASE("export to COLMAP: a filter leaves matches out and in another order, keypoints stay the same") {

@@ -27,10 +27,15 @@ done
 # From any folder: configuration and network are found beside the program.
 mkdir "$own/empty"
 (cd "$own/empty" && run_expecting 0 pair ../a.pgm ../b.pgm --task homography --threads 1 --picture "")
-# The essential matrix where there is a calibration; else the fundamental one.
+# The essential matrix where there is a calibration; else with the focal length, or the fundamental one.
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_marginalised --picture ""
 grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --method prosac_marginalised --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --picture "" --json "$own/focal.json"
+grep -q '^essential matrix and focal length: ' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
+# A shift of the image, as a plane or a turn in place gives it, says nothing of the focal length.
+grep -q ' f = [0-9.]* px, 68 % within .*not observable' "$own/out" || { cat "$own/out" >&2; fail "the focal length of a shift"; }
+grep -q '"observable": false' "$own/focal.json" || fail "the JSON has no focal length"
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task fundamental --method prosac_marginalised --picture ""
 grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
 # Images that share nothing.
 run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_marginalised --picture ""
@@ -43,6 +48,8 @@ expect_error 'cut\.pgm' pair "$own/a.pgm" "$own/cut.pgm" --picture "$own/kept.pn
 expect_error 'none\.jpg: no such file' pair "$own/a.pgm" "$own/none.jpg" --picture "$own/kept.png"
 grep -qx old "$own/kept.png" || fail "an error wrote over a picture"
 expect_error 'needs --calibration' pair "$own/a.pgm" "$own/b.pgm" --task essential
+expect_error 'takes no --calibration' pair "$own/a.pgm" "$own/b.pgm" --task shared_focal --focal 300 --center 100,75
+expect_error 'positive --focal' pair "$own/a.pgm" "$own/b.pgm" --focal 0 --center 100,75
 expect_error 'did you mean' pair "$own/a.pgm" "$own/b.pgm" --method shiped
 expect_error 'images' pair "$own/a.pgm"
 expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "diffsac/core/random.h"
@@ -54,6 +56,35 @@ TEST_CASE("the text of a fundamental matrix without calibration has no pose, tha
   answered.estimate = Estimate();
   answered.estimate.status = Status::kTooFewPoints;
   CHECK_THAT(PairText(answered.pair, answered.estimate, {}), Contains("no fundamental matrix: too_few_points"));
+}
+
+TEST_CASE("the text and the JSON have the pose's standard deviations and the focal length") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  Estimate& estimate = answered.estimate;
+  const double radian = std::numbers::pi / 180.0;
+  Eigen::VectorXd deviations(6);
+  deviations << 0.1, 0.3, 0.2, 0.0, 0.5, 0.4;
+  estimate.pose_covariance = Eigen::MatrixXd((radian * deviations).cwiseAbs2().asDiagonal());
+  estimate.focal = FocalEstimate{{700, 700}, {650, 650}, {760, 760}, true, 800, 0.1};
+  CHECK_THAT(PairText(answered.pair, estimate, {}),
+             Contains("standard deviations at most: R 0.3 degrees, t 0.5 degrees") &&
+                 Contains("  f = 700.0 px, 68 % within 650.0 and 760.0\n"));
+  auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+  CHECK(json.at("pose_covariance").size() == 6);
+  CHECK(json.at("pose_covariance")[4][4].get<double>() == Approx(std::pow(0.5 * radian, 2)));
+  CHECK(json.at("focal").at("px")[1] == 700);
+  CHECK(json.at("focal").at("observable").get<bool>());
+  CHECK(json.at("focal").at("prior_log_sigma") == 0.1);
+
+  estimate.pose_covariance.reset();
+  estimate.focal = FocalEstimate{{700, 900}, {700, 650}, {700, 960}, false, 800, 0.4};
+  CHECK_THAT(PairText(answered.pair, estimate, {}),
+             !Contains("standard deviations") &&
+                 Contains("  f1 = 700.0 px, 68 % within 700.0 and 700.0\n  f2 = 900.0 px, 68 % within 650.0 and 960.0: "
+                          "not observable, the prior's\n"));
+  json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+  CHECK(json.at("pose_covariance").is_null());
+  CHECK_FALSE(json.at("focal").at("observable").get<bool>());
 }
 
 TEST_CASE("matches are written with all digits") {

@@ -10,6 +10,7 @@
 
 #include "diffsac/consensus/best_hypotheses.h"
 #include "diffsac/consensus/local_optimizer.h"
+#include "diffsac/geometry/fit_conditions.h"
 
 namespace diffsac {
 
@@ -51,10 +52,9 @@ class FinalRefiner {
   /// The posterior of the chosen model's focal length, and the model at its mode in place of *chosen, whose score may
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
-    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
     FocalPosterior posterior;
-    if (!cameras) return std::nullopt;
-    const FocalPrior prior{cameras->K2(0, 0), cameras->focal_log_sigma};
+    if (!scorer_.prior().cameras) return std::nullopt;
+    const FocalPrior prior = PriorOfFocal();
     const Eigen::VectorXd weights =
         scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
     Parameters model = chosen->model;
@@ -87,7 +87,22 @@ class FinalRefiner {
     return std::sqrt(inlier.select(residuals.array().square(), 0.0).sum() / spare);
   }
 
+  /// What the model is a minimum of, with the threshold of what supports it; nothing where none was refined.
+  std::optional<FitConditions> FitOf(const Parameters& model) const {
+    if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
+    FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
+    if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
+    if constexpr (HasFocalPosterior<Model>)
+      if (scorer_.prior().cameras) fit.focal = PriorOfFocal();
+    return fit;
+  }
+
  private:
+  FocalPrior PriorOfFocal() const {
+    const CameraPrior& cameras = *scorer_.prior().cameras;
+    return {cameras.K2(0, 0), cameras.focal_log_sigma};
+  }
+
   /// Steps of nonlinear refinement before the finalists are chosen.
   static constexpr int kFirstSteps = 3;
 

@@ -10,6 +10,7 @@
 #include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/geometry/row_residuals.h"
 
@@ -32,6 +33,8 @@ struct ConsensusResult {
   /// σ of the inliers' residuals: the likeliest for all residuals where options.threshold is adaptive, else the
   /// inliers' root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
+  /// How the model was refined, in the unit of the points; nothing without a final refinement.
+  std::optional<FitConditions> fit = {};
   int hypotheses = 0;  ///< models solved or fitted, all stages: each set, each least squares
   int unique_minimal_sets = 0;
   /// The first (up to kReportedSets) minimal sets that were drawn, for reports of what a sampler proposes.

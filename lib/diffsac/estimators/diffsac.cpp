@@ -145,6 +145,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options)
   TwoViewEstimate result;
   if (estimate.status == Status::kOk && problem.cameras)
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
+  if (result.pose) result.pose_covariance = estimate.pose_covariance;
   Take(std::move(estimate), &result);
   return result;
 }
@@ -245,7 +246,9 @@ TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& o
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options) {
   AbsolutePoseEstimate result;
-  Take(Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options), &result);
+  Estimate estimate = Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+  result.pose_covariance = estimate.pose_covariance;
+  Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
   return result;
 }

@@ -3,6 +3,7 @@
 #include <H5Cpp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "diffsac/core/files.h"
@@ -16,6 +17,8 @@ namespace {
 
 constexpr const char* kFormat = "diffsac estimates 1";
 constexpr hsize_t kChunk = 1 << 14;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A link's name cannot hold a slash.
 std::string LinkName(std::string name) {
@@ -81,7 +84,10 @@ void PutText(const H5::H5Object& object, const char* name, const std::string& te
 class Columns {
  public:
   explicit Columns(const std::vector<EstimateRecord>& records) {
-    for (const EstimateRecord& record : records) width_ = std::max(width_, static_cast<hsize_t>(record.model.size()));
+    for (const EstimateRecord& record : records) {
+      width_ = std::max(width_, static_cast<hsize_t>(record.model.size()));
+      if (record.pose_covariance) covariance_width_ = static_cast<hsize_t>(record.pose_covariance->size());
+    }
     for (const EstimateRecord& record : records) Add(record);
   }
 
@@ -92,6 +98,11 @@ class Columns {
     PutTexts(group, "status", statuses_);
     Put(group, "model", models_, width_);
     Put(group, "pose", poses_, 12);
+    if (covariance_width_ > 0) Put(group, "pose_covariance", covariances_, covariance_width_);
+    if (has_focal_) {
+      Put(group, "focal", focals_, kFocalWidth);
+      Put(group, "focal_observable", focal_observable_);
+    }
     Put(group, "score", scores_);
     Put(group, "noise_scale", noise_scales_);
     Put(group, "log_false_alarms", log_false_alarms_);
@@ -110,7 +121,6 @@ class Columns {
 
  private:
   void Add(const EstimateRecord& record) {
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     index_.push_back(record.index);
     ids_.push_back(record.id);
     scenes_.push_back(record.scene);
@@ -121,6 +131,13 @@ class Columns {
       poses_.push_back(!record.pose ? kNan
                        : i % 4 == 3 ? record.pose->translation[i / 4]
                                     : record.pose->rotation(i / 4, i % 4));
+    if (record.pose_covariance) {
+      covariances_.insert(covariances_.end(), record.pose_covariance->data(),
+                          record.pose_covariance->data() + record.pose_covariance->size());
+    } else {
+      covariances_.insert(covariances_.end(), covariance_width_, kNan);
+    }
+    AddFocal(record.focal);
     scores_.push_back(record.score);
     noise_scales_.push_back(record.noise_scale);
     log_false_alarms_.push_back(record.log_false_alarms);
@@ -138,12 +155,24 @@ class Columns {
     labels_end_.push_back(static_cast<std::int64_t>(labels_.size()));
   }
 
-  hsize_t width_ = 1;
+  void AddFocal(const std::optional<FocalEstimate>& focal) {
+    has_focal_ = has_focal_ || focal.has_value();
+    focal_observable_.push_back(focal && focal->observable ? 1 : 0);
+    for (int image = 0; image < 2; ++image) {
+      focals_.push_back(focal ? focal->focal_px[image] : kNan);
+      focals_.push_back(focal ? focal->low_px[image] : kNan);
+      focals_.push_back(focal ? focal->high_px[image] : kNan);
+    }
+  }
+
+  static constexpr hsize_t kFocalWidth = 6;
+  hsize_t width_ = 1, covariance_width_ = 0;
+  bool has_focal_ = false;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_;
-  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_;
+  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_;
   std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_, structures_end_, labels_end_;
-  std::vector<std::int32_t> inliers_, labels_;
+  std::vector<std::int32_t> inliers_, labels_, focal_observable_;
   std::vector<float> probabilities_;
 };
 
@@ -208,6 +237,33 @@ void ReadStructures(const H5::Group& group, std::size_t width, std::vector<Estim
   }
 }
 
+/// Of groups that have covariances or focal lengths.
+void ReadUncertainty(const H5::Group& group, std::vector<EstimateRecord>* records) {
+  const std::size_t count = records->size();
+  if (group.nameExists("pose_covariance")) {
+    const auto values = GetAll<double>(group, "pose_covariance");
+    const auto side = count == 0 ? 0 : static_cast<Eigen::Index>(std::lround(std::sqrt(values.size() / count)));
+    if (values.size() != count * static_cast<std::size_t>(side * side))
+      throw Error("pose_covariance: expected a square matrix for each problem");
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Map<const Eigen::MatrixXd> covariance(values.data() + i * side * side, side, side);
+      if (covariance.allFinite()) (*records)[i].pose_covariance = covariance;
+    }
+  }
+  if (!group.nameExists("focal")) return;
+  const auto focals = Get<double>(group, "focal", 6 * count);
+  const auto observable = Get<std::int32_t>(group, "focal_observable", count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* values = focals.data() + 6 * i;
+    if (!std::isfinite(values[0])) continue;
+    FocalEstimate& focal = (*records)[i].focal.emplace();
+    focal.focal_px = {values[0], values[3]};
+    focal.low_px = {values[1], values[4]};
+    focal.high_px = {values[2], values[5]};
+    focal.observable = observable[i] != 0;
+  }
+}
+
 std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
   const auto index = GetAll<std::uint64_t>(group, "index");
   const std::size_t count = index.size();
@@ -244,6 +300,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
     record.inlier_probabilities = Slice(probabilities, probabilities_end, i);
   }
   ReadStructures(group, width, &records);
+  ReadUncertainty(group, &records);
   return records;
 }
 
@@ -269,6 +326,8 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.pose = PoseOfEstimate(estimate.model, estimate.inliers, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
+  if (record.pose) record.pose_covariance = estimate.pose_covariance;
+  record.focal = estimate.focal;
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;
   record.log_false_alarms = estimate.log_false_alarms;

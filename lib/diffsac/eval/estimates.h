@@ -19,8 +19,10 @@ struct EstimateRecord {
   std::uint64_t index = 0;  ///< The problem's place in its condition's data.
   std::string id, scene;
   Status status = Status::kNoModel;
-  ModelParameters model;              ///< Empty unless status is ok; E in normalised coordinates.
-  std::optional<RigidMotion> pose;    ///< Where the model has one (PoseOfEstimate).
+  ModelParameters model;                           ///< Empty unless status is ok; E in normalised coordinates.
+  std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).
+  std::optional<Eigen::MatrixXd> pose_covariance;  ///< As in Estimate.
+  std::optional<FocalEstimate> focal;
   std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
   int points = 0;                     ///< Of the problem.
   double score = 0.0;

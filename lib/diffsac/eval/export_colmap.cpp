@@ -13,6 +13,7 @@
 #include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/io/colmap_two_view_geometries.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -72,21 +73,30 @@ class SourcePairs {
   std::map<std::string, Scene> scenes_;
 };
 
+// The matrix of a two-view model in our pixels.
+Eigen::Matrix3d PixelMatrix(Task task, const ModelParameters& model, const Problem& problem) {
+  return DispatchDescription(task, [&]<class Description>() -> Eigen::Matrix3d {
+    if constexpr (Description::kTwoView) return AsMatrix(Description::PixelModel(model, problem));
+    return Eigen::Matrix3d::Zero();
+  });
+}
+
 // The models, for matches in our pixels.
 void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
-  const Eigen::Matrix3d model = AsMatrix(record.model);
   geometry->motion = record.pose;
   if (task == Task::kEssential) {
+    const Eigen::Matrix3d model = AsMatrix(record.model);
     const CameraPair& cameras = problem.cameras.value();
     geometry->configuration = ColmapConfiguration::kCalibrated;
     geometry->essential = model;
     geometry->fundamental = FundamentalInColmapPixels(cameras.K2.inverse().transpose() * model * cameras.K1.inverse());
-  } else if (task == Task::kFundamental) {
-    geometry->configuration = ColmapConfiguration::kUncalibrated;
-    geometry->fundamental = FundamentalInColmapPixels(model);
-  } else {
+  } else if (task == Task::kHomography) {
     geometry->configuration = ColmapConfiguration::kPlanarOrPanoramic;
-    geometry->homography = HomographyInColmapPixels(model);
+    geometry->homography = HomographyInColmapPixels(AsMatrix(record.model));
+  } else {
+    // A focal length that was found here is not the database's: E of it would be wrong there.
+    geometry->configuration = ColmapConfiguration::kUncalibrated;
+    geometry->fundamental = FundamentalInColmapPixels(PixelMatrix(task, record.model, problem));
   }
 }
 

@@ -46,6 +46,10 @@ Eigen::Matrix3d RotationOf(const AbsolutePose::Parameters& model);
 Eigen::Vector3d TranslationOf(const AbsolutePose::Parameters& model);
 AbsolutePose::Parameters PoseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation);
 
+/// Σ weight JᵀJ of the reprojections of points before the camera by (ω, δ): R ← exp([ω]ₓ) R, t ← t + δ.
+Eigen::Matrix<double, 6, 6> ReprojectionInformation(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                                    const AbsolutePose::Parameters& pose);
+
 /// All real poses of three points before the camera, at most 4; 0 when they are on one line.
 ///
 /// Ding, Yang, Larsson, Olsson, Åström, "Revisiting the P3P problem", CVPR 2023: the law of cosines for the three pairs

@@ -201,4 +201,9 @@ bool AbsolutePose::Refine(const PointMatrix& points, double threshold, Parameter
   return true;
 }
 
+Eigen::Matrix<double, 6, 6> ReprojectionInformation(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                                    const AbsolutePose::Parameters& pose) {
+  return PoseEquations(points, weights, RobustLoss{}, pose, true).normal;
+}
+
 }  // namespace diffsac

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/covariance.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/task_description.h"
 
@@ -20,6 +21,10 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
                                          const Problem&) {
     return RigidMotion{RotationOf(model), TranslationOf(model)};
+  }
+  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const std::vector<std::uint8_t>&,
+                                                       const SolverSpace& space, const FitConditions& fit) {
+    return AbsolutePoseCovariance(space.points(), model, fit);
   }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
   static double ChanceShare(const Problem& problem, double threshold) {

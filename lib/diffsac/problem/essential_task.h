@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/geometry/covariance.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/epipolar_task.h"
@@ -22,6 +23,13 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
     return space.is_normalized() ? space.points() : MatchCoordinates(space.problem());
   }
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair&) { return model; }
+  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
+                                                       const std::vector<std::uint8_t>& inliers,
+                                                       const SolverSpace& space, const FitConditions& fit) {
+    const auto pose = Pose(model, inliers, space.problem());
+    if (!pose) return std::nullopt;
+    return RelativePoseCovariance(space.points(), {pose->rotation, pose->translation}, fit);
+  }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
     if (!problem.cameras) return model;
     return AsParameters(FundamentalFromEssential(ModelMatrix(model), problem.cameras->K1, problem.cameras->K2));

@@ -35,6 +35,8 @@ inline constexpr const char* kModelName = nullptr;
 /// Where it has them:
 ///   Pose(model, inliers, problem)
 ///                         the motion that a finite model says, if it does (PoseOfEstimate)
+///   PoseCovariance(model, inliers, space, fit)
+///                         how certain that motion is (Estimate::pose_covariance); fit: how the model was refined
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   Normalize(problem, unit)
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the

@@ -1,5 +1,6 @@
 #include "diffsac/report/pair_text.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
@@ -26,6 +27,22 @@ std::string MatrixText(const std::string& name, const double* row_by_row) {
   return text;
 }
 
+/// The largest standard deviation of any direction, in degrees; `first`: of a block of three of radians.
+double SpreadDegrees(const Eigen::MatrixXd& covariance, int first) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance.block<3, 3>(first, first));
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi;
+}
+
+std::string FocalText(const FocalEstimate& focal) {
+  const auto text = [&](const std::string& name, int image) {
+    return Format("  %s = %.1f px, 68 %% within %.1f and %.1f", name.c_str(), focal.focal_px[image],
+                  focal.low_px[image], focal.high_px[image]);
+  };
+  const bool shared = focal.focal_px[0] == focal.focal_px[1];
+  const std::string lengths = shared ? text("f", 0) : text("f1", 0) + "\n" + text("f2", 1);
+  return lengths + (focal.observable ? "\n" : ": not observable, the prior's\n");
+}
+
 std::string PoseText(const RigidMotion& pose) {
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.rotation;
   const Eigen::AngleAxisd turn(pose.rotation);
@@ -44,7 +61,15 @@ std::string TimesText(const PairTimes& times, const EstimateReport& report) {
   return text + "\n";
 }
 
-std::string LetterOf(Task task) { return ErrorInPixels(task) ? "H" : task == TaskFromString("essential") ? "E" : "F"; }
+std::string LetterOf(Task task) {
+  const std::string name = ToString(task);
+  return name == "homography" ? "H" : name == "fundamental" ? "F" : "E";
+}
+
+std::string NameOf(const Problem& problem) {
+  const std::string name = ToString(problem.task);
+  return name == "shared_focal" ? "essential matrix and focal length" : name + " matrix";
+}
 
 std::size_t InlierCount(const Estimate& estimate) {
   return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
@@ -52,10 +77,23 @@ std::size_t InlierCount(const Estimate& estimate) {
 
 Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+Json MatrixJson(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    rows.push_back(Json::array());
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) rows.back().push_back(matrix(r, c));
+  }
+  return rows;
+}
+
+Json FocalJson(const FocalEstimate& focal) {
+  return {
+      {"px", focal.focal_px},           {"low_px", focal.low_px},           {"high_px", focal.high_px},
+      {"observable", focal.observable}, {"prior_px", focal.prior_focal_px}, {"prior_log_sigma", focal.prior_log_sigma}};
+}
+
 Json PoseJson(const RigidMotion& pose) {
-  Json rotation = Json::array();
-  for (int r = 0; r < 3; ++r) rotation.push_back({pose.rotation(r, 0), pose.rotation(r, 1), pose.rotation(r, 2)});
-  return {{"R", rotation}, {"t", {pose.translation[0], pose.translation[1], pose.translation[2]}}};
+  return {{"R", MatrixJson(pose.rotation)}, {"t", {pose.translation[0], pose.translation[1], pose.translation[2]}}};
 }
 
 }  // namespace
@@ -65,13 +103,19 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
   std::string text = pair.id + ": " + std::to_string(matches) + " matches\n";
   if (estimate.status != Status::kOk)
-    return text + "no " + ToString(pair.problem.task) + " matrix: " + std::string(ToString(estimate.status)) + "\n" +
+    return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
            TimesText(times, estimate.report);
-  text += ToString(pair.problem.task) + " matrix: " + std::to_string(inliers) + " inliers";
+  text += NameOf(pair.problem) + ": " + std::to_string(inliers) + " inliers";
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
   text += "\n" + MatrixText(LetterOf(pair.problem.task), estimate.model.data());
-  if (const auto pose = PoseOfEstimate(estimate.model, estimate.inliers, pair.problem)) text += PoseText(*pose);
+  if (estimate.focal) text += FocalText(*estimate.focal);
+  if (const auto pose = PoseOfEstimate(estimate.model, estimate.inliers, pair.problem)) {
+    text += PoseText(*pose);
+    if (const auto& covariance = estimate.pose_covariance)
+      text += Format("  standard deviations at most: R %.2g degrees, t %.2g degrees\n", SpreadDegrees(*covariance, 0),
+                     SpreadDegrees(*covariance, 3));
+  }
   return text + TimesText(times, estimate.report);
 }
 
@@ -98,6 +142,8 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
                      {"model", model},
                      {"pose", record.pose ? PoseJson(*record.pose) : Json(nullptr)},
+                     {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
+                     {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inliers},
                      {"noise_scale_px", FiniteJson(record.noise_scale)},

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "diffsac/problem/image_pair.h"
+
+namespace diffsac {
+
+/// The focal length that a JPEG file's EXIF data says, in pixels of an image of this size; either orientation, whatever
+/// the orientation flag says, since sides are compared by their length.
+///
+/// From FocalLengthIn35mmFilm, which is by the diagonal (CIPA DCG-001): f₃₅ · diagonal / 43.27 mm; else from
+/// FocalLength and FocalPlaneXResolution, in pixels of the image as it was taken. A reduced image has a reduced focal
+/// length. Nothing: no JPEG, no EXIF data or damaged ones, no such fields or zeros in them, an image that was cropped
+/// (of another shape than PixelXDimension and PixelYDimension say), and what no lens has (below a fifth of the longer
+/// side, above fifty of them). Never throws: a focal length is a hint.
+std::optional<double> ExifFocalPx(const std::string& path, const ImageSize& size);
+
+/// How far a camera's focal length is from what EXIF says, as a standard deviation of its logarithm: fields are whole
+/// millimetres, and lenses breathe.
+inline constexpr double kExifLogSigma = 0.1;
+
+}  // namespace diffsac

@@ -1,0 +1,192 @@
+#include "diffsac/geometry/covariance.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/row_residuals.h"
+#include "diffsac/geometry/sampson_equations.h"
+
+namespace diffsac {
+namespace {
+
+/// The length of Gaussian residuals of `dimension` values (1 or 2) and σ = 1 that is cut off at `threshold`.
+struct CutLength {
+  double share = 0.0;   ///< Of residuals within the threshold.
+  double square = 0.0;  ///< The mean square of these, by dimension; 1 without a threshold.
+
+  CutLength(int dimension, double threshold) {
+    const double half = 0.5 * threshold * threshold, density = std::exp(-half);
+    if (dimension == 1) {
+      constexpr double kSqrtTwoOverPi = 0.79788456080286535588;
+      share = std::erf(std::sqrt(half));
+      square = 1.0 - kSqrtTwoOverPi * threshold * density / share;
+    } else {
+      share = -std::expm1(-half);
+      square = 1.0 - half * density / share;
+    }
+  }
+};
+
+/// The threshold, in σ, within which Gaussian residuals have this mean square by dimension, in squares of the
+/// threshold. 0 without noise, and where it is below 1: the inliers then hardly tell a Gaussian from any other noise.
+double ThresholdInSigmas(int dimension, double mean_square) {
+  const auto is_below = [&](double a) { return CutLength(dimension, a).square > mean_square * a * a; };
+  double low = 1.0, high = 1.0 / std::sqrt(mean_square);
+  if (!std::isfinite(high) || !is_below(low)) return 0.0;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (is_below(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// The variance of an M-estimate in that of least squares by the same points, of Gaussian residuals of σ:
+/// d E[w² r²] / E[w r²]², w being the loss's weight of a residual of length r.
+double VarianceFactor(const RobustLoss& loss, int dimension, double sigma) {
+  constexpr int kSteps = 512;
+  constexpr double kReach = 8.0;
+  double density = 0.0, first = 0.0, second = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double r = kReach * (i + 0.5) / kSteps, square = r * r;
+    const double p = std::exp(-0.5 * square) * (dimension == 1 ? 1.0 : r);
+    const double weight = loss.Weight(square * sigma * sigma);
+    density += p;
+    first += p * weight * square;
+    second += p * weight * weight * square;
+  }
+  return dimension * density * second / (first * first);
+}
+
+/// A⁻¹ B A⁻¹; nothing where A leaves a direction open. Parameters may be of any units.
+std::optional<Eigen::MatrixXd> Sandwich(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  constexpr double kLeast = 1e-11;
+  if (!a.allFinite() || !b.allFinite() || !(a.diagonal().minCoeff() > 0.0)) return std::nullopt;
+  const Eigen::VectorXd unit = a.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(unit.asDiagonal() * a * unit.asDiagonal());
+  if (!(solver.eigenvalues()[0] > kLeast)) return std::nullopt;
+  const Eigen::MatrixXd inverse = unit.asDiagonal() * solver.eigenvectors() *
+                                  solver.eigenvalues().cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
+                                  unit.asDiagonal();
+  const Eigen::MatrixXd covariance = inverse * b * inverse;
+  if (!covariance.allFinite()) return std::nullopt;
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+/// Of directions that leave the length of t as it is, (ω, t) of each.
+Eigen::Matrix<double, 6, 5> PosesOfUnitLength(const Eigen::Vector3d& t) {
+  Eigen::Matrix<double, 6, 5> basis = Eigen::Matrix<double, 6, 5>::Zero();
+  basis.topLeftCorner<3, 3>().setIdentity();
+  basis.block<3, 1>(3, 3) = t.unitOrthogonal();
+  basis.block<3, 1>(3, 4) = t.cross(t.unitOrthogonal());
+  return basis;
+}
+
+Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
+  Matrix3Parameters entries;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(entries.data()) = matrix;
+  return entries;
+}
+
+/// Of a matrix with x2ᵀ F x1 = 0, of any length, by the parameters that its derivative is by.
+std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, const Matrix3Parameters& f,
+                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit,
+                                                  const Eigen::MatrixXd& prior) {
+  const int count = static_cast<int>(points.rows());
+  const Eigen::Matrix<double, Eigen::Dynamic, 4> columns = points;
+  const double* pointers[4] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data(),
+                               columns.col(3).data()};
+  Eigen::VectorXd residuals(count);
+  SampsonDistances(f.data(), pointers, 0, count, residuals.data());
+  const auto information = [&](const Eigen::VectorXd& weights) {
+    const NormalEquations equations = SumSampsonEquations(f.data(), pointers, weights.data(), count);
+    return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
+  };
+  return CovarianceOfFit(residuals, 1, fit, information, prior);
+}
+
+}  // namespace
+
+std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
+                                               const FitConditions& fit, const InformationFunction& information,
+                                               const Eigen::MatrixXd& prior) {
+  const double threshold = fit.threshold;
+  if (!(threshold > 0.0) || !std::isfinite(threshold)) return std::nullopt;
+  const Eigen::ArrayXd inlier = (residuals.array() <= threshold).cast<double>();
+  const bool weighted = fit.weights.size() > 0;
+  const Eigen::VectorXd weights = weighted ? Eigen::VectorXd(inlier * fit.weights.array()) : inlier.matrix();
+  const Eigen::MatrixXd a = information(weights);
+  const double spare = residual_dimension * inlier.sum() - static_cast<double>(a.rows());
+  if (!(spare > 0.0)) return std::nullopt;
+  const Eigen::ArrayXd shares = (residuals.array() <= threshold).select(residuals.array() / threshold, 0.0);
+  const double sigmas = ThresholdInSigmas(residual_dimension, shares.square().sum() / spare);
+  if (!(sigmas > 0.0)) return std::nullopt;
+  const double sigma = threshold / sigmas;
+  const double factor =
+      CutLength(residual_dimension, sigmas).share * VarianceFactor(fit.loss, residual_dimension, sigma);
+  const double variance = factor * sigma * sigma;
+  const Eigen::MatrixXd b = weighted ? information(weights.cwiseProduct(fit.weights)) : a;
+  // The prior counts like residuals of weight 1.
+  const Eigen::MatrixXd known =
+      prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
+  auto covariance = Sandwich(a + known, b + known);
+  if (covariance) *covariance *= variance;
+  return covariance && covariance->allFinite() ? covariance : std::nullopt;
+}
+
+Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
+  Eigen::Matrix<double, 9, 6> derivative;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Matrix3d turn = CrossMatrix(Eigen::Vector3d::Unit(i));
+    derivative.col(i) = RowByRow(CrossMatrix(pose.translation) * turn * pose.rotation);
+    derivative.col(3 + i) = RowByRow(turn * pose.rotation);
+  }
+  return derivative;
+}
+
+Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal) {
+  Eigen::Matrix<double, 9, 7> derivative;
+  const Eigen::Matrix<double, 9, 6> essential = EssentialByPose(pose);
+  for (int i = 0; i < 6; ++i) derivative.col(i) = WithFocal(unknown, essential.col(i), focal);
+  // Entry (i, j) has the factor f once for a last row, and where both lengths are unknown once for a last column.
+  derivative.col(6) = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal) / focal;
+  for (int entry = 0; entry < 9; ++entry)
+    derivative(entry, 6) *= (entry >= 6) + (unknown == UnknownFocal::kBoth && entry % 3 == 2);
+  return derivative;
+}
+
+std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
+                                                      const FitConditions& fit) {
+  const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
+  const auto covariance =
+      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit, {});
+  if (!covariance) return std::nullopt;
+  return basis * *covariance * basis.transpose();
+}
+
+std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
+                                                   const RelativePose& pose, double focal, const FitConditions& fit) {
+  Eigen::Matrix<double, 7, 6> basis = Eigen::Matrix<double, 7, 6>::Zero();
+  basis.topLeftCorner<6, 5>() = PosesOfUnitLength(pose.translation);
+  basis(6, 5) = 1.0;
+  const double width = fit.focal.log_sigma * focal;
+  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(6, 6);
+  if (width > 0.0) prior(5, 5) = 1.0 / (width * width);
+  const Matrix3Parameters fundamental = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal);
+  const auto covariance =
+      EpipolarCovariance(points, fundamental, FundamentalByPose(unknown, pose, focal) * basis, fit, prior);
+  if (!covariance) return std::nullopt;
+  return basis * *covariance * basis.transpose();
+}
+
+std::optional<Eigen::MatrixXd> AbsolutePoseCovariance(const PointMatrix& points, const AbsolutePose::Parameters& pose,
+                                                      const FitConditions& fit) {
+  Eigen::VectorXd residuals(points.rows());
+  RowResiduals<AbsolutePose>(points, pose, residuals.data());
+  return CovarianceOfFit(residuals, AbsolutePose::kResidualDimension, fit, [&](const Eigen::VectorXd& weights) {
+    return Eigen::MatrixXd(ReprojectionInformation(points, weights, pose));
+  });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diffsac/geometry/focal.h"
+#include "diffsac/geometry/robust_loss.h"
+
+namespace diffsac {
+
+/// How a refined model was fitted to its points; lengths are linear, in the residuals' unit.
+struct FitConditions {
+  RobustLoss loss;               ///< What the model is a minimum of.
+  double threshold = 0.0;        ///< Residuals of inliers are within it.
+  Eigen::VectorXd weights = {};  ///< N values, of the points in that minimum; empty: 1 each.
+  FocalPrior focal = {};         ///< Of models with an unknown focal length, in the unit of the points; 0: none.
+};
+
+}  // namespace diffsac
