@@ -57,6 +57,31 @@ TEST_CASE("the true motion's angle and length") {
   CHECK(Recorded(pair).true_baseline == 0.0);
 }
 
+TEST_CASE("parallax is the median angle of the true inliers' rays") {
+  Example pair = SidewaysPair();
+  pair.problem.cameras = CameraPair();
+  pair.problem.cameras->K1.diagonal() << 100.0, 100.0, 1.0;
+  pair.problem.cameras->K2 = pair.problem.cameras->K1;
+  pair.truth.inliers = {1, 0, 0, 1};
+  const auto angle = [](double x1, double y1, double x2, double y2) {
+    return DirectionAngleDegrees(Eigen::Vector3d(x1, y1, 1.0), Eigen::Vector3d(x2, y2, 1.0));
+  };
+  CHECK(Recorded(pair).true_parallax_deg == Approx((angle(0.1, 0.1, 0.4, 0.1) + angle(0.9, 0.4, 0.95, 0.49)) / 2.0));
+  // Turned with the second camera nothing is changed but its rays.
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const double before = Recorded(pair).true_parallax_deg;
+  pair.truth.pose->rotation = turn;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const Eigen::Vector3d turned = turn * Eigen::Vector3d(pair.problem.points(i, 2), pair.problem.points(i, 3), 100.0);
+    pair.problem.points.row(i).tail<2>() << turned[0], turned[1];
+  }
+  CHECK(Recorded(pair).true_parallax_deg == Approx(before));
+  pair.truth.inliers.assign(4, 0);
+  CHECK(std::isnan(Recorded(pair).true_parallax_deg));
+  pair.problem.cameras.reset();
+  CHECK(std::isnan(Recorded(pair).true_parallax_deg));
+}
+
 TEST_CASE("what the truth does not say is unknown") {
   Example pair = SidewaysPair();
   pair.truth = {};
@@ -79,6 +104,7 @@ TEST_CASE("a record's quantities by name") {
   CHECK(QuantityOf(record, Quantity::kPoints) == 4.0);
   CHECK(QuantityOf(record, Quantity::kRotation) == record.true_rotation_deg);
   CHECK(QuantityOf(record, Quantity::kBaseline) == 2.0);
+  CHECK(std::isnan(QuantityOf(record, Quantity::kParallax)));
   CHECK(std::isnan(QuantityOf(record, Quantity::kScene)));
   CHECK(QuantityTitle(Quantity::kScene) == std::string("scene"));
 }

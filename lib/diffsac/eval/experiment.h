@@ -70,12 +70,13 @@ struct Comparison {
 };
 
 /// What tables can be divided by, of each problem (problem_quantities.h).
-enum class Quantity { kInlierShare, kPoints, kRotation, kBaseline, kScene };
+enum class Quantity { kInlierShare, kPoints, kRotation, kBaseline, kParallax, kScene };
 template <>
 inline constexpr auto kEnumNames<Quantity> = NamesOf<Quantity>({{Quantity::kInlierShare, "inlier_share"},
                                                                 {Quantity::kPoints, "points"},
                                                                 {Quantity::kRotation, "true_rotation_deg"},
                                                                 {Quantity::kBaseline, "true_baseline"},
+                                                                {Quantity::kParallax, "true_parallax_deg"},
                                                                 {Quantity::kScene, "scene"}});
 
 /// The table's metric apart for problems of different kinds (strata.h).

@@ -1,6 +1,9 @@
 #include "diffsac/eval/problem_quantities.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/pair_truth.h"
@@ -22,6 +25,22 @@ double ShareWithin(const Example& example, double within_px) {
   return static_cast<double>(std::count(inliers.begin(), inliers.end(), 1)) / points;
 }
 
+double MedianParallax(const Example& example) {
+  const GroundTruth& truth = example.truth;
+  const Problem& problem = example.problem;
+  if (!truth.pose || !problem.cameras) return kUnknownQuantity;
+  const Eigen::Matrix3d to_rays1 = truth.pose->rotation * problem.cameras->K1.inverse();
+  const Eigen::Matrix3d to_rays2 = problem.cameras->K2.inverse();
+  std::vector<double> angles;
+  for (std::size_t i = 0; i < truth.inliers.size(); ++i) {
+    if (truth.inliers[i] == 0) continue;
+    const auto match = problem.points.row(static_cast<Eigen::Index>(i));
+    angles.push_back(DirectionAngleDegrees(to_rays1 * Eigen::Vector3d(match[0], match[1], 1.0),
+                                           to_rays2 * Eigen::Vector3d(match[2], match[3], 1.0)));
+  }
+  return Median(std::move(angles));
+}
+
 }  // namespace
 
 void RecordQuantities(const Example& example, double within_px, ProblemRecord* record) {
@@ -30,6 +49,7 @@ void RecordQuantities(const Example& example, double within_px, ProblemRecord* r
   const GroundTruth& truth = example.truth;
   if (truth.pose) record->true_rotation_deg = RotationAngleDegrees(truth.pose->rotation, Eigen::Matrix3d::Identity());
   if (truth.motion) record->true_baseline = truth.motion->translation.norm();
+  record->true_parallax_deg = MedianParallax(example);
 }
 
 double QuantityOf(const ProblemRecord& record, Quantity quantity) {
@@ -42,6 +62,8 @@ double QuantityOf(const ProblemRecord& record, Quantity quantity) {
       return record.true_rotation_deg;
     case Quantity::kBaseline:
       return record.true_baseline;
+    case Quantity::kParallax:
+      return record.true_parallax_deg;
     case Quantity::kScene:
       break;
   }
@@ -58,6 +80,8 @@ const char* QuantityTitle(Quantity quantity) {
       return "true rotation in degrees";
     case Quantity::kBaseline:
       return "true baseline";
+    case Quantity::kParallax:
+      return "true parallax in degrees";
     case Quantity::kScene:
       break;
   }

@@ -12,6 +12,8 @@ namespace diffsac {
 ///                      matches whose distance from the true model (TruthDistances) is at most that
 ///   true_rotation_deg  two views: angle of the true motion's rotation
 ///   true_baseline      two views: distance of the cameras, in the unit of the source
+///   true_parallax_deg  two views of known cameras: median angle between the two rays of the true inliers
+///                      (GroundTruth::inliers), what the baseline is beside the depth, whatever the unit
 void RecordQuantities(const Example& example, double within_px, ProblemRecord* record);
 
 /// Of a record; NaN where it is unknown, and for scenes, which have no number.

@@ -39,6 +39,7 @@ void VisitQuantities(Record& record, const Visit& visit) {
   visit("inlier_share", record.inlier_share);
   visit("true_rotation_deg", record.true_rotation_deg);
   visit("true_baseline", record.true_baseline);
+  visit("true_parallax_deg", record.true_parallax_deg);
 }
 
 /// Those of several structures, which problems.csv has where these are judged.

@@ -39,6 +39,7 @@ struct ProblemRecord {
   double inlier_share = std::numeric_limits<double>::quiet_NaN();
   double true_rotation_deg = std::numeric_limits<double>::quiet_NaN();
   double true_baseline = std::numeric_limits<double>::quiet_NaN();
+  double true_parallax_deg = std::numeric_limits<double>::quiet_NaN();
   int structures = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
