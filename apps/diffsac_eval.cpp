@@ -34,6 +34,14 @@ std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::RobustEstimator& me
   return trace;
 }
 
+/// What a page says that it was written by.
+std::string CommandOf(const diffsac::EvalRequest& request) {
+  if (request.effects.empty()) return "diffsac_eval --config " + request.config_path;
+  std::string command = "diffsac_eval --effects";
+  for (const std::string& run : request.effects) command += " " + run;
+  return command;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -76,14 +84,18 @@ int main(int argc, char** argv) {
   auto* merge = app.add_option("--merge", request.merge, "Joins the folders of all shards into --output");
   auto* compare =
       app.add_option("--compare", request.compare, "RUN_A RUN_B: what two run folders differ in")->expected(2);
+  auto* effects = app.add_option("--effects", request.effects,
+                                 "RUN...: what the factors of these run folders decide, on one --page");
   for (auto* alone : {merge, compare})
     for (auto* option : app.get_options({}))
       if (option != alone && !option->check_name("--output")) alone->excludes(option);
+  for (auto* option : app.get_options({}))
+    if (option != effects && !option->get_name().starts_with("--page")) effects->excludes(option);
   try {
     app.parse(argc, argv);
-    if (request.merge.empty() && request.compare.empty() && request.config_path.empty())
+    if (request.merge.empty() && request.compare.empty() && request.effects.empty() && request.config_path.empty())
       throw CLI::RequiredError("--config");
-    if (request.page_command.empty()) request.page_command = "diffsac_eval --config " + request.config_path;
+    if (request.page_command.empty()) request.page_command = CommandOf(request);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

@@ -8,19 +8,24 @@ mapfile -t tables < <(basename -as .yaml configs/tables/*.yaml)
 usage() {
   echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [options of diffsac_eval, such as --threads 1, --limit 100]"
   echo "       scripts/reproduce.sh pairs|kitti|data --data DIR"
+  echo "       scripts/reproduce.sh scoreboard [--data DIR] [options]"
   echo "tables: ${tables[*]}"
   echo "--data: where image sets (configs/sets.yaml), meshes and scans are; matches go to runs/pairs/ (data_tools/README.md)"
   echo "--again: also tables that were made here already"
   echo "pairs: the tables learned_*; kitti: those on KITTI alone, in runs/kitti/; data: all matches, no table"
+  echo "scoreboard: the tables scoreboard_*, and of all of them the page docs/results/what_decides.md"
 }
 fail() { echo "reproduce: $*" >&2; exit 1; }
 
-wanted=() options=() only=() output=() mode="" data="" page=yes update=--update
+scoreboard=(scoreboard_{essential,fundamental,homography,absolute_pose,line,plane})
+wanted=() options=() only=() output=() effects=() mode="" data="" page=yes update=--update
 while (($#)) && [[ "$1" != -* ]]; do wanted+=("$1"); shift; done
 case "${wanted[*]}${1:-}" in -h | --help) usage; exit ;; "" | -*) usage >&2; exit 1 ;; esac
 case "${wanted[*]}" in
   all) wanted=("${tables[@]}") ;;
   data) mode=data wanted=() ;;
+  scoreboard) effects=("${scoreboard[@]/#/runs/}") wanted=()
+              for table in "${scoreboard[@]}"; do [[ ! -e "configs/tables/$table.yaml" ]] || wanted+=("$table"); done ;;
   pairs) mode=pairs wanted=(learned_essential learned_fundamental learned_homography) ;;
   kitti) mode=kitti page="" wanted=(learned_essential learned_fundamental)
          options=(--set "data.paths=[$(printf 'runs/pairs/test/kitti_01_step_%s,' 01 02 05 10)]") ;;
@@ -58,3 +63,7 @@ for table in "${wanted[@]}"; do
   evaluate "$table" --train-missing $update "${output[@]}" \
     ${page:+--page "docs/results/$table.md" --page-command "scripts/reproduce.sh $table${data:+ --data DIR}"}
 done
+if [[ ${#effects[@]} -gt 0 ]]; then   # Names those that are not made.
+  build/release/bin/diffsac_eval --effects "${effects[@]}" \
+    ${page:+--page docs/results/what_decides.md --page-command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"}
+fi

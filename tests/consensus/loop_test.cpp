@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
+#include "consensus/all_models.h"
 #include "consensus/mock_models.h"
 #include "consensus/search.h"
 
@@ -247,6 +248,40 @@ TEST_CASE("A refinement is kept only where the score does not fall, in the loop 
     CHECK(run.operator()<Place>(local, last).model == plain.model);
     CHECK(run.operator()<Place>(local, last).hypotheses == 1);
   }
+}
+
+/// Five points around 0 and seven around 100. The first and the last are the worst of theirs to start from: the last
+/// scores more than the first does, and less than what is made of the first.
+PointMatrix TwoClusters() {
+  PointMatrix points(12, 1);
+  points << 0.9, -0.3, 0.0, 0.3, 0.1, 99.7, 100.0, 100.3, 100.1, 100.2, 99.8, 100.9;
+  return points;
+}
+
+TEST_CASE("After the first improvement minimal models were never improved") {
+  for (const ScoreKind score : testing::kScores)
+    for (const LocalOptimization local : testing::kOptimizers)
+      for (const int candidates : {1, 10}) {
+        if (local == LocalOptimization::kNone) continue;
+        CAPTURE(ToString(score), ToString(local), candidates);
+        ConsensusOptions options = Plain();
+        options.score = options.final_score = score;
+        options.local_optimization = local;
+        options.refit_candidates = candidates;
+        const auto search = [&](const std::vector<int>& sets, const EstimationPriors& priors = {}) {
+          return SearchSets<RefinedPlace<RefineMode::kToMean>>(TwoClusters(), 1.0, sets, options, Rng(1), priors);
+        };
+        const auto first = search({0}), last = search({11}), both = search({0, 11});
+        REQUIRE(last.score > first.score);
+        CHECK(std::abs(both.model[0] - 100.0) < 0.9);
+        CHECK(both.score > first.score);
+        // A draw that scores no more than one before it is not improved again, and ends no better.
+        CHECK(search({0, 11, 0, 11}).hypotheses == both.hypotheses + 2);
+        // A model that was given is as good as an improved one, and bars no draw's way either.
+        EstimationPriors priors;
+        priors.models = {first.model};
+        CHECK(std::abs(search({11}, priors).model[0] - 100.0) < 0.9);
+      }
 }
 
 TEST_CASE("The degeneracy hook is asked for each new best model and judged by the score") {

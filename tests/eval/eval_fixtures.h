@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <string>
 
 #include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "diffsac/eval/runner.h"
 #include "diffsac/lab/yaml.h"
@@ -68,6 +70,14 @@ inline ExperimentOptions SmallExperiment() { return ReadExperiment(ConfigFromYam
 
 inline RunInputs TwoPointInputs(int batch = 1) {
   return {[batch](const Config&, Task) { return std::make_unique<TwoPointEstimator>(batch); }, {}, nullptr};
+}
+
+/// Results as the folder of a run, whose config.yaml begins with `header`.
+inline void WriteRun(const ExperimentResults& results, const std::string& folder, const std::string& header = "") {
+  std::filesystem::create_directories(folder);
+  WriteFileAtomically(folder + "/config.yaml", header + WriteExperiment(results.experiment));
+  WriteResults(MakeReport(results), folder);
+  EndResults(MakeReport(results), folder);
 }
 
 /// Two-view results with given pose errors: `first` is right on every problem of scene a (two problems) and off by

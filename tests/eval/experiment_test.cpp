@@ -100,6 +100,52 @@ TEST_CASE("rows of one series make a curve of budgets") {
   CHECK(WriteExperiment(Read(once)) == once);
 }
 
+TEST_CASE("strata are read, one or several, and checked") {
+  const ExperimentOptions one = Read(kSmallExperiment + std::string("strata: {by: points, bins: [20, 40]}\n"));
+  REQUIRE(one.strata.size() == 1);
+  CHECK(one.strata[0].by == Quantity::kPoints);
+  CHECK(one.strata[0].bins == std::vector<double>{20.0, 40.0});
+  const std::string several = "strata:\n  - {bins: [0.5], rows: [first]}\n  - {by: scene}\n";
+  const ExperimentOptions experiment = Read(kSmallExperiment + several);
+  REQUIRE(experiment.strata.size() == 2);
+  CHECK(experiment.strata[0].by == Quantity::kInlierShare);
+  CHECK(experiment.strata[0].rows == std::vector<std::string>{"first"});
+  const std::string once = WriteExperiment(experiment);
+  CHECK(WriteExperiment(Read(once)) == once);
+  const auto fails = [](const std::string& strata, const auto& message) {
+    CHECK_THROWS_WITH(Read(kSmallExperiment + ("strata: " + strata + "\n")), message);
+  };
+  fails("{bin: [0.5]}", Contains("x.yaml:17") && Contains("'bins'"));
+  fails("{by: inlier_shar, bins: [0.5]}", Contains("x.yaml:17") && Contains("inlier_share"));
+  fails("{by: points}", Contains("x.yaml:17") && Contains("ascending edges"));
+  fails("{bins: [0.5, 0.2]}", Contains("ascending edges"));
+  fails("{bins: [0.2, 0.2]}", Contains("ascending edges"));
+  fails("{by: scene, bins: [1]}", Contains("x.yaml:17") && Contains("bins"));
+  fails("{bins: [0.5], rows: [secund]}", Contains("x.yaml:17") && Contains("did you mean 'second'"));
+  fails("[{bins: [0.5]}, {bins: [0.6]}]", Contains("'inlier_share' stands twice"));
+}
+
+TEST_CASE("rows made of factors are known to the experiment, and written with the levels' names") {
+  const ExperimentOptions experiment = Read(
+      "name: x\ndata: {type: synthetic_line}\nfactors_base: {type: ransac}\n"
+      "factors: {score: {msac: {}, count: {}}, draws: {\"10\": {max_iterations: 10}}}\n");
+  REQUIRE(experiment.factors.size() == 2);
+  CHECK(experiment.factors[0].first == "score");
+  CHECK(experiment.factors[1].second == std::vector<std::string>{"10"});
+  CHECK(experiment.RowOf("count_10") == 1);
+  const std::string once = WriteExperiment(experiment);
+  CHECK(WriteExperiment(Read(once)) == once);
+  CHECK(Read(once).factors == experiment.factors);
+}
+
+TEST_CASE("the distance of inliers in their share is for two views") {
+  CHECK(Read("task: essential\ndata: {type: synthetic_two_view}\nmetric: {share_within_px: 1.5}\n"
+             "methods: [{type: ransac}]\n")
+            .share_within_px == 1.5);
+  CHECK_THROWS_WITH(Read(kSmallExperiment + std::string("metric: {share_within_px: 1.5}\n")),
+                    Contains("x.yaml:17") && Contains("share_within_px"));
+}
+
 TEST_CASE("every shipped table can be read, and no reference is left to be resolved") {
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables")) {
     if (entry.path().extension() != ".yaml") continue;

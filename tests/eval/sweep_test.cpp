@@ -7,8 +7,10 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/effects.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/command_line.h"
+#include "diffsac/report/run_reader.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -124,6 +126,36 @@ TEST_CASE("a sweep over seeds of generated data is their mean, not rows of other
     sum += std::stod(ValueAfter(ReadFile(folder.File("out/points/") + point + "/results.csv"), ",ransac" + metric));
   CHECK(std::stod(ValueAfter(joined, ",ransac max_iterations=50" + metric)) == Approx(sum / 2.0));
   CHECK(ValueAfter(joined, ",ransac max_iterations=50,problems,") == "24");
+}
+
+TEST_CASE("the folder of a sweep reads back as a run; over seeds alone its factors keep their effects") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  WriteFileAtomically(
+      folder.File("factors.yaml"),
+      "name: f\nproblems: 10\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.5}\n"
+      "conditions: [{name: few, data: {num_points: 20}}, {name: many}]\n"
+      "factors_base: {type: ransac}\nfactors: {draws: {a: {max_iterations: 2}, b: {max_iterations: 90}}}\n"
+      "strata: {by: points, bins: [50], rows: [b]}\nsweep: {seed: [1, 2]}\n");
+  request.config_path = folder.File("factors.yaml");
+  std::ostringstream out;
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
+  const ExperimentResults joined = ReadRun(folder.File("out"));
+  CHECK(joined.problems == std::vector<std::size_t>{20, 20});
+  CHECK(joined.experiment.strata[0].rows == std::vector<std::string>{"b"});
+  const FactorEffects effects = EffectsOf(joined, 1);
+  REQUIRE(effects.size() == 1);
+  CHECK(effects[0][1].accuracy->low > 0.0);
+  CHECK(effects[0][1].accuracy->mean == DifferenceOf(joined, 1, 1, 0)->mean);
+  CHECK_THAT(ReadFile(folder.File("out/sweep.yaml")), Contains("seed: [1, 2]"));
+  // Other axes are in the rows' names, which are no combinations then.
+  request.output = folder.File("other");
+  request.assignments = {"sweep={factors_base.consensus.score: [msac, inlier_count]}"};
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
+  const ExperimentResults other = ReadRun(folder.File("other"));
+  CHECK(other.experiment.methods.size() == 4);
+  CHECK(other.experiment.factors.empty());
+  CHECK(other.experiment.strata[0].rows.empty());
 }
 
 TEST_CASE("a problem that several seeds share counts once in an interval") {

@@ -13,7 +13,8 @@
 #include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/report/gnuplot.h"
-#include "eval/eval_fixtures.h"
+#include "diffsac/report/plot_series.h"
+#include "eval/factor_fixtures.h"
 
 namespace diffsac {
 namespace {
@@ -319,6 +320,72 @@ TEST_CASE("bars are the table's means with their intervals; poses have rotation 
   const auto poses = data();
   CHECK(std::count(poses.begin(), poses.end(), '\n') == 2 * static_cast<int>(experiment.conditions.size()));
   CHECK(poses.find(", R\"") != std::string::npos);
+}
+
+TEST_CASE("effects are a dot a level, the first at 0 and at 1, conditions beside each other") {
+  const TemporaryFolder folder;
+  const ExperimentResults results = MixedFactors();
+  const Report report = MakeReport(results);
+  CHECK(PlotEffects(report, folder.path()) == HasGnuplot());
+  const std::string script = ReadFile(folder.File("effects.gp"));
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto dots = BlockOf(script, "accuracy" + std::to_string(c)), ms = BlockOf(script, "ms" + std::to_string(c));
+    REQUIRE(dots.size() == 5);
+    REQUIRE(ms.size() == 5);
+    CHECK(dots[0] == std::vector<double>{dots[0][0], 0.0, 0.0, 0.0});
+    CHECK(ms[2] == std::vector<double>{ms[2][0], 1.0, 1.0, 1.0});
+    const ConfidenceInterval& effect = *report.effects[c][1][2].accuracy;
+    CHECK(dots[4][1] == Approx(effect.mean));
+    CHECK(dots[4][2] == Approx(effect.low));
+    CHECK(dots[4][3] == Approx(effect.high));
+    CHECK(ms[1][1] == Approx(10.0));
+    CHECK(dots[2][0] - dots[1][0] == Approx(2.0));  // A factor's name stands between.
+  }
+  CHECK(BlockOf(script, "accuracy0")[0][0] < BlockOf(script, "accuracy1")[0][0]);
+  const ExperimentResults without = MadeUpResults();
+  CHECK_FALSE(PlotEffects(MakeReport(without), folder.path()));
+}
+
+TEST_CASE("strata are drawn by their bins, a curve a row, without those that nothing is known of") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MixedFactors();
+  results.experiment.strata = {{Quantity::kInlierShare, {0.0, 0.2, 0.5}, {"good_few"}},
+                               {Quantity::kBaseline, {1.0}, {}}};
+  const Report report = MakeReport(results);
+  CHECK(PlotStrata(report, report.strata[0], folder.path()) == HasGnuplot());
+  const std::string script = ReadFile(folder.File("strata_inlier_share.gp"));
+  const auto points = BlockOf(script, "strata_inlier_share0_0");
+  REQUIRE(points.size() == 3);  // Nothing is below 0.
+  CHECK(points[0][0] == 1.0);
+  CHECK(points[2][1] == Approx(report.strata[0].strata[3].Of(report, results.cells[3]).mean));
+  CHECK(BlockText(script, "strata_inlier_share0_1").empty());
+  CHECK(script.find("\"≥ 0.5\\n6\" 3") != std::string::npos);
+  CHECK_FALSE(PlotStrata(report, report.strata[1], folder.path()));
+  WriteFileAtomically(folder.File("strata_points.png"), "of an earlier run");
+  DrawFigures(report, folder.path());
+  CHECK_FALSE(std::filesystem::exists(folder.File("strata_points.png")));
+  CHECK(IsPng(folder.File("strata_inlier_share.png")) == HasGnuplot());
+}
+
+TEST_CASE("of many rows the twelve best have a curve of strata") {
+  ExperimentResults results = MixedFactors();
+  results.experiment.strata[0].bins = {0.5};
+  for (std::size_t m = 6; m < 20; ++m) {
+    results.experiment.methods.push_back(results.experiment.methods[0]);
+    results.experiment.methods.back().label = results.experiment.methods.back().name = "more_" + std::to_string(m);
+    results.cells.push_back(results.cells[0]);
+    results.cells.back().method = m;
+    for (ProblemRecord& record : results.cells.back().records)
+      record.error.angle_deg = m % 2 == 0 ? 90.0 : 0.0;  // Seven are right everywhere.
+  }
+  const Report report = MakeReport(results);
+  const std::vector<CurvePanel> panels = StrataPanels(report, report.strata[0]);
+  REQUIRE(panels.size() == 2);
+  REQUIRE(panels[0].curves.size() == 12);
+  CHECK(std::count_if(panels[0].curves.begin(), panels[0].curves.end(),
+                      [](const Curve& curve) { return curve.label.starts_with("more_"); }) == 7);
+  CHECK(panels[0].curves.back().label == "more_19");
+  CHECK(panels[1].curves.size() == 6);  // The others did not run there.
 }
 
 TEST_CASE("nothing to draw is no picture") {

@@ -14,13 +14,6 @@ namespace {
 using Catch::Contains;
 using namespace testing;
 
-void WriteRun(const ExperimentResults& results, const std::string& folder) {
-  std::filesystem::create_directories(folder);
-  WriteFileAtomically(folder + "/config.yaml", WriteExperiment(results.experiment));
-  WriteResults(MakeReport(results), folder);
-  EndResults(MakeReport(results), folder);
-}
-
 TEST_CASE("a run's folder reads back as the results that were written") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();
@@ -28,13 +21,18 @@ TEST_CASE("a run's folder reads back as the results that were written") {
   results.cells[0].records[1].status = Status::kDegenerate;
   results.cells[0].records[1].error = {90.0,         3.0,          true,
                                        std::nan(""), std::nan(""), std::numeric_limits<double>::infinity()};
+  results.cells[0].records[2].inlier_share = 0.375;
   results.cells[1].records.resize(2);
+  results.experiment.left_out = {"Absent (needs no.safetensors)"};
   WriteRun(results, folder.File("run"));
   const ExperimentResults read = ReadRun(folder.File("run"));
   REQUIRE(read.cells.size() == results.cells.size());
   CHECK(read.cells[0].records[0].id == "a,\"b\"\nc");
   CHECK(read.cells[0].records[1].error.failed);
   CHECK(std::isinf(read.cells[0].records[1].error.error_px));
+  CHECK(read.cells[0].records[2].inlier_share == 0.375);
+  CHECK(std::isnan(read.cells[0].records[2].true_rotation_deg));
+  CHECK(read.experiment.left_out == results.experiment.left_out);
   CHECK(read.problems == std::vector<std::size_t>{5, 4});  // "a,b" of the first row is "p0" of the others.
   CHECK(ResultsCsv(MakeReport(read)) == ResultsCsv(MakeReport(results)));
   CHECK(ProblemsCsv(read) == ProblemsCsv(results));
@@ -60,7 +58,7 @@ TEST_CASE("what is no run, or damaged, is said with file and line") {
   WriteRun(MadeUpResults(), folder.File("run"));
   const std::string path = folder.File("run/problems.csv"), whole = ReadFile(path);
   WriteFileAtomically(path, whole.substr(0, whole.size() - 9));
-  CHECK_THROWS_WITH(ReadRun(folder.File("run")), Contains("problems.csv:25: expected 29 values"));
+  CHECK_THROWS_WITH(ReadRun(folder.File("run")), Contains("problems.csv:25: expected 32 values"));
   std::string wrong = whole;
   wrong.replace(wrong.find(",first,ok,"), 10, ",third,ok,");
   WriteFileAtomically(path, wrong);

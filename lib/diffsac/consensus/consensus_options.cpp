@@ -48,6 +48,9 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
       .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+  b.Field("refine_finalists", o.refine_finalists, Within(0, 1e4))
+      .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement")
+      .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");
 }
 
 }  // namespace
@@ -56,7 +59,7 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score", score).Help("chooses among hypotheses");
   b.Field("final_score", final_score)
       .Help("chooses among refitted candidates; gaussian_uniform then estimates the share of inliers");
-  b.Field("local_optimization", local_optimization).Help("of each new best hypothesis, kept where it scores higher");
+  b.Field("local_optimization", local_optimization).Help("of each new best minimal model, kept where it scores higher");
   b.Field("refit", refit).Help("after the search");
   b.Field("final_refinement", final_refinement)
       .Help("of each refitted candidate; lm: the model's own nonlinear refinement, kept unless the final score falls");

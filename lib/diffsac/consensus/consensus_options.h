@@ -6,7 +6,7 @@
 
 namespace diffsac {
 
-/// Local optimisation of each new best hypothesis inside the loop; what scores no higher is dropped.
+/// Local optimisation of each new best minimal model inside the loop; what scores no higher is dropped.
 ///   kNone            "none"
 ///   kInnerSamples    "lo_ransac": inner sampling from its inliers and iterated least squares (Chum, Matas, Kittler,
 ///                    DAGM 2003); `local_samples` inner samples each time
@@ -117,6 +117,9 @@ struct ConsensusOptions {
   /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
   int refit_candidates = 1;
   ScoreKind final_score = ScoreKind::kInlierCount;
+  /// All candidates are refitted once and refined by a few steps, and so many, those of the highest final score, to the
+  /// end. 0: all of them.
+  int refine_finalists = 0;
   /// Of each refitted candidate.
   FinalRefinement final_refinement = FinalRefinement::kNone;
   /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.

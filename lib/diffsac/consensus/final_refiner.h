@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "diffsac/consensus/best_hypotheses.h"
@@ -13,8 +14,9 @@
 namespace diffsac {
 
 /// What happens after the search: the best hypotheses are refitted and refined, and the best result by
-/// options.final_score is chosen. Those that are refitted to the same model are refined once. Borrows scorer
-/// and options.
+/// options.final_score is chosen. Those that are refitted to the same model are refined once. With
+/// options.refine_finalists, all are refitted once and refined by a few steps, and only the best of them to the end.
+/// Borrows scorer and options.
 template <MinimalModel Model>
 class FinalRefiner {
  public:
@@ -29,18 +31,21 @@ class FinalRefiner {
   /// The chosen model with its final score, of hypotheses best first; nothing without any. Fits are added to *fits.
   std::optional<ScoredModel<Model>> operator()(const std::vector<typename BestHypotheses<Model>::Entry>& hypotheses,
                                                int* fits) const {
-    std::optional<ScoredModel<Model>> best;
-    std::vector<Parameters> refined;
+    const bool staged = InStages(hypotheses.size());
+    std::vector<Parameters> refitted;
+    std::vector<ScoredModel<Model>> candidates;
     for (const auto& hypothesis : hypotheses) {
-      const Parameters refitted = Refitted(hypothesis.model, fits);
-      if (std::find(refined.begin(), refined.end(), refitted) != refined.end()) continue;
-      refined.push_back(refitted);
-      const Parameters model = Refined(refitted, fits);
-      const double score = ScoreOf(model);
-      if (!best || score > best->score) best = {model, score};
+      const ScoredModel<Model> start = Refitted(hypothesis.model, staged ? 1 : options_.refit_rounds, fits);
+      if (std::find(refitted.begin(), refitted.end(), start.model) != refitted.end()) continue;
+      refitted.push_back(start.model);
+      candidates.push_back(Refined(start, staged ? kFirstSteps : kMostRefineSteps, fits));
     }
-    if (best && options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) best = WithSigmaEstimated(*best, fits);
-    return best;
+    if (staged) Finish(&candidates, fits);
+    const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                       [](const auto& a, const auto& b) { return a.score < b.score; });
+    if (best == candidates.end()) return std::nullopt;
+    if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(*best, fits);
+    return *best;
   }
 
   /// The points that support the model.
@@ -65,6 +70,40 @@ class FinalRefiner {
   }
 
  private:
+  /// Steps of nonlinear refinement before the finalists are chosen.
+  static constexpr int kFirstSteps = 3;
+
+  /// A model and what its residuals say, which are worked out once.
+  struct Evaluation {
+    Eigen::VectorXd residuals;
+    double threshold;  ///< Of what supports it.
+    double score;
+    int inliers;
+  };
+
+  Evaluation Evaluate(const Parameters& model) const {
+    Evaluation result{scorer_.Residuals(model), 0.0, 0.0, 0};
+    result.threshold = scales_.SupportThreshold(result.residuals);
+    result.inliers = static_cast<int>((result.residuals.array() <= result.threshold).count());
+    result.score = score_.kind() == ScoreKind::kGaussianUniform ? MixtureScore(scales_.mixture, result.residuals)
+                                                                : scorer_(model, result.residuals, score_);
+    return result;
+  }
+
+  bool InStages(std::size_t candidates) const {
+    return options_.refine_finalists > 0 && options_.final_refinement != FinalRefinement::kNone &&
+           candidates > static_cast<std::size_t>(options_.refine_finalists);
+  }
+
+  /// Leaves the best candidates, refined to the end.
+  void Finish(std::vector<ScoredModel<Model>>* candidates, int* fits) const {
+    std::stable_sort(candidates->begin(), candidates->end(),
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
+    const auto most = static_cast<std::size_t>(options_.refine_finalists);
+    if (candidates->size() > most) candidates->erase(candidates->begin() + most, candidates->end());
+    for (ScoredModel<Model>& candidate : *candidates) candidate = Refined(candidate, kMostRefineSteps, fits);
+  }
+
   double ScoreOf(const Parameters& model) const {
     if (score_.kind() == ScoreKind::kGaussianUniform) return Likelihood(model);
     return scorer_(model, score_);
@@ -78,36 +117,41 @@ class FinalRefiner {
     return CountInliers(fitted) >= Model::kMinimalSize && score(fitted) >= score(start) ? fitted : start;
   }
 
-  double RefitThreshold(const Parameters& model) const {
-    if (!scales_.noise) return scales_.refit_threshold;
-    return options_.refit_threshold_factor * scales_.ThresholdFor(scorer_, model, scales_.threshold);
+  /// threshold: of what supports the model.
+  double RefitThreshold(double threshold) const {
+    return scales_.noise ? options_.refit_threshold_factor * threshold : scales_.refit_threshold;
   }
 
   double InlierShare(const Parameters& model) const {
     return static_cast<double>(CountInliers(model)) / scorer_.size();
   }
 
-  Parameters Refitted(const Parameters& start, int* fits) const {
+  /// rounds: of kIterated. With its final score.
+  ScoredModel<Model> Refitted(const Parameters& start, int rounds, int* fits) const {
+    Parameters model = start;
     switch (options_.refit) {
       case Refit::kInliers:
-        return FittedToInliers(start, fits);
+        model = FittedToInliers(start, fits);
+        break;
       case Refit::kIterated:
-        return Iterated(start, fits);
+        return Iterated(start, rounds, fits);
       case Refit::kMixture:
-        return FittedToMixture(start, fits);
+        model = FittedToMixture(start, fits);
+        break;
       case Refit::kReweighted:
-        return Reweighted(start, fits);
+        model = Reweighted(start, fits);
+        break;
       case Refit::kNone:
         break;
     }
-    return start;
+    return {model, ScoreOf(model)};
   }
 
   /// Kept by what least squares lowers, the squares truncated at its own threshold. A hypothesis that was chosen for
   /// its inlier count, or for a wider score, is the luckiest of many by that one: by it the more accurate model would
   /// lose.
   Parameters FittedToInliers(const Parameters& start, int* fits) const {
-    const double threshold = RefitThreshold(start);
+    const double threshold = RefitThreshold(scales_.ThresholdFor(scorer_, start, scales_.threshold));
     const Score squares(ScoreKind::kMsac, threshold, 0.0, 0.0);
     Parameters model = start;
     ++*fits;
@@ -121,19 +165,25 @@ class FinalRefiner {
     return Better(start, model, [&](const Parameters& m) { return Likelihood(m); });
   }
 
-  Parameters Iterated(const Parameters& start, int* fits) const {
-    ScoredModel<Model> best{start, ScoreOf(start)};
-    for (int round = 0; round < options_.refit_rounds; ++round) {
-      Parameters next = best.model;
+  ScoredModel<Model> Iterated(const Parameters& start, int rounds, int* fits) const {
+    Parameters model = start;
+    const Evaluation first = Evaluate(start);
+    Evaluation best = first;
+    Eigen::VectorXd weights(scorer_.size());
+    for (int round = 0; round < rounds; ++round) {
+      Parameters next = model;
       ++*fits;
-      if (!FitInliers(scorer_, RefitThreshold(next), &next)) break;
-      const double score = ScoreOf(next);
-      if (!(score >= best.score)) break;
-      const bool settled = next == best.model;
-      best = {next, score};
+      weights = (best.residuals.array() <= RefitThreshold(best.threshold)).template cast<double>();
+      if (!FitAgain<Model>(scorer_.points(), weights, &next)) break;
+      Evaluation found = Evaluate(next);
+      if (!(found.score >= best.score)) break;
+      const bool settled = next == model;
+      model = next;
+      best = std::move(found);
       if (settled) break;
     }
-    return CountInliers(best.model) < Model::kMinimalSize ? start : best.model;
+    if (best.inliers < Model::kMinimalSize) return {start, first.score};
+    return {model, best.score};
   }
 
   /// By the final score where that is a sum over points; the mixture's own is compared once, at the end.
@@ -144,10 +194,13 @@ class FinalRefiner {
     return Better(start, model, [&](const Parameters& m) { return ScoreOf(m); });
   }
 
-  Parameters Refined(const Parameters& start, int* fits) const {
+  ScoredModel<Model> Refined(const ScoredModel<Model>& start, int steps, int* fits) const {
     if (options_.final_refinement == FinalRefinement::kNone) return start;
-    const Parameters model = RefinedNonlinearly<Model>(scorer_, LossAt(start), start, fits);
-    return Better(start, model, [&](const Parameters& m) { return ScoreOf(m); });
+    const Parameters model = RefinedNonlinearly<Model>(scorer_, LossAt(start.model), start.model, fits, steps);
+    if (model == start.model) return start;
+    const Evaluation found = Evaluate(model);
+    const bool keep = found.inliers >= Model::kMinimalSize && found.score >= start.score;
+    return keep ? ScoredModel<Model>{model, found.score} : start;
   }
 
   RobustLoss LossAt(const Parameters& start) const {

@@ -11,18 +11,23 @@
 namespace diffsac {
 
 /// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none. The loss is
-/// truncated, or where the model has that and the scorer or the loss asks for it, any loss with the scorer's weights.
+/// truncated, or where the model has that and the scorer, the loss or the number of steps asks for it, any loss with
+/// the scorer's weights. steps: of Levenberg-Marquardt at most, where the model can be told.
 template <MinimalModel Model>
 typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const RobustLoss& loss,
-                                              const typename Model::Parameters& start, [[maybe_unused]] int* fits) {
+                                              const typename Model::Parameters& start, [[maybe_unused]] int* fits,
+                                              [[maybe_unused]] int steps = kMostRefineSteps) {
   typename Model::Parameters model = start;
   const auto keep = [&](bool refined) { return refined && model.allFinite() ? model : start; };
   if constexpr (HasRobustRefine<Model>) {
     const bool weighted = scorer.weights().size() > 0;
-    if (weighted || loss.kind != LossKind::kTruncated) {
+    if (weighted || loss.kind != LossKind::kTruncated || steps < kMostRefineSteps) {
       ++*fits;
       const Eigen::VectorXd weights = weighted ? scorer.weights() : Eigen::VectorXd::Ones(scorer.size());
-      return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model));
+      if constexpr (HasLimitedRefine<Model>)
+        return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model, steps));
+      else
+        return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model));
     }
   }
   if constexpr (HasRefine<Model>) {
@@ -32,8 +37,8 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const
   return start;
 }
 
-/// What is made of each new best hypothesis inside the loop: it is mended where it is degenerate, and optimised in the
-/// way that options.local_optimization says. Borrows scorer, score, options and scales.
+/// What is made of each new best minimal model inside the loop: it is mended where it is degenerate, and optimised in
+/// the way that options.local_optimization says. Borrows scorer, score, options and scales.
 template <MinimalModel Model>
 class LocalOptimizer {
  public:

@@ -28,7 +28,7 @@ namespace diffsac {
 ///                                    essential matrix, which eight linear equations fit badly): from *model; false
 ///                                    when it stays as it was
 ///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
-///                                    called for each new best model with the minimal set it was solved from, and with
+///                                    called for each new best minimal model with the set it was solved from, and with
 ///                                    a null set for what local optimisation made of it: where that is degenerate (for
 ///                                    a fundamental matrix: most of its points on one plane), writes up to
 ///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
@@ -38,7 +38,8 @@ namespace diffsac {
 ///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
 ///                                    rotation)
 ///   Refine(points, weights, loss, model)
-///                                    the same with a weight for each point and any loss
+///                                    the same with a weight for each point and any loss; a fifth argument, where there
+///                                    is one, limits its steps
 ///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
 ///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
 ///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
@@ -58,6 +59,12 @@ template <class M>
 concept HasRobustRefine = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                                    typename M::Parameters* model) {
   { ModelHooks<M>::Refine(points, weights, loss, model) } -> std::same_as<bool>;
+};
+
+template <class M>
+concept HasLimitedRefine = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                                    typename M::Parameters* model, int steps) {
+  { ModelHooks<M>::Refine(points, weights, loss, model, steps) } -> std::same_as<bool>;
 };
 
 template <class M>

@@ -62,7 +62,7 @@ class ConsensusSearch {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(sampler, rule_.max_iterations() - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
-        const auto* draw = block_.Next(best_.bar());
+        const auto* draw = block_.Next(std::min(best_.bar(), best_minimal_));
         if (draw == nullptr) break;
         Take(*draw);
         result_.stop = rule_.After(result_.iterations);
@@ -93,17 +93,26 @@ class ConsensusSearch {
     sets_.insert(sets_.end(), draw.set, draw.set + Model::kMinimalSize);
     ++result_.iterations;
     result_.hypotheses += std::max(1, draw.solutions);
-    for (int i = 0; i < draw.solutions; ++i) Offer({draw.models[i], draw.scores[i]}, draw.set);
+    int rise = -1;
+    for (int i = 0; i < draw.solutions; ++i) {
+      best_.Offer(draw.models[i], draw.scores[i]);
+      if (!(draw.scores[i] > best_minimal_)) continue;
+      best_minimal_ = draw.scores[i];
+      rise = i;
+    }
+    if (rise >= 0) Improve({draw.models[rise], draw.scores[rise]}, draw.set);
   }
 
-  /// A model that was given, not drawn.
-  void Consider(const Parameters& model) { Offer({model, scorer_(model, score_, best_.bar())}, nullptr); }
+  /// A model that was given, not drawn: it may be as good as an improved one, and bars no minimal model's way.
+  void Consider(const Parameters& model) {
+    const double bar = best_.best();
+    const ScoredModel<Model> given{model, scorer_(model, score_, best_.bar())};
+    best_.Offer(given.model, given.score);
+    if (given.score > bar) Improve(given, nullptr);
+  }
 
   /// set: what the model was solved from; null when it was given.
-  void Offer(const ScoredModel<Model>& found, const int* set) {
-    const bool is_best = found.score > best_.best();
-    best_.Offer(found.model, found.score);
-    if (!is_best) return;
+  void Improve(const ScoredModel<Model>& found, const int* set) {
     const ScoredModel<Model> improved = improve_(found, set, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
     rule_.Update(refine_.CountInliers(best_.entries().front().model));
@@ -117,6 +126,10 @@ class ConsensusSearch {
   FinalRefiner<Model> refine_;
   StoppingRule rule_;
   HypothesisBlock<Model> block_;
+  /// The best score of a draw before it is improved, what the next draw to be improved must exceed. Were it the best
+  /// score of all, an improved model's, hardly any draw after the first improvement would do (PoseLib,
+  /// robust/ransac_impl.h, keeps the two apart).
+  double best_minimal_ = -1.0;
   std::vector<int> sets_;   ///< Those that were taken.
   ConsensusResult result_;  ///< What is known of it so far.
 };

@@ -32,6 +32,20 @@ concept HasSquareBounds = requires {
   typename ModelHooks<M>::Bounds;
 };
 
+/// Rows by weight, within [0, 1], from the heaviest to the lightest up to 1/64; those in their order.
+inline std::vector<int> HeaviestFirst(const Eigen::VectorXd& weights) {
+  constexpr int kClasses = 64;
+  const auto class_of = [&](Eigen::Index i) {
+    return kClasses - 1 - std::clamp(static_cast<int>(weights[i] * kClasses), 0, kClasses - 1);
+  };
+  std::array<int, kClasses + 1> place{};
+  for (Eigen::Index i = 0; i < weights.size(); ++i) ++place[class_of(i) + 1];
+  for (int c = 0; c < kClasses; ++c) place[c + 1] += place[c];
+  std::vector<int> rows(weights.size());
+  for (Eigen::Index i = 0; i < weights.size(); ++i) rows[place[class_of(i)]++] = static_cast<int>(i);
+  return rows;
+}
+
 /// Scores models against one point set. The points are also kept as columns, so that residuals of a model that offers
 /// `Residuals` over columns are computed several at a time; other models go point by point. Borrows `points`.
 template <MinimalModel Model>
@@ -43,8 +57,7 @@ class Scorer {
     rest_.back() = 0.0;
     for (int block = static_cast<int>(rest_.size()) - 2; block >= 0; --block)
       rest_[block] = rest_[block + 1] + MostOf(block * kBlock);
-    float_weights_ = prior_.weights.template cast<float>();
-    if constexpr (HasSquareBounds<Model>) bounds_.emplace(pointers_.data(), size());
+    if constexpr (HasSquareBounds<Model>) MakeBounds();
   }
 
   int size() const { return static_cast<int>(points_.rows()); }
@@ -99,6 +112,26 @@ class Scorer {
     return prior_.weights.size() == 0 ? count : prior_.weights.segment(begin, count).sum();
   }
 
+  /// Bounds go over the heaviest points first, so that what the rest can add falls as fast as it can.
+  void MakeBounds() {
+    std::array<const double*, Model::kDimension> pointers = pointers_;
+    Eigen::MatrixXd ordered;
+    if (prior_.weights.size() > 0) {
+      const std::vector<int> rows = HeaviestFirst(prior_.weights);
+      ordered = columns_(rows, Eigen::all);
+      float_weights_ = prior_.weights(rows).template cast<float>();
+      for (int i = 0; i < Model::kDimension; ++i) pointers[i] = ordered.col(i).data();
+    }
+    bounds_.emplace(pointers.data(), size());
+    bound_rest_.assign((size() + kBoundBlock - 1) / kBoundBlock + 1, 0.0);
+    for (int block = static_cast<int>(bound_rest_.size()) - 2; block >= 0; --block) {
+      const int begin = block * kBoundBlock, count = std::min(kBoundBlock, size() - begin);
+      const double most =
+          float_weights_.size() == 0 ? count : float_weights_.segment(begin, count).template cast<double>().sum();
+      bound_rest_[block] = bound_rest_[block + 1] + most;
+    }
+  }
+
   /// False once a bound in single precision shows that the sum stays below `bar`.
   bool MayReach([[maybe_unused]] const typename Model::Parameters& model, [[maybe_unused]] const Score& score,
                 [[maybe_unused]] double bar) const {
@@ -111,7 +144,7 @@ class Scorer {
       std::array<float, kBoundBlock> squares;
       double most = kMargin;
       for (int begin = 0; begin < size(); begin += kBoundBlock) {
-        if (most + rest_[begin / kBlock] < bar) return false;
+        if (most + bound_rest_[begin / kBoundBlock] < bar) return false;
         const int end = std::min(begin + kBoundBlock, size());
         (*bounds_)(prepared, begin, end, squares.data());
         most += score.Bound(squares.data(), weights == nullptr ? nullptr : weights + begin, end - begin);
@@ -170,8 +203,9 @@ class Scorer {
   Eigen::MatrixXd columns_;
   std::array<const double*, Model::kDimension> pointers_;
   ScorePrior prior_;
-  std::vector<double> rest_;  ///< What the points from a block on can add at most.
-  Eigen::VectorXf float_weights_;
+  std::vector<double> rest_;        ///< What the points from a block on can add at most.
+  Eigen::VectorXf float_weights_;   ///< In the order of the bounds; empty: 1 each.
+  std::vector<double> bound_rest_;  ///< The same as rest_ of the bounds' blocks, in their order.
   std::optional<typename BoundsOf<Model>::Type> bounds_;
 };
 

@@ -3,6 +3,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "diffsac/core/status.h"
 #include "diffsac/lab/compose.h"
@@ -59,6 +60,13 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   for (std::size_t i = 0; i < experiment.compare.size(); ++i)
     CheckKnown(config, "compare." + std::to_string(i), "method", {experiment.compare[i].a, experiment.compare[i].b},
                methods);
+  for (std::size_t i = 0; i < experiment.strata.size(); ++i) {
+    const std::string key = "strata." + std::to_string(i);
+    CheckKnown(config, key + ".rows", "method", experiment.strata[i].rows, methods);
+    for (std::size_t k = 0; k < i; ++k)
+      if (experiment.strata[k].by == experiment.strata[i].by)
+        throw Error(config.Where(key) + ": '" + ToString(experiment.strata[i].by) + "' stands twice");
+  }
 }
 
 std::vector<BudgetSeries> SeriesOf(const std::vector<EstimatorRow>& methods) {
@@ -137,6 +145,15 @@ void Comparison::Bind(OptionsBinder& binder) {
   binder.Require(!a.empty() && !b.empty(), "", "two methods [a, b]");
 }
 
+void StrataOptions::Bind(OptionsBinder& b) {
+  b.Field("by", by).Help("what problems are divided by");
+  const bool numbers = by != Quantity::kScene;
+  b.Field("bins", bins).OnlyIf(numbers, "another `by` than scene").Help("ascending edges; an edge is in the bin above");
+  b.Field("rows", rows).Help("only these rows; empty: all");
+  const bool ascending = std::is_sorted(bins.begin(), bins.end(), std::less_equal<>());
+  b.Require(!numbers || (!bins.empty() && ascending), "bins", "ascending edges, [0.1, 0.2, 0.4]");
+}
+
 void ImageFolder::Bind(OptionsBinder& b) {
   b.Field("scenes", scenes).Help("names of scenes; `*` stands for any text, `?` for one character");
   b.Field("folder", folder).Help("holds the images by the names that the pairs' ids have, with any extension");
@@ -166,6 +183,9 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
      metric.Field("threshold_px", threshold_px, Positive()).Help("the same in pixels");
      metric.Field("in_pixels", in_pixels).Help("errors in pixels, as homographies' always are");
      metric.Field("pose", pose).Help("homographies are judged by the motion that they decompose into, in degrees");
+     metric.Field("share_within_px", share_within_px, AtLeast(0.0))
+         .OnlyIf(IsTwoView(task), "a task of two views")
+         .Help("matches so near the true model count in `inlier_share`; 0: those within the data's threshold");
      metric.Require(!pose || task == Task::kHomography, "pose", "task homography; other tasks are judged so always");
    }).Help("c and unit of the accuracies");
   b.Field("condition_label", condition_label).Help("name of the conditions' axis");
@@ -182,6 +202,9 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("paper", paper).Help("what the paper reports, by its row and our condition");
   b.Field("scene_groups", scene_groups).Help("scenes that the means over scenes count as one");
   b.Field("compare", compare).Help("differences of two rows with their intervals");
+  b.Field("strata", strata).Help("the metric by a quantity of the problems");
+  b.Field("factors", factors)
+      .Help("by name their levels, whose combinations are rows; as maps they make these (docs/extending.md)");
   b.Require(!name.empty() && name.find('/') == std::string::npos, "name", "a name without '/'");
   b.Require(!methods.empty(), "methods", "a list of methods");
 }

@@ -9,6 +9,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/lab/compose_factors.h"
 #include "diffsac/lab/make_estimator.h"
 #include "diffsac/problem/tasks.h"
 
@@ -68,6 +69,23 @@ struct Comparison {
   void Bind(OptionsBinder& binder);
 };
 
+/// What tables can be divided by, of each problem (problem_quantities.h).
+enum class Quantity { kInlierShare, kPoints, kRotation, kBaseline, kScene };
+template <>
+inline constexpr auto kEnumNames<Quantity> = NamesOf<Quantity>({{Quantity::kInlierShare, "inlier_share"},
+                                                                {Quantity::kPoints, "points"},
+                                                                {Quantity::kRotation, "true_rotation_deg"},
+                                                                {Quantity::kBaseline, "true_baseline"},
+                                                                {Quantity::kScene, "scene"}});
+
+/// The table's metric apart for problems of different kinds (strata.h).
+struct StrataOptions {
+  Quantity by = Quantity::kInlierShare;
+  std::vector<double> bins;       ///< Ascending edges: below the first, from one to the next, from the last on.
+  std::vector<std::string> rows;  ///< Only these; all when empty.
+  void Bind(OptionsBinder& b);
+};
+
 /// Where pictures find the images of scenes.
 struct ImageFolder {
   std::string scenes = "*";  ///< Names of scenes; `*` stands for any text, `?` for one character.
@@ -109,6 +127,9 @@ struct ExperimentOptions {
   bool in_pixels = false;      ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
   /// Homographies are judged by the motion that they decompose into, in degrees (`metric.pose`).
   bool pose = false;
+  /// Two views: a match so near the true model counts in `inlier_share`; 0: those within the data's ε
+  /// (`metric.share_within_px`).
+  double share_within_px = 0.0;
   std::string condition_label = "condition";  ///< Name of the conditions' axis.
   std::string reference;                      ///< Differences "reference minus other"; empty: the first diffsac row.
   std::string notes;                          ///< A paragraph under the table.
@@ -131,6 +152,8 @@ struct ExperimentOptions {
   /// `*` stands for any text, `?` for one character.
   std::vector<std::pair<std::string, std::vector<std::string>>> scene_groups;
   std::vector<Comparison> compare;
+  std::vector<StrataOptions> strata;
+  Factors factors;                    ///< Whose levels' combinations are rows (FactorRowName).
   std::vector<std::string> left_out;  ///< Rows, conditions and data that are not there, with what they need.
   /// The first group that holds the scene, or the scene itself.
   std::string GroupOf(const std::string& scene) const;

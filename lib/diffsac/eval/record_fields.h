@@ -32,6 +32,14 @@ void VisitChance(Record& record, const Visit& visit) {
   visit("log_false_alarms", record.log_false_alarms);
 }
 
+/// What the problem itself is like.
+template <class Record, class Visit>
+void VisitQuantities(Record& record, const Visit& visit) {
+  visit("inlier_share", record.inlier_share);
+  visit("true_rotation_deg", record.true_rotation_deg);
+  visit("true_baseline", record.true_baseline);
+}
+
 /// Those of several structures, which problems.csv has where these are judged.
 template <class Record, class Visit>
 void VisitStructures(Record& record, const Visit& visit) {

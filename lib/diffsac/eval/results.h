@@ -35,6 +35,10 @@ struct ProblemRecord {
   /// true structures that at least one such set is of; else NaN.
   double one_structure_sets = std::numeric_limits<double>::quiet_NaN();
   double structures_in_sets = std::numeric_limits<double>::quiet_NaN();
+  /// Of the problem, not of its estimate; NaN where it is unknown (problem_quantities.h).
+  double inlier_share = std::numeric_limits<double>::quiet_NaN();
+  double true_rotation_deg = std::numeric_limits<double>::quiet_NaN();
+  double true_baseline = std::numeric_limits<double>::quiet_NaN();
   int structures = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.

@@ -13,6 +13,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/eval/problem_quantities.h"
 #include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"
 #include "diffsac/lab/dataset_factory.h"
@@ -85,6 +86,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.log_false_alarms = estimate.log_false_alarms;
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);
+  RecordQuantities(example, experiment.share_within_px, &record);
   record.report = estimate.report;
   record.done = true;
   return record;

@@ -111,6 +111,7 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
   for (auto& [label, row] : experiment->paper)
     if (lost(row.ours)) row.ours.clear();
   std::erase_if(experiment->compare, [&](const Comparison& pair) { return lost(pair.a) || lost(pair.b); });
+  for (StrataOptions& strata : experiment->strata) std::erase_if(strata.rows, lost);
   for (BudgetSeries& series : figures.budget) std::erase_if(series.methods, lost);
 }
 

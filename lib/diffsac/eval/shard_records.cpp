@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 7";
+constexpr const char* kFormat = "diffsac shard 8";
 
 // The library's own conversion is undefined for numbers that no integer holds.
 template <class Integer>
@@ -40,6 +40,7 @@ template <class Record, class Visit>
 void VisitAll(Record& record, const Visit& visit) {
   VisitRecord(record, visit);
   VisitChance(record, visit);
+  VisitQuantities(record, visit);
   VisitStructures(record, visit);
 }
 

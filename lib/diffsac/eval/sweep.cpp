@@ -70,6 +70,16 @@ struct RowAtPoint {
   std::string signature;  ///< All that its results depend on, but for the seed.
 };
 
+/// Rows that have the values of axes in their names are no combinations of the factors, nor those that strata name.
+void ForgetLostRows(ExperimentOptions* experiment) {
+  const auto lost = [&](const std::string& name) { return experiment->RowOf(name) == experiment->methods.size(); };
+  for (StrataOptions& strata : experiment->strata) std::erase_if(strata.rows, lost);
+  const std::vector<std::vector<std::string>> combinations = CombinationsOf(experiment->factors);
+  if (std::all_of(combinations.begin(), combinations.end(),
+                  [&](const auto& levels) { return lost(FactorRowName(levels)); }))
+    experiment->factors.clear();
+}
+
 std::string SignatureOf(const ExperimentOptions& experiment, std::size_t method) {
   std::string text = std::to_string(experiment.problems) + "\n";
   for (const Condition& condition : experiment.conditions) text += ToYaml(condition.data) + "\n";
@@ -245,6 +255,7 @@ ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::ve
     }
     for (const auto& alike : different) AddRow(alike, points[alike.front()->point], axes, results, &numbers, &joined);
   }
+  ForgetLostRows(&joined.experiment);
   std::stable_sort(joined.cells.begin(), joined.cells.end(),
                    [](const Cell& a, const Cell& b) { return a.condition < b.condition; });
   return joined;

@@ -52,9 +52,9 @@ struct Essential {
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
   /// (RefineEssential). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss.
+  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                     Parameters* model);
+                     Parameters* model, int steps = kMostRefineSteps);
 
   /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
   static bool Ambiguous(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers);

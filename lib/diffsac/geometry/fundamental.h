@@ -45,9 +45,9 @@ struct Fundamental {
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
   /// (RefineFundamental). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss.
+  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                     Parameters* model);
+                     Parameters* model, int steps = kMostRefineSteps);
 
   /// (s₁ − s₂)/s₂ of the essential matrix K2ᵀ F K1, whose singular values s₁ ≥ s₂ are equal for the true cameras.
   static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);

@@ -42,9 +42,9 @@ struct Homography {
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
   /// (RefineHomography, symmetric). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss.
+  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                     Parameters* model);
+                     Parameters* model, int steps = kMostRefineSteps);
 };
 
 /// |H x1 - x2| in the second image. Not finite for points that H sends to infinity.

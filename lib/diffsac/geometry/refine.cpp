@@ -148,41 +148,23 @@ bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, Refine
   return moved;
 }
 
-bool Collect(const PointMatrix& points, const Eigen::VectorXd& weights, const PairNormalization& normalization,
-             Observations* out) {
-  std::vector<int> rows(points.rows());
-  int count = 0;
-  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
-    rows[count] = i;
-    count += weights[i] > 0.0 ? 1 : 0;
-  }
-  out->points.resize(count, Eigen::NoChange);
-  out->weights.resize(count);
-  for (int i = 0; i < count; ++i) {
-    double point[4];
-    normalization.Apply(points.data() + 4 * static_cast<Eigen::Index>(rows[i]), point);
-    for (int j = 0; j < 4; ++j) out->points(i, j) = point[j];
-    out->weights[i] = weights[rows[i]];
-  }
-  return out->points.allFinite();
-}
-
 /// Checks, normalises with one scale for both images (so that distances in both keep their proportion) and collects.
 Status Prepare(const PointMatrix& points, const Eigen::VectorXd& weights, int min_points, bool normalize,
                const Matrix3Parameters& model, PairNormalization* normalization, Observations* observations) {
-  if (points.cols() != 4 || weights.size() != points.rows() || !model.allFinite() || !(model.norm() > 0.0))
-    return Status::kDegenerate;
-  if (weights.size() > 0 && !(weights.minCoeff() >= 0.0 && weights.allFinite())) return Status::kDegenerate;
-  if ((weights.array() > 0.0).count() < min_points) return Status::kTooFewPoints;
+  if (points.cols() != 4 || !model.allFinite() || !(model.norm() > 0.0)) return Status::kDegenerate;
+  WeightedPairs pairs;
+  if (!pairs.Collect(points, weights)) return Status::kDegenerate;
+  if (pairs.positive() < min_points) return Status::kTooFewPoints;
   *normalization = {};
   if (normalize) {
-    WeightedPairs pairs;
-    if (!pairs.Gather(points, weights, min_points)) return Status::kDegenerate;
+    if (!pairs.Normalize()) return Status::kDegenerate;
     *normalization = pairs.normalization();
     normalization->first.scale = normalization->second.scale =
         std::sqrt(normalization->first.scale * normalization->second.scale);
   }
-  return Collect(points, weights, *normalization, observations) ? Status::kOk : Status::kDegenerate;
+  observations->points = normalization->first.scale * pairs.columns().leftCols<4>();
+  observations->weights = pairs.columns().col(4);
+  return observations->points.allFinite() ? Status::kOk : Status::kDegenerate;
 }
 
 /// Brings the costs back from normalised units.

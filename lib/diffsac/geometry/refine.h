@@ -10,7 +10,7 @@ namespace diffsac {
 
 struct RefineOptions {
   RobustLoss loss{LossKind::kTruncated, 1.0};  ///< its scale is linear, in the unit of the points
-  int max_iterations = 25;                     ///< steps tried, taken or not
+  int max_iterations = kMostRefineSteps;       ///< steps tried, taken or not
   /// Stop when a step lowers the cost by less than this share, or when all steps are shorter than this (radians).
   double relative_tolerance = 1e-8;
 };

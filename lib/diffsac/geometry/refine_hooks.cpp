@@ -15,6 +15,9 @@ namespace {
 /// Points beyond this many thresholds sit out, for speed.
 constexpr double kReach = 3.0;
 
+/// A gain of this share of the cost moves a model of a thousand points by a thirtieth of its standard deviation.
+constexpr double kTolerance = 1e-6;
+
 template <class Model>
 Eigen::VectorXd Residuals(const PointMatrix& points, const Matrix3Parameters& model) {
   Eigen::VectorXd residuals(points.rows());
@@ -29,13 +32,15 @@ double Cost(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, co
 
 /// refine: (points, weights, options, model) -> RefineReport.
 template <class Model, class RefineModel>
-bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss, int steps,
                     const RefineModel& refine, Matrix3Parameters* model) {
   if (points.cols() != 4 || weights.size() != points.rows() || !(loss.scale > 0.0) || !std::isfinite(loss.scale) ||
       !model->allFinite())
     return false;
   RefineOptions options;
   options.loss = loss;
+  options.max_iterations = steps;
+  options.relative_tolerance = kTolerance;
   const Eigen::VectorXd before = Residuals<Model>(points, *model);
   Matrix3Parameters refined = *model;
   const Eigen::VectorXd near = (before.array() <= kReach * loss.scale).template cast<double>();
@@ -57,21 +62,21 @@ bool RefineTruncated(const PointMatrix& points, double threshold, Matrix3Paramet
 }  // namespace
 
 bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                        Parameters* model) {
+                        Parameters* model, int steps) {
   const auto refine = [](const auto& p, const auto& w, const auto& options, Parameters* m) {
     return RefineHomography(p, w, options, HomographyResidual::kSymmetricTransfer, m);
   };
-  return RefineRobustly<Homography>(points, weights, loss, refine, model);
+  return RefineRobustly<Homography>(points, weights, loss, steps, refine, model);
 }
 
 bool Fundamental::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                         Parameters* model) {
-  return RefineRobustly<Fundamental>(points, weights, loss, RefineFundamental, model);
+                         Parameters* model, int steps) {
+  return RefineRobustly<Fundamental>(points, weights, loss, steps, RefineFundamental, model);
 }
 
 bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                       Parameters* model) {
-  return RefineRobustly<Essential>(points, weights, loss, RefineEssential, model);
+                       Parameters* model, int steps) {
+  return RefineRobustly<Essential>(points, weights, loss, steps, RefineEssential, model);
 }
 
 bool Essential::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {

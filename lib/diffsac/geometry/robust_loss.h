@@ -5,6 +5,9 @@
 
 namespace diffsac {
 
+/// Steps of Levenberg-Marquardt that are tried where nobody asks for fewer.
+inline constexpr int kMostRefineSteps = 25;
+
 /// How a squared residual s counts, c being the loss's scale (linear, in the residual's unit):
 ///   kTrivial    ρ(s) = s
 ///   kTruncated  ρ(s) = min(s, c²)                       MSAC's; an outlier has no pull at all

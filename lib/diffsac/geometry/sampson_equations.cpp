@@ -1,5 +1,8 @@
 #include "diffsac/geometry/sampson_equations.h"
 
+#include <algorithm>
+
+#include "diffsac/geometry/equation_blocks.h"
 #include "diffsac/geometry/lane_blocks.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/vector_clones.h"
@@ -7,54 +10,61 @@
 namespace diffsac {
 namespace {
 
-constexpr int kLanes = 4;
-constexpr int kPairs = 45;  // i >= j of nine
-
-/// One sum for each lane, one lane for each of four neighbouring points.
+/// Each row of JᵀJ up to the diagonal, then the entry of Jᵀr. One sum for each of four neighbouring points.
 struct LaneSums {
-  double normal[kPairs][kLanes];
-  double gradient[9][kLanes];
+  EquationLanes rows[9][10];
 };
+
+struct Block {
+  alignas(sizeof(EquationLanes)) EquationColumn jacobian[10];  ///< The nine derivatives and the residual.
+  alignas(sizeof(EquationLanes)) EquationColumn scaled[9];     ///< Derivatives times the weight.
+};
+
+template <int kRow>
+[[gnu::always_inline]] inline void AddRow(const Block& block, int size, LaneSums* sums) {
+  AddProducts<kRow + 1>(block.scaled[kRow], block.jacobian, size, sums->rows[kRow]);
+  AddProducts<1>(block.scaled[kRow], block.jacobian + 9, size, sums->rows[kRow] + 9);
+}
 
 /// Adds `count` points, a multiple of four.
 DIFFSAC_VECTOR_CLONES
 void AddBlocks(const double* f, const double* const* columns, const double* weights, int count, LaneSums* sums) {
-  for (int block = 0; block < count; block += kLanes) {
-    const double* w = weights + block;
-    if (w[0] == 0.0 && w[1] == 0.0 && w[2] == 0.0 && w[3] == 0.0) continue;
-    double g[9][kLanes], r[kLanes];
-    for (int l = 0; l < kLanes; ++l) {
-      const double x1 = columns[0][block + l], y1 = columns[1][block + l];
-      const double x2 = columns[2][block + l], y2 = columns[3][block + l];
-      const double point[4] = {x1, y1, x2, y2};
+  Block block;
+  double model[9];
+  std::copy_n(f, 9, model);
+  for (int begin = 0; begin < count; begin += kEquationBlock) {
+    const int size = std::min(kEquationBlock, count - begin);
+    const double *x1 = columns[0] + begin, *y1 = columns[1] + begin, *x2 = columns[2] + begin, *y2 = columns[3] + begin;
+    for (int i = 0; i < size; ++i) {
+      const double point[4] = {x1[i], y1[i], x2[i], y2[i]};
       double gradient[9];
-      r[l] = SampsonResidual(f, point, gradient);
-      for (int i = 0; i < 9; ++i) g[i][l] = gradient[i];
+      block.jacobian[9][i] = SampsonResidual(model, point, gradient);
+      for (int j = 0; j < 9; ++j) block.jacobian[j][i] = gradient[j];
+      for (int j = 0; j < 9; ++j) block.scaled[j][i] = weights[begin + i] * gradient[j];
     }
-    int pair = 0;
-    for (int i = 0; i < 9; ++i) {
-      double scaled[kLanes];
-      for (int l = 0; l < kLanes; ++l) scaled[l] = w[l] * g[i][l];
-      for (int l = 0; l < kLanes; ++l) sums->gradient[i][l] += scaled[l] * r[l];
-      for (int j = 0; j <= i; ++j, ++pair)
-        for (int l = 0; l < kLanes; ++l) sums->normal[pair][l] += scaled[l] * g[j][l];
-    }
+    AddRow<0>(block, size, sums);
+    AddRow<1>(block, size, sums);
+    AddRow<2>(block, size, sums);
+    AddRow<3>(block, size, sums);
+    AddRow<4>(block, size, sums);
+    AddRow<5>(block, size, sums);
+    AddRow<6>(block, size, sums);
+    AddRow<7>(block, size, sums);
+    AddRow<8>(block, size, sums);
   }
 }
-
-double Total(const double (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]); }
 
 }  // namespace
 
 NormalEquations SumSampsonEquations(const double* f, const double* const* columns, const double* weights, int count) {
   LaneSums sums = {};
-  AddInBlocks<kLanes>(columns, weights, count,
-                      [&](const double* const* c, const double* w, int size) { AddBlocks(f, c, w, size, &sums); });
+  AddInBlocks<kEquationLanes>(columns, weights, count, [&](const double* const* c, const double* w, int size) {
+    AddBlocks(f, c, w, size, &sums);
+  });
   NormalEquations result;
-  int pair = 0;
   for (int i = 0; i < 9; ++i) {
-    result.gradient[i] = Total(sums.gradient[i]);
-    for (int j = 0; j <= i; ++j, ++pair) result.normal(i, j) = result.normal(j, i) = Total(sums.normal[pair]);
+    for (int j = 0; j <= i; ++j) result.normal(i, j) = result.normal(j, i) = TotalOf(sums.rows[i][j]);
+    result.gradient[i] = TotalOf(sums.rows[i][9]);
   }
   return result;
 }

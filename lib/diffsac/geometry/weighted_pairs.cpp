@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "diffsac/geometry/vector_clones.h"
@@ -132,7 +133,7 @@ Eigen::Matrix<double, Terms::kSecond, kFirst> Totals(const MomentSums<Terms>& su
 
 }  // namespace
 
-bool WeightedPairs::Gather(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive) {
+bool WeightedPairs::Collect(const PointMatrix& points, const Eigen::VectorXd& weights) {
   if (points.cols() != 4 || weights.size() != points.rows()) return false;
   std::vector<int> rows(points.rows());
   int count = 0;
@@ -141,26 +142,37 @@ bool WeightedPairs::Gather(const PointMatrix& points, const Eigen::VectorXd& wei
     // Without a branch: whether a point counts cannot be foreseen.
     rows[count] = i;
     count += weights[i] > 0.0 ? 1 : 0;
-    valid &= weights[i] >= 0.0;
+    valid &= weights[i] >= 0.0 && weights[i] <= std::numeric_limits<double>::max();
   }
-  if (!valid || count < min_positive) return false;
+  if (!valid) return false;
+  positive_ = count;
   columns_.resize(count + kLanes, Eigen::NoChange);
   double* columns[5];
   for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
-  double totals[kLanes] = {};
   for (int i = 0; i < count; ++i) {
     const double* p = points.data() + 4 * static_cast<Eigen::Index>(rows[i]);
     for (int j = 0; j < 4; ++j) columns[j][i] = p[j];
     columns[4][i] = weights[rows[i]];
-    totals[i % kLanes] += columns[4][i];
   }
-  const double total = Total(totals);
-  if (!(total > 0.0) || !std::isfinite(total)) return false;
   count_ = (count + kLanes - 1) / kLanes * kLanes;
   for (int i = count; i < count_; ++i) {
     for (int j = 0; j < 4; ++j) columns[j][i] = columns[j][count - 1];
     columns[4][i] = 0.0;
   }
+  return true;
+}
+
+bool WeightedPairs::Gather(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive) {
+  return Collect(points, weights) && positive_ >= min_positive && Normalize();
+}
+
+bool WeightedPairs::Normalize() {
+  double* columns[5];
+  for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
+  double totals[kLanes] = {};
+  for (int i = 0; i < count_; ++i) totals[i % kLanes] += columns[4][i];
+  const double total = Total(totals);
+  if (!(total > 0.0) || !std::isfinite(total)) return false;
   double largest[2] = {}, square[2] = {}, mean[4];
   for (int j = 0; j < 4; ++j) {
     ColumnSums sums;

@@ -13,6 +13,15 @@ class WeightedPairs {
   /// False for sizes that do not match, a weight that is negative or not finite, fewer than `min_positive` positive
   /// ones, or an image whose points are all equal (up to rounding) or not finite.
   bool Gather(const PointMatrix& points, const Eigen::VectorXd& weights, int min_positive);
+  /// The same as they are, not normalised, however few. False for sizes that do not match and unfit weights alone.
+  bool Collect(const PointMatrix& points, const Eigen::VectorXd& weights);
+
+  /// Points of positive weight.
+  int positive() const { return positive_; }
+  /// Moves the points' means to 0, for the normalization; false where Gather is.
+  bool Normalize();
+  /// x1, y1, x2, y2 (normalised: less their means, not yet scaled) and weights, `positive` rows in the points' order.
+  auto columns() const { return columns_.topRows(positive_); }
 
   const PairNormalization& normalization() const { return normalization_; }
 
@@ -22,6 +31,7 @@ class WeightedPairs {
   Eigen::Matrix<double, 4, 6> TransferMoments() const;
 
  private:
+  int positive_ = 0;
   int count_ = 0;  ///< Rows in use, filled up to whole blocks of lanes with weight 0.
   Eigen::Matrix<double, Eigen::Dynamic, 5> columns_;  ///< x1, y1, x2, y2, weight.
   PairNormalization normalization_;

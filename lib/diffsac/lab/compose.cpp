@@ -9,64 +9,13 @@
 #include "diffsac/core/config_tree.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
+#include "diffsac/lab/compose_factors.h"
+#include "diffsac/lab/tree_edits.h"
 
 namespace diffsac {
 namespace {
 
-using TreeKind = ConfigTree::Kind;
-
 constexpr const char* kDefaultDataRoot = "data";
-
-[[noreturn]] void FailAt(const ConfigTree& tree, const std::string& key, const std::string& what) {
-  const std::string place = PlaceText(tree.place);
-  throw Error((place.empty() ? "" : place + ": ") + key + ": " + what);
-}
-
-ConfigTree ScalarAt(const ConfigTree& place_of, const std::string& text, bool quoted = true) {
-  ConfigTree tree;
-  tree.kind = TreeKind::kScalar;
-  tree.place = place_of.place;
-  tree.scalar = text;
-  tree.quoted = quoted;
-  return tree;
-}
-
-ConfigTree ListAt(const ConfigTree& place_of) {
-  ConfigTree tree;
-  tree.kind = TreeKind::kSequence;
-  tree.place = place_of.place;
-  return tree;
-}
-
-void PutIn(ConfigTree* map, const std::string& key, ConfigTree value) {
-  map->kind = TreeKind::kMap;
-  if (ConfigTree* old = map->Find(key))
-    *old = std::move(value);
-  else
-    map->entries.push_back({key, std::move(value)});
-}
-
-/// Takes a key out of a map: what it held, an empty value when absent.
-ConfigTree Take(ConfigTree* map, const std::string& key) {
-  const auto entry = std::find_if(map->entries.begin(), map->entries.end(),
-                                  [&](const ConfigEntry& candidate) { return candidate.key == key; });
-  if (entry == map->entries.end()) return {};
-  ConfigTree value = std::move(entry->value);
-  map->entries.erase(entry);
-  return value;
-}
-
-/// A word, or a list of words.
-std::vector<std::string> Words(const ConfigTree& tree, const std::string& key) {
-  if (tree.kind == TreeKind::kNull) return {};
-  const std::vector<ConfigTree> items = tree.kind == TreeKind::kSequence ? tree.items : std::vector{tree};
-  std::vector<std::string> words;
-  for (const ConfigTree& item : items) {
-    if (item.kind != TreeKind::kScalar) FailAt(tree, key, "expected a name or a list of names");
-    words.push_back(item.scalar);
-  }
-  return words;
-}
 
 std::string TextOf(const ConfigTree& map, const std::string& key) {
   const ConfigTree* value = map.Find(key);
@@ -278,13 +227,15 @@ void ForgetRows(const std::set<std::string>& gone, ConfigTree* root) {
   }
   DropKey("reference", root, gone);
   DropFrom(root->Find("compare"), gone);
+  if (ConfigTree* strata = root->Find("strata"))
+    for (ConfigTree& one : strata->items) DropFrom(one.Find("rows"), gone);
   if (ConfigTree* paper = root->Find("paper"))
     for (ConfigEntry& row : paper->entries) DropKey("ours", &row.value, gone);
 }
 
-/// A single value as a list of one.
-ConfigTree ListOf(ConfigTree value) {
-  if (value.kind != TreeKind::kScalar) return value;
+/// A single value, of this kind, as a list of one.
+ConfigTree ListOf(ConfigTree value, TreeKind single = TreeKind::kScalar) {
+  if (value.kind != single) return value;
   ConfigTree list = ListAt(value);
   list.items.push_back(std::move(value));
   return list;
@@ -316,6 +267,8 @@ Config ComposeExperiment(const Config& config) {
   Interpolate(values, &root);
   root = WithFoundPaths(composed).impl_->document->root;
   root = OnAlternative(std::move(root));
+  if (ConfigTree* strata = root.Find("strata")) *strata = ListOf(std::move(*strata), TreeKind::kMap);
+  ComposeFactors(&root);
   ConfigTree settings = Take(&root, "settings"), sweep = Take(&root, "sweep");
   const ConfigTree names = Take(&root, "rows");
   if (sweep.kind != TreeKind::kNull) {

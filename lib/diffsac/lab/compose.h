@@ -22,9 +22,12 @@ namespace diffsac {
 ///   hypotheses     of a row, as a list [10, 100]: a row each, NAME_10 and NAME_100, labels LABEL 10 and LABEL 100,
 ///   which
 ///                  are a `series` in the pictures of budgets, by the name LABEL unless the row says another
+///   factors        {score: {msac: {...}, counted: {...}}, draws: {"100": {...}, ...}}: a row for each combination of
+///                  levels, over `factors_base` (compose_factors.h)
 ///   rows           names of `methods`: only these, in this order; without it all, of a map the oracle last. What the
 ///                  experiment says of the others elsewhere (compare, figures, paper, reference) goes with them
 ///   compare        {a: [b, c]} for [[a, b], [a, c]]
+///   strata         a map for a list of one
 ///
 /// Throws Error (file, line, nearest name).
 Config ComposeExperiment(const Config& config);

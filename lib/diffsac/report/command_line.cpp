@@ -15,6 +15,7 @@
 #include "diffsac/lab/run_lock.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/compare_runs.h"
+#include "diffsac/report/effects_page.h"
 #include "diffsac/report/html_report.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/merge.h"
@@ -160,6 +161,10 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   }
   if (!request.compare.empty()) {
     CompareFolders(request.compare, request.output, out);
+    return kExitOk;
+  }
+  if (!request.effects.empty()) {
+    WriteEffectsPage(request.effects, request.page, request.page_command, out);
     return kExitOk;
   }
   if (IsSweep(request) && !request.colmap.database.empty())

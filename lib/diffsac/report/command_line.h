@@ -34,6 +34,7 @@ struct EvalRequest {
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
   std::vector<std::string> compare;      ///< --compare: two run folders; then only `output` counts beside it
+  std::vector<std::string> effects;      ///< --effects: run folders; then only `page` and its command count beside it
   bool one_point = false;                ///< Of a sweep, whose axes the assignments have set.
   std::string data_root;                 ///< --data: replaces the experiment's data_root
   bool needs = false;                    ///< --needs: only says which folders the experiment reads

@@ -8,12 +8,14 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/eval/format.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/eval/problem_quantities.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/html_page.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_pictures.h"
 #include "diffsac/report/plot_texts.h"
+#include "diffsac/report/plots.h"
 
 namespace diffsac {
 
@@ -23,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostLines = 30000;  // Of the list of problems.
+constexpr std::size_t kMostListed = 30000;  // Of the list of problems.
 
 void AddTables(const Report& report, HtmlPage* page) {
   page->AddSection("Tables");
@@ -34,19 +36,26 @@ void AddTables(const Report& report, HtmlPage* page) {
 
 /// What gnuplot drew of the run (report/plots.h), in the order in which the page shows it.
 struct Picture {
-  const char* name;
+  std::string name;
   std::string caption;
 };
 
 std::vector<Picture> Pictures(const ExperimentResults& results) {
   const std::string accuracy = AccuracyTitle(results);
   const std::string joins = "; a curve joins budgets of one estimator.";
-  return {{"curve", accuracy + ", higher is better."},
-          {"bars", accuracy + ", higher is better, with 95 % intervals" +
-                       (JudgesPoses(results) ? "; R: of the rotation alone, t: of the translation alone." : ".")},
-          {"budget", accuracy + " against the median number of hypotheses" + joins},
-          {"time", accuracy + " against the median milliseconds" + joins},
-          {"reliability", "How often a point is an inlier, by the probability that was said of it."}};
+  std::vector<Picture> pictures = {
+      {"curve", accuracy + ", higher is better."},
+      {"bars", accuracy + ", higher is better, with 95 % intervals" +
+                   (JudgesPoses(results) ? "; R: of the rotation alone, t: of the translation alone." : ".")},
+      {"budget", accuracy + " against the median number of hypotheses" + joins},
+      {"time", accuracy + " against the median milliseconds" + joins},
+      {"reliability", "How often a point is an inlier, by the probability that was said of it."},
+      {"effects", "What the levels of each factor add to " + accuracy +
+                      " of the first, and by how much they multiply its milliseconds."}};
+  for (const StrataOptions& strata : results.experiment.strata)
+    pictures.push_back({StrataPicture(strata.by), accuracy + " by " + QuantityTitle(strata.by) +
+                                                      "; below the bins, how many problems they have."});
+  return pictures;
 }
 
 std::string PictureIn(const std::string& folder, const std::string& name) {
@@ -116,7 +125,7 @@ void AddProblems(const ExperimentResults& results, HtmlPage* page) {
     }
   }
   std::size_t left_out = 0;
-  page->AddJson("problems", ProblemListJson(results, list, pictures, kMostLines, &left_out));
+  page->AddJson("problems", ProblemListJson(results, list, pictures, kMostListed, &left_out));
   if (left_out > 0)
     notes.push_back(
         std::to_string(left_out) +

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/report/effect_tables.h"
 #include "diffsac/report/metric_table.h"
+#include "diffsac/report/strata_tables.h"
 #include "diffsac/report/structure_tables.h"
 #include "diffsac/report/tables.h"
 
@@ -141,6 +143,8 @@ std::string ReportNotes(const Report& report) {
   if (!AllShareProblems(results))
     text +=
         "Rows are of different problems (other seeds or options of generated data), so none is marked as the best.\n";
+  if (!experiment.factors.empty()) text += kEffectNote + MissingCombinations(report);
+  text += StrataNote(report);
   text += ChanceNote(results);
   const bool other_data = std::any_of(experiment.paper.begin(), experiment.paper.end(),
                                       [](const auto& row) { return !row.second.same_data; });

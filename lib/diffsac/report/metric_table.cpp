@@ -2,24 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "diffsac/eval/format.h"
 
 namespace diffsac {
 namespace {
 
-std::string Fixed(double value, int digits) {
-  if (std::isnan(value)) return kUnknown;
-  char text[64];
-  std::snprintf(text, sizeof(text), "%.*f", digits, value);
-  return text;
-}
-
-std::string General(double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "%.3g", value);
-  return std::isnan(value) ? kUnknown : text;
-}
+std::string General(double value) { return std::isnan(value) ? kUnknown : Format("%.3g", value); }
 
 double MedianOverAll(const ExperimentResults& results, std::size_t method, double (*get)(const ProblemRecord&)) {
   std::vector<double> values;
@@ -41,31 +31,6 @@ std::string CountText(const ExperimentResults& results, std::size_t method) {
   return low == high ? std::to_string(high) : std::to_string(low) + kUnknown + std::to_string(high);
 }
 
-// A row of numbers before the best are known.
-struct NumberRow {
-  std::vector<double> values;
-  bool competes = true;
-};
-
-// Values that print the same are equally good. No row is best where rows are of different problems.
-void MarkBest(const ExperimentResults& results, const std::vector<NumberRow>& numbers,
-              const std::vector<MetricColumn>& columns, Table* table) {
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    if (!RowsShareProblems(results, columns[c].condition)) continue;
-    double best = std::nan("");
-    for (const NumberRow& row : numbers) {
-      const double value = row.values[c];
-      if (!row.competes || std::isnan(value)) continue;
-      if (std::isnan(best) || (columns[c].higher_is_better ? value > best : value < best)) best = value;
-    }
-    for (std::size_t r = 0; r < numbers.size(); ++r) {
-      const std::string text = Fixed(numbers[r].values[c], columns[c].digits);
-      table->rows[r].best[c + 1] =
-          numbers[r].competes && !std::isnan(best) && text != kUnknown && text == Fixed(best, columns[c].digits);
-    }
-  }
-}
-
 bool HasRecords(const ExperimentResults& results, std::size_t method) {
   return std::any_of(results.cells.begin(), results.cells.end(),
                      [&](const Cell& cell) { return cell.method == method; });
@@ -84,21 +49,20 @@ void AddCosts(const ExperimentResults& results, std::size_t method, bool with_co
   if (JudgesStructures(results)) {
     const double draws =
         MedianOverAll(results, method, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
-    row->cells.push_back(oracle || draws == 0.0 ? kUnknown : Fixed(draws, 0));
+    row->cells.push_back(oracle || draws == 0.0 ? kUnknown : FixedText(draws, 0));
   }
-  row->cells.push_back(oracle ? kUnknown : Fixed(models, 0));
+  row->cells.push_back(oracle ? kUnknown : FixedText(models, 0));
   row->cells.push_back(oracle ? kUnknown : General(ms));
   if (with_counts) row->cells.push_back(CountText(results, method));
 }
 
 // The 95 % interval of a cell's accuracy or of its sets, which are means over scenes.
-std::string IntervalText(const Report& report, const MetricColumn& column, std::size_t method) {
+std::string RangeOf(const Report& report, const MetricColumn& column, std::size_t method) {
   const Cell* cell = report.results.Find(column.condition, method);
   const bool of_accuracy = column.metric == AccuracyMetric(report.results);
   if (cell == nullptr || column.scene != "mean" || (!of_accuracy && column.metric != kSetsMetric)) return "";
   const ConfidenceInterval& interval = of_accuracy ? report.Of(*cell).accuracy : report.Of(*cell).sets;
-  if (std::isnan(interval.low)) return "";
-  return "[" + Fixed(interval.low, column.digits) + ", " + Fixed(interval.high, column.digits) + "]";
+  return RangeText(interval, column.digits);
 }
 
 void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_counts, Table* table) {
@@ -112,9 +76,9 @@ void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_
     row.cells.push_back(method.label);
     for (const MetricColumn& column : shown.columns) {
       number_row.values.push_back(report.Metric(column.condition, m, column.scene, column.metric));
-      row.cells.push_back(Fixed(number_row.values.back(), column.digits));
+      row.cells.push_back(FixedText(number_row.values.back(), column.digits));
       row.intervals.resize(row.cells.size());
-      const std::string interval = IntervalText(report, column, m);
+      const std::string interval = RangeOf(report, column, m);
       if (shown.intervals && !interval.empty())
         row.cells.back() += " " + interval;
       else
@@ -126,13 +90,17 @@ void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_
     table->rows.push_back(std::move(row));
     numbers.push_back(std::move(number_row));
   }
-  MarkBest(results, numbers, shown.columns, table);
+  for (std::size_t c = 0; c < shown.columns.size(); ++c) {
+    const MetricColumn& column = shown.columns[c];
+    if (RowsShareProblems(results, column.condition))
+      MarkBest(numbers, c, column.digits, column.higher_is_better, table);
+  }
 }
 
 // With the paper's digits: two, or three where it gives three.
 std::string PaperText(double value) {
   const double hundredths = 100.0 * value;
-  return Fixed(value, std::abs(hundredths - std::round(hundredths)) < 1e-6 ? 2 : 3);
+  return FixedText(value, std::abs(hundredths - std::round(hundredths)) < 1e-6 ? 2 : 3);
 }
 
 void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Table* table) {
@@ -155,6 +123,38 @@ void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Ta
 }
 
 }  // namespace
+
+std::string FixedText(double value, int digits) { return std::isnan(value) ? kUnknown : Format("%.*f", digits, value); }
+
+std::string RangeText(const ConfidenceInterval& interval, int digits) {
+  if (std::isnan(interval.low)) return "";
+  return "[" + FixedText(interval.low, digits) + ", " + FixedText(interval.high, digits) + "]";
+}
+
+std::string ConditionText(const ExperimentOptions& experiment, std::size_t condition) {
+  if (experiment.conditions.size() < 2) return "";
+  return ", " + experiment.condition_label + " " + experiment.conditions[condition].label;
+}
+
+std::string ComparisonLabel(const ExperimentOptions& experiment, const Comparison& pair) {
+  return experiment.methods[experiment.RowOf(pair.a)].label + " − " +
+         experiment.methods[experiment.RowOf(pair.b)].label;
+}
+
+void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
+              Table* table) {
+  double best = std::nan("");
+  for (const NumberRow& row : numbers) {
+    const double value = row.values[column];
+    if (!row.competes || std::isnan(value)) continue;
+    if (std::isnan(best) || (higher_is_better ? value > best : value < best)) best = value;
+  }
+  for (std::size_t r = 0; r < numbers.size(); ++r) {
+    const std::string text = FixedText(numbers[r].values[column], digits);
+    table->rows[r].best[column + 1] =
+        numbers[r].competes && !std::isnan(best) && text != kUnknown && text == FixedText(best, digits);
+  }
+}
 
 bool RowsShareProblems(const ExperimentResults& results, std::size_t condition) {
   const Cell* largest = nullptr;

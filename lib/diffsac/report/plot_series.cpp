@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "diffsac/report/strata_tables.h"
 
 namespace diffsac {
 namespace {
@@ -54,6 +57,38 @@ std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const
   return curves;
 }
 
+/// The rows that a picture of a division has room for, in their order.
+std::vector<std::size_t> ShownRows(const Report& report, const StrataReport& strata, std::size_t condition) {
+  constexpr std::size_t kMostCurves = 12;
+  std::vector<std::size_t> rows = StrataRows(report.results.experiment, strata.options);
+  const auto accuracy = [&](std::size_t row) {
+    const double y = AccuracyAt(report, condition, row, 0.0).y;
+    return std::isnan(y) ? -1.0 : y;
+  };
+  if (rows.size() > kMostCurves) {
+    std::stable_sort(rows.begin(), rows.end(), [&](auto a, auto b) { return accuracy(a) > accuracy(b); });
+    rows.resize(kMostCurves);
+    std::sort(rows.begin(), rows.end());
+  }
+  return rows;
+}
+
+std::vector<Curve> StrataCurves(const Report& report, const StrataReport& strata, std::size_t condition) {
+  const ExperimentResults& results = report.results;
+  std::vector<Curve> curves;
+  for (const std::size_t m : ShownRows(report, strata, condition)) {
+    const Cell* cell = results.Find(condition, m);
+    if (cell == nullptr) continue;
+    Curve curve{results.experiment.methods[m].label, KindOf(results.experiment.methods[m]), curves.size(), {}};
+    for (std::size_t i = 0; i < strata.strata.size(); ++i) {
+      const double accuracy = strata.strata[i].Of(report, *cell).mean;
+      if (!std::isnan(accuracy)) curve.points.push_back({static_cast<double>(i), accuracy});
+    }
+    if (!curve.points.empty()) curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
 ConfidenceInterval Height(const Report& report, std::size_t condition, std::size_t method, const ErrorOf& error_of) {
   const Cell* cell = report.results.Find(condition, method);
   if (cell == nullptr) return {std::nan(""), std::nan(""), std::nan("")};
@@ -79,10 +114,29 @@ std::vector<Curve> ConditionCurves(const Report& report) {
   return curves;
 }
 
-std::vector<CostPanel> CostPanels(const Report& report, const std::string& cost) {
-  std::vector<CostPanel> panels;
+std::vector<CurvePanel> CostPanels(const Report& report, const std::string& cost) {
+  std::vector<CurvePanel> panels;
   for (std::size_t c = 0; c < report.results.experiment.conditions.size(); ++c) {
-    CostPanel panel{c, CostCurves(report, c, cost)};
+    CurvePanel panel{c, CostCurves(report, c, cost)};
+    if (!panel.curves.empty()) panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
+std::vector<std::size_t> EvenlyChosen(const std::vector<std::size_t>& conditions) {
+  constexpr std::size_t kMost = 4;
+  if (conditions.size() <= kMost) return conditions;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < kMost; ++i) chosen.push_back(conditions[i * (conditions.size() - 1) / (kMost - 1)]);
+  return chosen;
+}
+
+std::vector<CurvePanel> StrataPanels(const Report& report, const StrataReport& strata) {
+  std::vector<std::size_t> conditions(report.results.experiment.conditions.size());
+  std::iota(conditions.begin(), conditions.end(), std::size_t{0});
+  std::vector<CurvePanel> panels;
+  for (const std::size_t c : EvenlyChosen(conditions)) {
+    CurvePanel panel{c, StrataCurves(report, strata, c)};
     if (!panel.curves.empty()) panels.push_back(std::move(panel));
   }
   return panels;

@@ -26,13 +26,21 @@ struct Curve {
 /// mAA against the conditions' values, a curve a method; only curves of two points and more.
 std::vector<Curve> ConditionCurves(const Report& report);
 
-/// mAA of one condition against a cost, a curve a series of budgets, and the ceiling over the whole axis.
-struct CostPanel {
+/// The curves of one condition.
+struct CurvePanel {
   std::size_t condition = 0;
   std::vector<Curve> curves;
 };
-/// The panels that have something to show; `cost` is a metric.
-std::vector<CostPanel> CostPanels(const Report& report, const std::string& cost);
+/// mAA against a cost, a curve a series of budgets, and the ceiling over the whole axis: the panels that have something
+/// to show; `cost` is a metric.
+std::vector<CurvePanel> CostPanels(const Report& report, const std::string& cost);
+
+/// mAA against the places of a division's bins (0, 1, ...), a curve a row: of up to four conditions. Where a division
+/// is shown for more than twelve rows, the twelve that are best over all problems.
+std::vector<CurvePanel> StrataPanels(const Report& report, const StrataReport& strata);
+
+/// At most four of these, evenly spread.
+std::vector<std::size_t> EvenlyChosen(const std::vector<std::size_t>& conditions);
 
 /// One cluster of bars, one a row.
 struct BarCluster {

@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/problem_quantities.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"
@@ -44,11 +45,12 @@ std::string PlotCommand(const std::string& prefix, const std::vector<Curve>& cur
   return blocks + command + "\n";
 }
 
-// `cost`: the metric on the x axis. The panels share one key, beside them so that it hides no curve.
-bool PlotCost(const Report& report, const std::string& folder, const std::string& cost, const std::string& x_label,
-              const std::string& name) {
+// A panel a condition beside each other. They share one key, beside them so that it hides no curve. `axes`: commands
+// for all of them; `before(condition)`: for one.
+template <class Before>
+bool DrawPanels(const Report& report, const std::string& folder, const std::string& name,
+                const std::vector<CurvePanel>& panels, const std::string& axes, const Before& before) {
   const ExperimentResults& results = report.results;
-  const std::vector<CostPanel> panels = CostPanels(report, cost);
   std::size_t richest = 0;
   for (std::size_t i = 0; i < panels.size(); ++i)
     if (panels[i].curves.size() > panels[richest].curves.size()) richest = i;
@@ -57,20 +59,47 @@ bool PlotCost(const Report& report, const std::string& folder, const std::string
   const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
   std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(PlotTitle(results)) +
                        " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
-                       ",0.13,0.85 spacing " + GnuplotNumber(left) + "\n" + AccuracyAxes(results, x_label) +
-                       "set logscale x\nset yrange [0:1]\n";
+                       ",0.16,0.85 spacing " + GnuplotNumber(left) + "\n" + axes + "set yrange [0:1]\n";
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Condition& condition = results.experiment.conditions[panels[i].condition];
     script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 2\n" : "unset key\n") +
               ("set title " + GnuplotText(results.experiment.condition_label + ": " + condition.label)) + "\n" +
+              before(panels[i].condition) +
               PlotCommand(name + std::to_string(panels[i].condition) + "_", panels[i].curves);
   }
   return DrawPicture(folder, name, script + "unset multiplot\n", width, 480);
 }
 
+// `cost`: the metric on the x axis.
+bool PlotCost(const Report& report, const std::string& folder, const std::string& cost, const std::string& x_label,
+              const std::string& name) {
+  const std::string axes = AccuracyAxes(report.results, x_label) + "set logscale x\n";
+  return DrawPanels(report, folder, name, CostPanels(report, cost), axes, [](std::size_t) { return ""; });
+}
+
+// The names of a division's bins, with their problems on a line below.
+std::string BinTics(const StrataReport& strata, std::size_t condition) {
+  std::string tics;
+  for (std::size_t i = 0; i < strata.strata.size(); ++i) {
+    const Stratum& stratum = strata.strata[i].stratum;
+    std::string label = GnuplotText(stratum.label);
+    label.insert(label.size() - 1, "\\n" + std::to_string(stratum.problems[condition]));
+    tics += (tics.empty() ? "" : ", ") + label + " " + std::to_string(i);
+  }
+  return "set xlabel offset 0, -0.8\nset xtics (" + tics +
+         ") font \",9\"\nset xrange [-0.3:" + GnuplotNumber(strata.strata.size() - 0.7) + "]\n";
+}
+
 // An earlier run's picture must not stand for one that this run has not.
 void Keep(bool drawn, const std::string& folder, const std::string& name) {
   if (!drawn) RemoveFile(folder + "/" + name + ".png");
+}
+
+void DrawStrata(const Report& report, Quantity quantity, const std::string& folder) {
+  bool drawn = false;
+  for (const StrataReport& strata : report.strata)
+    if (strata.options.by == quantity) drawn = PlotStrata(report, strata, folder);
+  Keep(drawn, folder, StrataPicture(quantity));
 }
 
 }  // namespace
@@ -94,6 +123,16 @@ bool PlotTime(const Report& report, const std::string& folder) {
   return PlotCost(report, folder, "ms_total", "milliseconds (median)", "time");
 }
 
+std::string StrataPicture(Quantity quantity) { return "strata_" + ToString(quantity); }
+
+bool PlotStrata(const Report& report, const StrataReport& strata, const std::string& folder) {
+  if (!strata.known()) return false;
+  const std::string x_label = std::string(QuantityTitle(strata.options.by)) + ", and problems";
+  return DrawPanels(report, folder, StrataPicture(strata.options.by), StrataPanels(report, strata),
+                    AccuracyAxes(report.results, x_label),
+                    [&](std::size_t condition) { return BinTics(strata, condition); });
+}
+
 void DrawExamples(const ExperimentResults& results, const std::string& folder) {
   PlotFits(results, folder);
   PlotMatches(results, folder);
@@ -107,6 +146,8 @@ void DrawFigures(const Report& report, const std::string& folder) {
   Keep(PlotBudget(report, folder), folder, "budget");
   Keep(PlotTime(report, folder), folder, "time");
   Keep(PlotReliability(report.results, folder), folder, "reliability");
+  Keep(PlotEffects(report, folder), folder, "effects");
+  for (const std::string& quantity : NamesOf<Quantity>()) DrawStrata(report, FromString<Quantity>(quantity), folder);
   DrawExamples(report.results, folder);
 }
 

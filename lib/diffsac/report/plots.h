@@ -40,6 +40,16 @@ bool PlotConfidenceTrace(const Problem& problem, const ConfidenceTrace& trace, c
 /// most four, evenly spread: `reliability.png`.
 bool PlotReliability(const ExperimentResults& results, const std::string& folder);
 
+/// mAA within the bins of a division, a panel for each of up to four conditions (StrataPanels), a curve a row:
+/// `strata_inlier_share.png` and so on.
+bool PlotStrata(const Report& report, const StrataReport& strata, const std::string& folder);
+std::string StrataPicture(Quantity quantity);
+
+/// What each level of the experiment's factors adds to the accuracy of the factor's first level, and by how much it
+/// multiplies its milliseconds: a dot with its interval a level, grouped by factor, a colour for each of up to four
+/// conditions: `effects.png`.
+bool PlotEffects(const Report& report, const std::string& folder);
+
 /// Pictures of examples, which need more than records: fits, matches, reverse steps.
 void DrawExamples(const ExperimentResults& results, const std::string& folder);
 

@@ -1,4 +1,5 @@
 #include "diffsac/report/gnuplot.h"
+#include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"
 #include "diffsac/report/plots.h"
 
@@ -27,14 +28,6 @@ std::string Panel(const ExperimentResults& results, const std::vector<Reliabilit
   const Condition& shown_condition = results.experiment.conditions[condition];
   return data + "set title " + GnuplotText(results.experiment.condition_label + ": " + shown_condition.label) + "\n" +
          plot + "\n";
-}
-
-std::vector<std::size_t> EvenlyChosen(const std::vector<std::size_t>& conditions) {
-  constexpr std::size_t kMost = 4;
-  if (conditions.size() <= kMost) return conditions;
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < kMost; ++i) chosen.push_back(conditions[i * (conditions.size() - 1) / (kMost - 1)]);
-  return chosen;
 }
 
 }  // namespace

@@ -51,20 +51,27 @@ std::string DateLine(const std::string& config) {
 
 }  // namespace
 
+std::string PictureBeside(const std::string& picture, const std::string& page, const std::string& name) {
+  const fs::path from(picture);
+  const std::string copy = name + "_" + from.filename().string();
+  WriteFileAtomically((fs::path(page).parent_path() / copy).string(), ReadFile(picture));
+  return "![" + name + ": " + from.stem().string() + "](" + copy + ")\n\n";
+}
+
+std::string FactsOfRun(const std::string& folder) {
+  std::string text;
+  for (const std::string& line : HeaderOf(ReadFile(folder + "/config.yaml")))
+    if (!line.starts_with("program: ")) text += "- " + line + "\n";
+  return text;
+}
+
 void WritePage(const std::string& folder, const std::string& page, const std::string& command) {
   const fs::path path(page);
   const std::string name = path.stem().string();
   if (path.has_parent_path()) fs::create_directories(path.parent_path());
   std::string text = ReadFile(folder + "/table.md") + "\n";
-  for (const fs::path& picture : PicturesIn(folder)) {
-    const std::string copy = name + "_" + picture.filename().string();
-    WriteFileAtomically((path.parent_path() / copy).string(), ReadFile(picture.string()));
-    text += "![" + name + ": " + picture.stem().string() + "](" + copy + ")\n\n";
-  }
-  text += "Written by `" + command + "`.\n\n";
-  for (const std::string& line : HeaderOf(ReadFile(folder + "/config.yaml")))
-    if (!line.starts_with("program: ")) text += "- " + line + "\n";
-  WriteFileAtomically(page, text);
+  for (const fs::path& picture : PicturesIn(folder)) text += PictureBeside(picture.string(), page, name);
+  WriteFileAtomically(page, text + "Written by `" + command + "`.\n\n" + FactsOfRun(folder));
 }
 
 bool IsMade(const ExperimentOptions& experiment, const std::string& folder, const std::string& page) {

@@ -10,6 +10,12 @@ namespace diffsac {
 /// beside the page as NAME_*.png, `command`, which made it, and revision, seed, machine and date. Throws Error.
 void WritePage(const std::string& folder, const std::string& page, const std::string& command);
 
+/// Copies a picture beside a page as NAME_*.png; what shows it there, in Markdown.
+std::string PictureBeside(const std::string& picture, const std::string& page, const std::string& name);
+
+/// A run's revision, seed, machine and date, a line each.
+std::string FactsOfRun(const std::string& folder);
+
 /// Whether a folder holds what running the experiment would give: the whole results of the same configuration, newer
 /// than this program and than the networks that rows name; and, where `page` is not empty, that the page is of this
 /// run.

@@ -10,19 +10,13 @@
 #include "diffsac/core/files.h"
 #include "diffsac/eval/format.h"
 #include "diffsac/eval/record_fields.h"
+#include "diffsac/report/long_lines.h"
 #include "diffsac/report/markdown_report.h"
 
 namespace diffsac {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string NumberText(double value) {
-  if (!std::isfinite(value)) return "";
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
 
 Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -140,16 +134,13 @@ std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
 
 std::string ResultsCsv(const Report& report) {
   const ExperimentResults& results = report.results;
-  const ExperimentOptions& experiment = results.experiment;
-  std::string text = "experiment,dataset,scene,condition,method,metric,value\n";
-  for (const Cell& cell : results.cells) {
-    for (const MetricValue& value : report.Of(cell).metrics) {
-      text += CsvText(experiment.name) + "," + CsvText(results.dataset) + "," + CsvText(value.scene) + "," +
-              CsvText(experiment.conditions[cell.condition].name) + "," +
-              CsvText(experiment.methods[cell.method].name) + "," + value.metric + "," + NumberText(value.value) + "\n";
-    }
-  }
-  return text;
+  LongLines lines(results);
+  for (const Cell& cell : results.cells)
+    for (const MetricValue& value : report.Of(cell).metrics)
+      lines.Add(value.scene, cell.condition, results.experiment.methods[cell.method].name, value.metric, value.value);
+  AddEffectLines(report.effects, "mean", &lines);
+  AddStrataLines(report, &lines);
+  return lines.text();
 }
 
 std::string ProblemsCsv(const ExperimentResults& results) {
@@ -159,6 +150,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   VisitRecord(any, AppendNames{&text});
   text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz";
   VisitChance(any, AppendNames{&text});
+  VisitQuantities(any, AppendNames{&text});
   if (structures) VisitStructures(any, AppendNames{&text});
   text += "\n";
   for (const Cell& cell : results.cells) {
@@ -170,6 +162,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
       VisitRecord(record, AppendValues{&text});
       text += "," + (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i]));
       VisitChance(record, AppendValues{&text});
+      VisitQuantities(record, AppendValues{&text});
       if (structures) VisitStructures(record, AppendValues{&text});
       text += "\n";
     }
@@ -190,6 +183,7 @@ std::string ResultsJson(const Report& report) {
                      {"seed", experiment.seed},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},
+                     {"left_out", experiment.left_out},
                      {"git_revision", results.git_revision},
                      {"machine", results.machine},
                      {"results", cells},

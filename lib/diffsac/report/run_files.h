@@ -6,13 +6,15 @@
 
 namespace diffsac {
 
-/// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
+/// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty. Strata stand in
+/// the scene's place, effects and comparisons in the method's (long_lines.h).
 std::string ResultsCsv(const Report& report);
 
 /// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,
 /// hypotheses,ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets, and where
 /// the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz: σ and the pose x2 = R x1 + t (docs/estimates.md), R
-/// as a unit quaternion, qw ≥ 0. Unknown values are empty.
+/// as a unit quaternion, qw ≥ 0; then log_false_alarms and what is known of the problem (problem_quantities.h). Unknown
+/// values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA

@@ -103,6 +103,7 @@ ProblemRecord RecordOf(const Line& line) {
   const ReadValues read{line};
   VisitRecord(record, read);
   if (line.Has("log_false_alarms")) VisitChance(record, read);
+  if (line.Has("inlier_share")) VisitQuantities(record, read);
   if (line.Has("recall")) VisitStructures(record, read);
   record.done = true;
   return record;
@@ -146,6 +147,7 @@ void ReadFacts(const std::string& path, ExperimentResults* results) {
   const auto json = nlohmann::json::parse(ReadFile(path), nullptr, false);
   try {
     results->dataset = json.at("dataset").get<std::string>();
+    results->experiment.left_out = json.value("left_out", std::vector<std::string>());
     results->partial = json.at("partial").get<bool>();
     results->git_revision = json.at("git_revision").get<std::string>();
     results->machine = json.at("machine").get<std::string>();

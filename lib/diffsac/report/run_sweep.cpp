@@ -6,6 +6,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/selection.h"
@@ -22,6 +23,9 @@
 
 namespace diffsac {
 namespace {
+
+/// What was asked for: config.yaml is, in the end, that of the one table which it came to.
+constexpr const char* kSweepFile = "sweep.yaml";
 
 /// The configuration with the command line's assignments, axes included.
 Config GivenConfig(const EvalRequest& request) {
@@ -66,6 +70,7 @@ void WriteJoined(ExperimentResults results, const EvalRequest& request, const st
   // The points may have other data: pictures of pairs are in their own reports.
   for (Cell& cell : results.cells) cell.estimates.clear();
   const Report report = MakeReport(results);
+  RunDirectory(folder, "diffsac_eval", WriteExperiment(results.experiment), results.experiment.seed);
   WriteResults(report, folder);
   DrawFigures(report, folder);
   WriteReport(report, folder);
@@ -92,7 +97,8 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
   if (!request.needs) {
     lock.emplace(folder);
     BeginResults(folder);
-    RunDirectory(folder, "diffsac_eval", ToYaml(config) + "\n", first.seed);
+    const RunDirectory run(folder, "diffsac_eval", ToYaml(config) + "\n", first.seed);
+    WriteFileAtomically(run.File(kSweepFile), ToYaml(config) + "\n");
   }
   std::vector<ExperimentResults> results;
   for (std::size_t p = 0; p < points.size(); ++p) {

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "diffsac/report/effect_tables.h"
 #include "diffsac/report/metric_table.h"
 #include "diffsac/report/paper_table.h"
+#include "diffsac/report/strata_tables.h"
 #include "diffsac/report/structure_tables.h"
 
 namespace diffsac {
@@ -94,9 +95,9 @@ MetricTable SetsKind(const ExperimentResults& results) {
 MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
   const bool structures = JudgesStructures(results);
   const std::string name = structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
-  MetricTable kind{(structures ? "misclassification error in %" : name) + " by scene", {}};
-  if (results.experiment.conditions.size() > 1)
-    kind.heading += ", " + results.experiment.condition_label + " " + results.experiment.conditions[condition].label;
+  MetricTable kind{
+      (structures ? "misclassification error in %" : name) + " by scene" + ConditionText(results.experiment, condition),
+      {}};
   for (const std::string& scene : Scenes(results, condition))
     kind.columns.push_back({scene, condition, scene, name, structures ? 2 : 3, !structures});
   return kind;
@@ -109,21 +110,9 @@ Table DifferenceTable(const Report& report, const std::string& metric, const Dif
   table.heading = "differences in " + metric + " with 95 % bootstrap intervals";
   table.columns.push_back("A minus B");
   for (const Condition& condition : experiment.conditions) table.columns.push_back(condition.label);
-  for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
-    const Comparison& pair = experiment.compare[i];
-    Table::Row row;
-    row.cells.push_back(experiment.methods[experiment.RowOf(pair.a)].label + " − " +
-                        experiment.methods[experiment.RowOf(pair.b)].label);
-    row.best.push_back(false);
-    for (const auto& difference : differences[i]) {
-      char text[80];
-      if (difference)
-        std::snprintf(text, sizeof(text), "%+.3f [%+.3f, %+.3f]", difference->mean, difference->low, difference->high);
-      row.cells.push_back(difference ? text : kUnknown);
-      row.best.push_back(difference && (difference->low > 0.0 || difference->high < 0.0));
-    }
-    table.rows.push_back(std::move(row));
-  }
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
+    AddIntervalRow(ComparisonLabel(experiment, experiment.compare[i]), differences[i], IntervalKind::kDifference,
+                   &table);
   return table;
 }
 
@@ -134,11 +123,6 @@ void AddDifferences(const Report& report, std::vector<Table>* tables) {
                                 [](const CellReport& cell) { return !std::isnan(cell.sets.mean); });
   if (sets)
     tables->push_back(DifferenceTable(report, "the share of minimal sets of one structure", report.set_differences));
-}
-
-bool HasTruth(const Report& report) {
-  return std::any_of(report.cells.begin(), report.cells.end(),
-                     [](const CellReport& cell) { return !std::isnan(cell.accuracy.mean); });
 }
 
 // What the networks of learned rows were made by (imported ones: by others); their hypotheses are in the first table.
@@ -203,6 +187,8 @@ std::vector<Table> MakeTables(const Report& report) {
   std::vector<Table> tables;
   for (const MetricTable& kind : kinds) tables.push_back(FillTable(report, kind));
   if (truth) AddDifferences(report, &tables);
+  for (auto* more : {&EffectTables, &StrataTables})
+    for (Table& table : more(report)) tables.push_back(std::move(table));
   Table paper = structures ? Table() : PaperTable(report);
   if (!paper.rows.empty()) tables.push_back(std::move(paper));
   if (!results.learned.empty()) tables.push_back(LearnedTable(results));

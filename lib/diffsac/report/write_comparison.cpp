@@ -7,6 +7,7 @@
 #include "diffsac/eval/format.h"
 #include "diffsac/report/compare_runs.h"
 #include "diffsac/report/html_page.h"
+#include "diffsac/report/interval_table.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/report/run_reader.h"
@@ -20,7 +21,7 @@ std::string NumberText(double value, const char* format) {
 
 std::string DifferenceText(const RowComparison& row) {
   if (!row.difference) return NumberText(row.b - row.a, "%+.1f");
-  return Format("%+.3f [%+.3f, %+.3f]", row.difference->mean, row.difference->low, row.difference->high);
+  return IntervalText(*row.difference, IntervalKind::kDifference);
 }
 
 void AddRow(std::vector<std::string> cells, bool bold, std::size_t column, Table* table) {
@@ -37,7 +38,7 @@ Table RowsTable(const RunComparison& comparison) {
   table.columns = {"row", "condition", "A", "B", "B − A", "problems", "ms A", "ms B"};
   const char* format = truth ? "%.3f" : "%.1f";
   for (const RowComparison& row : comparison.rows) {
-    const bool certain = row.difference && (row.difference->low > 0.0 || row.difference->high < 0.0);
+    const bool certain = row.difference && IsCertain(*row.difference, IntervalKind::kDifference);
     AddRow({row.row, row.condition, NumberText(row.a, format), NumberText(row.b, format), DifferenceText(row),
             std::to_string(row.problems), NumberText(row.ms_a, "%.3g"), NumberText(row.ms_b, "%.3g")},
            certain, 4, &table);
