@@ -139,24 +139,32 @@ class Scorer {
       static_assert(kBoundBlock % kBlock == 0);
       typename ModelHooks<Model>::Bounds::Prepared prepared;
       if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared)) return true;
+      if (!score.IsSum()) return !(BoundOfAll(prepared, score) + kMargin < bar);
       const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
       std::array<float, kBoundBlock> squares;
-      SquareHistogram histogram;
       double most = kMargin;
       for (int begin = 0; begin < size(); begin += kBoundBlock) {
-        if (score.IsSum() && most + bound_rest_[begin / kBoundBlock] < bar) return false;
+        if (most + bound_rest_[begin / kBoundBlock] < bar) return false;
         const int end = std::min(begin + kBoundBlock, size());
         (*bounds_)(prepared, begin, end, squares.data());
-        const float* some = weights == nullptr ? nullptr : weights + begin;
-        if (score.IsSum())
-          most += score.Bound(squares.data(), some, end - begin);
-        else
-          histogram.Add(squares.data(), some, end - begin);
+        most += score.Bound(squares.data(), weights == nullptr ? nullptr : weights + begin, end - begin);
       }
-      if (!score.IsSum()) most += score.BoundOfAll(histogram);
       return !(most < bar);
     }
     return true;
+  }
+
+  /// prepared: a model, as the bounds take it.
+  template <class Prepared>
+  double BoundOfAll(const Prepared& prepared, const Score& score) const {
+    SquareHistogram histogram;
+    std::array<float, kBoundBlock> squares;
+    for (int begin = 0; begin < size(); begin += kBoundBlock) {
+      const int end = std::min(begin + kBoundBlock, size());
+      (*bounds_)(prepared, begin, end, squares.data());
+      histogram.Add(squares.data(), float_weights_.size() == 0 ? nullptr : float_weights_.data() + begin, end - begin);
+    }
+    return score.BoundOfAll(histogram);
   }
 
   double OfAll(const Score& score, const Eigen::VectorXd& residuals, double bar) const {
