@@ -71,7 +71,7 @@ class FinalRefiner {
 
  private:
   /// Steps of nonlinear refinement before the finalists are chosen.
-  static constexpr int kFirstSteps = 3;
+  static constexpr int kFirstSteps = 2;
 
   /// A model and what its residuals say, which are worked out once.
   struct Evaluation {
