@@ -1,7 +1,7 @@
 // Milliseconds of the processor's time of the search alone, without a network and without LibTorch: classical rows and
-// the shipped settings on one thread, on random pairs with half of the matches wrong or on pairs from files. Rows are
-// run in turn, round after round; figures are medians over rounds. Stages are told apart by rows that leave the later
-// ones out.
+// the recommended settings on one thread, on random pairs with half of the matches wrong or on pairs from files. Rows
+// are run in turn, round after round; figures are medians over rounds. Stages are told apart by rows that leave the
+// later ones out.
 //
 //   diffsac_search [--tasks fundamental,essential,homography] [--points 200,500,2000,8000,100000] [--rounds 15]
 //                  [--pairs FOLDER] [--stages] [--row 0]
@@ -16,6 +16,7 @@
 
 #include "diffsac/consensus/prosac_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/estimators/presets.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/solver_space.h"
@@ -55,33 +56,30 @@ ConsensusOptions Local(int draws) {
   return options;
 }
 
-/// `marginalised` of configs/rows/learned_prosac.yaml, until confident or all draws.
-ConsensusOptions OverScales(int draws, Stopping stopping) {
-  ConsensusOptions options = Local(draws);
-  options.score = options.final_score = ScoreKind::kMarginalised;
-  options.threshold = ThresholdKind::kAdaptive;
-  options.least_scale = 0.5;
-  options.greatest_scale = 4.0;
-  options.refit_candidates = 10;
-  options.final_refinement = FinalRefinement::kMarginalised;
-  options.inlier_prior_power = 1.0;
+/// The recommended search, until confident or all draws.
+ConsensusOptions Recommended(Task task, int draws, Stopping stopping) {
+  ConsensusOptions options = RecommendedClassical(task).consensus;
+  options.max_iterations = draws;
   options.stopping = stopping;
-  options.min_iterations = stopping == Stopping::kConfidence ? 100 : 0;
-  options.confidence = 0.9999;
+  if (stopping == Stopping::kBudget) options.min_iterations = 0;
   return options;
 }
 
-std::vector<Row> MakeRows(bool stages) {
+std::vector<Row> MakeRows(Task task, bool stages) {
   std::vector<Row> rows;
   rows.push_back({"PROSAC 1000", Local(1000)});
   rows.push_back({"PROSAC 20", Local(20)});
   rows.push_back({"LO-RANSAC 1000", Local(1000), false});
-  rows.push_back({"shipped settings, PROSAC 1000", OverScales(1000, Stopping::kBudget)});
-  rows.push_back({"shipped settings, PROSAC until confident", OverScales(1000, Stopping::kConfidence)});
+  rows.push_back({"recommended, 1000 draws", Recommended(task, 1000, Stopping::kBudget)});
+  rows.push_back({"recommended, until confident", Recommended(task, 1000, Stopping::kConfidence)});
   if (!stages) return rows;
   for (const int base : {0, 3}) {
     ConsensusOptions options = rows[base].consensus;
     const std::string name = rows[base].name;
+    if (options.refine_finalists > 0) {
+      options.refine_finalists = 0;
+      rows.push_back({name + ", all candidates refined to the end", options});
+    }
     options.final_refinement = FinalRefinement::kNone;
     rows.push_back({name + ", less LM", options});
     options.refit = Refit::kNone;
@@ -127,17 +125,25 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// Round by round, so that they hold on a machine whose speed drifts.
+std::vector<double> Ratios(const Row& row, const Row& first) {
+  std::vector<double> ratios = row.milliseconds;
+  for (std::size_t i = 0; i < ratios.size(); ++i) ratios[i] /= first.milliseconds[i];
+  return ratios;
+}
+
 void Measure(const std::string& title, const std::vector<Problem>& problems, const Options& options) {
-  std::vector<Row> rows = MakeRows(options.stages);
+  std::vector<Row> rows = MakeRows(problems.front().task, options.stages);
   if (options.row >= 0) rows = {rows.at(options.row)};
   for (int round = 0; round < options.rounds; ++round)
     for (Row& row : rows) RunOnce(problems[round % problems.size()], round, &row);
-  std::printf("\n### %s\n\n| row | ms | least | inliers | draws | models |\n|---|---|---|---|---|---|\n",
-              title.c_str());
+  std::printf(
+      "\n### %s\n\n| row | ms | least | / first row | inliers | draws | models |\n|---|---|---|---|---|---|---|\n",
+      title.c_str());
   for (const Row& row : rows)
-    std::printf("| %s | %.3g | %.3g | %.1f | %.0f | %.0f |\n", row.name.c_str(), Median(row.milliseconds),
-                *std::min_element(row.milliseconds.begin(), row.milliseconds.end()), row.inliers / options.rounds,
-                row.draws / options.rounds, row.fits / options.rounds);
+    std::printf("| %s | %.3g | %.3g | %.3g | %.1f | %.0f | %.0f |\n", row.name.c_str(), Median(row.milliseconds),
+                *std::min_element(row.milliseconds.begin(), row.milliseconds.end()), Median(Ratios(row, rows.front())),
+                row.inliers / options.rounds, row.draws / options.rounds, row.fits / options.rounds);
   std::fflush(stdout);
 }
 

@@ -1,6 +1,8 @@
 #include "diffsac/consensus/scorer.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <numeric>
 #include <vector>
 
 #include "diffsac/geometry/essential.h"
@@ -49,6 +51,24 @@ TEST_CASE("Giving up early, by residuals or by their bounds, decides as a full s
     PointMatrix points = testing::HomographyPoints(h, count, rng, 0.7);
     for (int i = 0; i < count / 2; ++i) points(i, 2) += 100.0 * rng.Normal();
     CheckBars<Homography>(points, h, 1.5, rng);
+  }
+}
+
+TEST_CASE("The heaviest first: every row once, weights falling by classes of 1/64, equal ones in their order") {
+  Rng rng(2);
+  for (const int count : {0, 1, 2, 500}) {
+    Eigen::VectorXd weights(count);
+    for (double& weight : weights)
+      weight = rng.Below(3) == 0 ? 0.25 * static_cast<double>(rng.Below(5)) : rng.Uniform();
+    const std::vector<int> rows = HeaviestFirst(weights);
+    std::vector<int> sorted = rows, all(count);
+    std::sort(sorted.begin(), sorted.end());
+    std::iota(all.begin(), all.end(), 0);
+    CHECK(sorted == all);
+    for (int i = 1; i < count; ++i) {
+      CHECK(weights[rows[i]] <= weights[rows[i - 1]] + 1.0 / 64.0);
+      if (weights[rows[i]] == weights[rows[i - 1]]) CHECK(rows[i] > rows[i - 1]);
+    }
   }
 }
 

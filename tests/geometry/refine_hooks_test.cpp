@@ -192,5 +192,51 @@ TEST_CASE("Refine survives hostile input") {
   CheckHostile<Homography>(HomographyPoints(h, 30, rng, 0.5), h);
 }
 
+/// Costs from a disturbed model by the number of steps that Refine may try.
+template <class Model>
+void CheckSteps(const PointMatrix& points, const Matrix3Parameters& start, const RobustLoss& loss) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(points.rows());
+  const auto cost = [&](const Matrix3Parameters& model) {
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+      const double residual = Model::Residual(model, points.data() + 4 * i);
+      sum += loss.Value(residual * residual);
+    }
+    return sum;
+  };
+  Matrix3Parameters none = start;
+  CHECK_FALSE(Model::Refine(points, ones, loss, &none, 0));
+  CHECK(none == start);
+  double last = cost(start);
+  for (const int steps : {1, 2, 4, 25}) {
+    CAPTURE(steps);
+    Matrix3Parameters model = start;
+    CHECK(Model::Refine(points, ones, loss, &model, steps) == (model != start));
+    CHECK(cost(model) <= last * (1.0 + 1e-9));
+    last = cost(model);
+  }
+  CHECK(last < cost(start));
+  Matrix3Parameters untold = start, all = start;
+  Model::Refine(points, ones, loss, &untold);
+  Model::Refine(points, ones, loss, &all, kMostRefineSteps);
+  CHECK(untold == all);
+}
+
+TEST_CASE("Refine tries as many steps as it is told, and more of them lower the cost further") {
+  Rng rng(21);
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto problem = RandomProblem(200, rng, 1.0);
+    const auto disturbed = [&](const Matrix3Parameters& model) -> Matrix3Parameters {
+      Matrix3Parameters other = model;
+      for (double& value : other) value *= 1.0 + 1e-3 * rng.Normal();
+      return other / other.norm();
+    };
+    CheckSteps<Fundamental>(problem.pixels, disturbed(problem.fundamental), {LossKind::kMarginalised, 20.0, 0.5});
+    CheckSteps<Essential>(problem.normalized, disturbed(problem.essential), {LossKind::kMarginalised, 0.02, 5e-4});
+    const Matrix3Parameters h = RandomHomography(rng);
+    CheckSteps<Homography>(HomographyPoints(h, 200, rng, 1.0), disturbed(h), {LossKind::kTruncated, 20.0});
+  }
+}
+
 }  // namespace
 }  // namespace diffsac

@@ -48,7 +48,7 @@ TEST_CASE("The Sampson residual's gradient by F is exact") {
 
 TEST_CASE("The sums of the normal equations are those of the single residuals") {
   Rng rng(10);
-  for (const int count : {1, 3, 4, 7, 64}) {
+  for (const int count : {1, 3, 4, 7, 31, 32, 33, 64, 99}) {
     const auto problem = RandomProblem(count, rng, 2.0);
     const Eigen::MatrixXd columns = problem.normalized;
     const double* pointers[4];
@@ -70,7 +70,7 @@ TEST_CASE("The sums of the normal equations are those of the single residuals") 
 
 TEST_CASE("The sums over transfer residuals are those of the single ones, points at infinity of no weight left out") {
   Rng rng(11);
-  for (const int count : {1, 3, 4, 7, 64}) {
+  for (const int count : {1, 3, 4, 7, 31, 32, 33, 64, 99}) {
     Matrix3Parameters h = AsParameters(Eigen::Matrix3d::Identity());
     for (double& value : h) value += 0.1 * rng.Normal();
     Eigen::MatrixXd columns(count, 4);

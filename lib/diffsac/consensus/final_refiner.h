@@ -104,7 +104,7 @@ class FinalRefiner {
   }
 
   /// Steps of nonlinear refinement before the finalists are chosen.
-  static constexpr int kFirstSteps = 3;
+  static constexpr int kFirstSteps = 2;
 
   /// A model and what its residuals say, which are worked out once.
   struct Evaluation {

@@ -63,7 +63,7 @@ inline float InverseRootFromAbove(float x) {
 
 /// Of kMarginalised: a term as a function of the inverse share v is v − 1 − near² (v³ − 1)/3, largest at v = 1/near,
 /// and rises with v up to there; the slack of v is made up for in Score::Bound.
-DIFFSAC_VECTOR_CLONES
+DIFFSAC_BOUND_CLONES
 float BoundOverScales(const float* squares, const float* weights, int count, float most, float norm) {
   return SumFloats<kBoundBlock>(
       squares, weights, count, [](float square) { return square < 1.0f ? square : 1.0f; },

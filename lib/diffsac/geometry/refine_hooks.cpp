@@ -83,7 +83,9 @@ bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights
 bool Essential::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
   RefineOptions options;
   options.loss = {LossKind::kTrivial};
-  options.relative_tolerance = 1e-6;
+  // Who fits again chooses the points anew; two steps of Gauss-Newton are within its noise.
+  options.max_iterations = 2;
+  options.relative_tolerance = kTolerance;
   return RefineEssential(points, weights, options, model).status == Status::kOk;
 }
 
