@@ -52,11 +52,13 @@ class LocalOptimizer {
         recover_(scorer, score, scales, rng) {}
 
   /// The best model met, `found` itself when none scores higher. set: what it was solved from; null when it was given.
-  /// Adds what was solved and fitted to *fits.
-  ScoredModel<Model> operator()(const ScoredModel<Model>& found, const int* set, int* fits) {
-    ScoredModel<Model> best = Optimize(set != nullptr ? recover_(found, set, fits) : found, fits);
+  /// best_score: of all models before it; one that scores no more is not asked about degeneracy, which would cost more
+  /// than its optimisation. Adds what was solved and fitted to *fits.
+  ScoredModel<Model> operator()(const ScoredModel<Model>& found, const int* set, double best_score, int* fits) {
+    const bool ask = set != nullptr && found.score > best_score;
+    ScoredModel<Model> best = Optimize(ask ? recover_(found, set, fits) : found, fits);
     // Optimisation gathers points until a model is as degenerate as they are, so it is asked about once more.
-    if (active() || set == nullptr) {
+    if (best.score > best_score && (active() || set == nullptr)) {
       const ScoredModel<Model> mended = recover_(best, nullptr, fits);
       if (mended.score > best.score) best = Optimize(mended, fits);
     }

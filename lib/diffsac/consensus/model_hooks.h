@@ -29,7 +29,7 @@ namespace diffsac {
 ///                                    essential matrix, which eight linear equations fit badly): from *model; false
 ///                                    when it stays as it was
 ///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
-///                                    called for each new best minimal model with the set it was solved from, and with
+///                                    called for each new best model with the minimal set it was solved from, and with
 ///                                    a null set for what local optimisation made of it: where that is degenerate (for
 ///                                    a fundamental matrix: most of its points on one plane), writes up to
 ///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing

@@ -95,6 +95,7 @@ class ConsensusSearch {
     sets_.insert(sets_.end(), draw.set, draw.set + Model::kMinimalSize);
     ++result_.iterations;
     result_.hypotheses += std::max(1, draw.solutions);
+    const double before = best_.best();
     int rise = -1;
     for (int i = 0; i < draw.solutions; ++i) {
       best_.Offer(draw.models[i], draw.scores[i]);
@@ -102,22 +103,22 @@ class ConsensusSearch {
       best_minimal_ = draw.scores[i];
       rise = i;
     }
-    if (rise >= 0) Improve({draw.models[rise], draw.scores[rise]}, draw.set);
+    if (rise >= 0) Improve({draw.models[rise], draw.scores[rise]}, draw.set, before);
   }
 
   /// A model that was given, not drawn: it may be as good as an improved one, and bars no minimal model's way.
   void Consider(const Parameters& model) {
-    const double bar = best_.best();
+    const double before = best_.best();
     const ScoredModel<Model> given{model, scorer_(model, score_, best_.bar())};
     best_.Offer(given.model, given.score);
-    if (given.score > bar) Improve(given, nullptr);
+    if (given.score > before) Improve(given, nullptr, before);
   }
 
-  /// set: what the model was solved from; null when it was given.
-  void Improve(const ScoredModel<Model>& found, const int* set) {
-    const ScoredModel<Model> improved = improve_(found, set, &result_.hypotheses);
+  /// set: what the model was solved from; null when it was given. before: the best score before it.
+  void Improve(const ScoredModel<Model>& found, const int* set, double before) {
+    const ScoredModel<Model> improved = improve_(found, set, before, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
-    rule_.Update(refine_.CountInliers(best_.entries().front().model));
+    if (best_.best() > before) rule_.Update(refine_.CountInliers(best_.entries().front().model));
   }
 
   const NoiseScales scales_;
