@@ -49,12 +49,10 @@ class FinalRefiner {
     const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
     FocalPosterior posterior;
     if (!cameras) return std::nullopt;
-    const FocalPrior prior{cameras->K2(0, 0), cameras->focal_log_sigma};
-    const Eigen::VectorXd weights =
-        scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
     Parameters model = chosen->model;
     ++*fits;
-    if (!ModelHooks<Model>::Marginalise(scorer_.points(), weights, LossAt(model), prior, &model, &posterior) ||
+    if (!ModelHooks<Model>::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+                                        &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;
     *chosen = {model, ScoreOf(model)};
