@@ -53,13 +53,12 @@ class FinalRefiner {
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
     FocalPosterior posterior;
-    if (!scorer_.prior().cameras) return std::nullopt;
-    const FocalPrior prior = PriorOfFocal();
-    const Eigen::VectorXd weights =
-        scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
+    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
+    if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
     ++*fits;
-    if (!ModelHooks<Model>::Marginalise(scorer_.points(), weights, LossAt(model), prior, &model, &posterior) ||
+    if (!ModelHooks<Model>::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+                                        &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;
     *chosen = {model, ScoreOf(model)};
@@ -93,16 +92,11 @@ class FinalRefiner {
     FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
     if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
     if constexpr (HasFocalPosterior<Model>)
-      if (scorer_.prior().cameras) fit.focal = PriorOfFocal();
+      if (const auto& cameras = scorer_.prior().cameras) fit.focal = cameras->focal();
     return fit;
   }
 
  private:
-  FocalPrior PriorOfFocal() const {
-    const CameraPrior& cameras = *scorer_.prior().cameras;
-    return {cameras.K2(0, 0), cameras.focal_log_sigma};
-  }
-
   /// Steps of nonlinear refinement before the finalists are chosen.
   static constexpr int kFirstSteps = 2;
 

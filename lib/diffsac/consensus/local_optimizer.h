@@ -19,15 +19,21 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const
                                               [[maybe_unused]] int steps = kMostRefineSteps) {
   typename Model::Parameters model = start;
   const auto keep = [&](bool refined) { return refined && model.allFinite() ? model : start; };
+  if constexpr (HasFocalPosterior<Model>) {
+    if (const auto& cameras = scorer.prior().cameras) {
+      ++*fits;
+      return keep(
+          ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focal(), &model, steps));
+    }
+  }
   if constexpr (HasRobustRefine<Model>) {
     const bool weighted = scorer.weights().size() > 0;
     if (weighted || loss.kind != LossKind::kTruncated || steps < kMostRefineSteps) {
       ++*fits;
-      const Eigen::VectorXd weights = weighted ? scorer.weights() : Eigen::VectorXd::Ones(scorer.size());
       if constexpr (HasLimitedRefine<Model>)
-        return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model, steps));
+        return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, &model, steps));
       else
-        return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model));
+        return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, &model));
     }
   }
   if constexpr (HasRefine<Model>) {

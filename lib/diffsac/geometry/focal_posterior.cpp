@@ -15,8 +15,6 @@
 namespace diffsac {
 namespace {
 
-/// Points beyond this many scales of the loss sit out.
-constexpr double kReach = 3.0;
 /// The grid: steps of the prior's σ, either way up to kPriorReach, and of the likelihood's.
 constexpr double kPriorStep = 0.5, kPriorReach = 3.0;
 constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
@@ -47,7 +45,7 @@ class Evidence {
     std::vector<int> near;
     const Matrix3Parameters f = FundamentalOf(unknown_, model);
     for (int i = 0; i < points_.rows(); ++i)
-      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kReach * loss_.scale) near.push_back(i);
+      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kRefineReach * loss_.scale) near.push_back(i);
     points_ = points_(near, Eigen::all).eval();
     weights_ = weights_(near).eval();
     columns_ = points_;
