@@ -66,8 +66,8 @@ ScoredModel<Model> FitInnerSamples(const Scorer<Model>& scorer, const Score& sco
 }
 
 /// Inner samples look at no more points than hold so many inliers, and at so many points at least.
-inline constexpr int kPartInliers = 300;
-inline constexpr int kPartPoints = 1000;
+inline constexpr int kPartInliers = 150;
+inline constexpr int kPartPoints = 500;
 
 /// How many of `size` points, `inliers` of them inliers, inner samples look at; all where that would save little.
 inline int PartSize(int size, int inliers) {

@@ -79,9 +79,9 @@ bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights
 bool Essential::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
   RefineOptions options;
   options.loss = {LossKind::kTrivial};
-  // Who fits again chooses the points anew; two steps of Gauss-Newton are within its noise.
+  // Far below what noise leaves of the squares: who fits again chooses the points anew, and most fits are of samples.
   options.max_iterations = 2;
-  options.relative_tolerance = kTolerance;
+  options.relative_tolerance = 1e-3;
   return RefineEssential(points, weights, options, model).status == Status::kOk;
 }
 
