@@ -175,20 +175,6 @@ TEST_CASE("Weighted sets are drawn without replacement in proportion to the weig
   CHECK(total == Approx(1.0));
 }
 
-TEST_CASE("A weighted draw is the point whose sum of weights first passes the drawn share, however they crowd") {
-  for (const int size : {1, 7, 1000}) {
-    std::vector<double> weights(size, 1e-9), sums(size);
-    for (int i = 0; i < size; i += 97) weights[i] = 1.0;
-    std::partial_sum(weights.begin(), weights.end(), sums.begin());
-    const std::vector<int> sets = DrawAll(WeightedSampler(weights, 1, Rng(3)), 1, 2000);
-    for (int draw = 0; draw < 2000; ++draw) {
-      Rng rng = DrawRng(Rng(3), draw);
-      const auto place = std::upper_bound(sums.begin(), sums.end(), rng.Uniform() * sums.back());
-      CHECK(sets[draw] == place - sums.begin());
-    }
-  }
-}
-
 TEST_CASE("Points without weight fill up sets, and no weight at all is uniform") {
   const std::vector<int> sets =
       DrawAll(WeightedSampler(std::vector<double>{0.0, 2.0, 0.0, 0.0, 1e-12}, 3, Rng(1)), 3, 3000);

@@ -211,7 +211,8 @@ void CheckSteps(const PointMatrix& points, const Matrix3Parameters& start, const
   for (const int steps : {1, 2, 4, 25}) {
     CAPTURE(steps);
     Matrix3Parameters model = start;
-    CHECK(Model::Refine(points, ones, loss, &model, steps) == (model != start));
+    const bool moved = Model::Refine(points, ones, loss, &model, steps);
+    CHECK(moved == (model != start));
     CHECK(cost(model) <= last * (1.0 + 1e-9));
     last = cost(model);
   }

@@ -29,33 +29,13 @@ WeightedSampler::WeightedSampler(std::span<const double> weights, int set_size, 
     positive_ += weight > 0.0 ? 1 : 0;
     cumulative_.push_back(sum += weight);
   }
-  MakeGuide();
-}
-
-void WeightedSampler::MakeGuide() {
-  const int size = static_cast<int>(cumulative_.size());
-  guide_.reserve(cumulative_.size());
-  const double step = size > 0 ? cumulative_.back() / size : 0.0;
-  int place = 0;
-  for (int part = 0; part < size; ++part) {
-    const double target = step * part;
-    while (place < size && cumulative_[place] <= target) ++place;
-    guide_.push_back(place);
-  }
-}
-
-int WeightedSampler::PlaceOf(double share) const {
-  const int size = static_cast<int>(cumulative_.size());
-  const double target = share * cumulative_.back();
-  // The part may be one too far by rounding; what is before the guide's place is at most its target.
-  int place = guide_[std::max(0, std::min(static_cast<int>(share * size), size - 1) - 1)];
-  while (place < size && cumulative_[place] <= target) ++place;
-  return place;
 }
 
 int WeightedSampler::DrawOne(std::span<const int> taken, Rng& rng) const {
   for (int i = 0; i < kRedraws; ++i) {
-    const int index = PlaceOf(rng.Uniform());
+    const double target = rng.Uniform() * cumulative_.back();
+    const auto place = std::upper_bound(cumulative_.begin(), cumulative_.end(), target);
+    const int index = static_cast<int>(place - cumulative_.begin());
     if (index < static_cast<int>(weights_.size()) && weights_[index] > 0.0 && !Contains(taken, index)) return index;
   }
   return DrawRemaining(taken, rng);

@@ -10,7 +10,7 @@ namespace diffsac {
 
 /// Sets whose points are drawn one after the other in proportion to given weights, without replacement within a set.
 /// A weight that is not positive and finite counts as 0. Such points are drawn, uniformly, only where fewer than γ
-/// points have a weight; all weights 0 is uniform sampling. A draw costs O(γ) on average.
+/// points have a weight; all weights 0 is uniform sampling. A draw costs O(γ log N).
 class WeightedSampler : public MinimalSampler {
  public:
   /// weights: one number a point, copied.
@@ -18,9 +18,6 @@ class WeightedSampler : public MinimalSampler {
   bool Next(std::span<int> set) override;
 
  private:
-  void MakeGuide();
-  /// The first point whose sum of weights is above this share, in [0, 1), of all.
-  int PlaceOf(double share) const;
   int DrawOne(std::span<const int> taken, Rng& rng) const;
   int DrawRemaining(std::span<const int> taken, Rng& rng) const;
 
@@ -29,7 +26,6 @@ class WeightedSampler : public MinimalSampler {
   std::int64_t draws_ = 0;
   std::vector<double> weights_;     ///< Scaled so that the largest is 1.
   std::vector<double> cumulative_;  ///< Sums of the weights up to and with each point.
-  std::vector<int> guide_;          ///< Where cumulative_ passes each N-th part of its end, for a start near the place.
   int positive_ = 0;                ///< Points with a weight.
 };
 

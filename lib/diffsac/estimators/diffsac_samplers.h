@@ -30,7 +30,7 @@ class CopiesSampler : public MinimalSampler {
 void ScaleConfidences(std::span<float> confidences, int copies, Range temperature, bool probabilities);
 
 /// Sets drawn in proportion to p^(1/T) for fixed probabilities p. T goes through kRungs temperatures, in equal ratios
-/// from the first to the last, again and again: draw i takes rung i mod kRungs, at O(γ) a draw.
+/// from the first to the last, again and again: draw i takes rung i mod kRungs, at O(γ log N) a draw.
 class TemperedSampler : public MinimalSampler {
  public:
   static constexpr int kRungs = 10;

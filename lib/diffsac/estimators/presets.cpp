@@ -26,7 +26,7 @@ ConsensusOptions MarginalisedConsensus(Task task) {
   consensus.refit_rounds = 5;
   consensus.refit_threshold_factor = 1.2;
   consensus.refit_candidates = 10;
-  consensus.refine_finalists = 2;
+  consensus.refine_finalists = 3;
   consensus.final_refinement = FinalRefinement::kMarginalised;
   consensus.inlier_prior_power = 1.0;
   StopWhenConfident(&consensus);
