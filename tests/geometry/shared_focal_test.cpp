@@ -161,7 +161,8 @@ TEST_CASE("models of unknown focal length know what they cannot be fitted to") {
   PointMatrix broken = scene.points;
   broken(3, 1) = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(SharedFocal::FitFrom(broken, Eigen::VectorXd::Ones(30), &model));
-  CHECK_FALSE(SharedFocal::Refine(broken, 0.1, &model));
+  CHECK_FALSE(SharedFocal::Refine(scene.points, -Eigen::VectorXd::Ones(30), {LossKind::kTrivial}, &model));
+  CHECK_FALSE(SharedFocal::Refine(scene.points, 0.0, &model));
   CHECK(model == before);
   CHECK_FALSE(SharedFocal::Determined(scene.points.topRows(5)));
   CHECK_FALSE(SharedFocal::Determined(scene.points.row(0).replicate(9, 1)));

@@ -49,7 +49,7 @@ class FinalRefiner {
     return *best;
   }
 
-  /// The posterior of the chosen model's focal length, and the model at its mode in place of *chosen, whose score may
+  /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
     FocalPosterior posterior;

@@ -46,7 +46,7 @@ namespace diffsac {
 ///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
 ///   Marginalise(points, weights, loss, prior, model, out)
 ///                                    for a model with an unknown focal length: its posterior under the prior, and the
-///                                    model at the posterior's mode, asked for once at the end where a prior is given
+///                                    model at the posterior's median, asked for once at the end where a prior is given
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///
