@@ -86,7 +86,7 @@ struct ConsensusOptions {
   double camera_prior = 0.0;
   /// Where a focal length is estimated: the standard deviation of its logarithm before anything is seen, of images for
   /// which none is given (CameraHint::focal).
-  double focal_log_sigma = 0.45;
+  double focal_log_sigma = 0.43;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
   /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.

@@ -44,17 +44,15 @@ class FinalRefiner {
     return best;
   }
 
-  /// The posterior of the chosen model's focal length, and the model at its mode in place of *chosen, whose score may
+  /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
     FocalPosterior posterior;
-    if (!scorer_.prior().cameras) return std::nullopt;
-    const FocalPrior prior = PriorOfFocal();
-    const Eigen::VectorXd weights =
-        scorer_.weights().size() > 0 ? scorer_.weights() : Eigen::VectorXd::Ones(scorer_.size());
+    if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
     ++*fits;
-    if (!ModelHooks<Model>::Marginalise(scorer_.points(), weights, LossAt(model), prior, &model, &posterior) ||
+    if (!ModelHooks<Model>::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+                                        &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;
     *chosen = {model, ScoreOf(model)};
@@ -88,16 +86,11 @@ class FinalRefiner {
     FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
     if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
     if constexpr (HasFocalPosterior<Model>)
-      if (scorer_.prior().cameras) fit.focal = PriorOfFocal();
+      if (scorer_.prior().cameras) fit.focal = scorer_.prior().cameras->focal();
     return fit;
   }
 
  private:
-  FocalPrior PriorOfFocal() const {
-    const CameraPrior& cameras = *scorer_.prior().cameras;
-    return {cameras.K2(0, 0), cameras.focal_log_sigma};
-  }
-
   double ScoreOf(const Parameters& model) const {
     if (score_.kind() == ScoreKind::kGaussianUniform) return Likelihood(model);
     return scorer_(model, score_);

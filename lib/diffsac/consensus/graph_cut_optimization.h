@@ -22,7 +22,7 @@ ScoredModel<Model> OptimizeByGraphCut(const Scorer<Model>& scorer, const Score& 
   const auto fit = [&](const Eigen::VectorXd& weights) {
     typename Model::Parameters model = best.model;
     ++*fits;
-    if (!FitAgain<Model>(scorer.points(), weights, &model)) return;
+    if (!FitAgain(scorer, weights, &model)) return;
     const double value = scorer(model, score, best.score);
     if (value > best.score) best = {model, value};
   };

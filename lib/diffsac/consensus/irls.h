@@ -23,7 +23,7 @@ ScoredModel<Model> OptimizeReweighted(const Scorer<Model>& scorer, const Score& 
     if (round > 0 && (next - weights).cwiseAbs().maxCoeff() <= kTolerance) break;
     weights = next;
     ++*fits;
-    if (!FitAgain<Model>(scorer.points(), weights, &model)) break;
+    if (!FitAgain(scorer, weights, &model)) break;
     const double value = scorer(model, score, best.score);
     if (value > best.score) best = {model, value};
   }

@@ -20,7 +20,7 @@ struct ScoredModel {
 template <MinimalModel Model>
 bool FitInliers(const Scorer<Model>& scorer, double threshold, typename Model::Parameters* model) {
   const Eigen::VectorXd weights = (scorer.Residuals(*model).array() <= threshold).template cast<double>();
-  return FitAgain<Model>(scorer.points(), weights, model);
+  return FitAgain(scorer, weights, model);
 }
 
 /// `samples` times, least squares on min(7γ, |I|/2) (at least γ) of the start's inliers I, then four rounds of least
@@ -50,14 +50,14 @@ ScoredModel<Model> FitInnerSamples(const Scorer<Model>& scorer, const Score& sco
     for (int position : chosen) weights[inliers[position]] = 1.0;
     typename Model::Parameters model = start.model;
     ++*fits;
-    if (!FitAgain<Model>(scorer.points(), weights, &model)) continue;
+    if (!FitAgain(scorer, weights, &model)) continue;
     scorer.Residuals(model, 0, scorer.size(), residuals.data());
     offer(model, residuals);
     for (int round = 0; round < kRounds; ++round) {
       const double factor = kWidest + (1.0 - kWidest) * round / (kRounds - 1);
       weights = (residuals.array() <= factor * threshold).template cast<double>();
       ++*fits;
-      if (!FitAgain<Model>(scorer.points(), weights, &model)) break;
+      if (!FitAgain(scorer, weights, &model)) break;
       scorer.Residuals(model, 0, scorer.size(), residuals.data());
       offer(model, residuals);
     }

@@ -17,12 +17,17 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const
                                               const typename Model::Parameters& start, [[maybe_unused]] int* fits) {
   typename Model::Parameters model = start;
   const auto keep = [&](bool refined) { return refined && model.allFinite() ? model : start; };
+  if constexpr (HasFocalPosterior<Model>) {
+    if (const auto& cameras = scorer.prior().cameras) {
+      ++*fits;
+      return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focal(), &model));
+    }
+  }
   if constexpr (HasRobustRefine<Model>) {
     const bool weighted = scorer.weights().size() > 0;
     if (weighted || loss.kind != LossKind::kTruncated) {
       ++*fits;
-      const Eigen::VectorXd weights = weighted ? scorer.weights() : Eigen::VectorXd::Ones(scorer.size());
-      return keep(ModelHooks<Model>::Refine(scorer.points(), weights, loss, &model));
+      return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, &model));
     }
   }
   if constexpr (HasRefine<Model>) {

@@ -45,7 +45,7 @@ namespace diffsac {
 ///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
 ///   Marginalise(points, weights, loss, prior, model, out)
 ///                                    for a model with an unknown focal length: its posterior under the prior, and the
-///                                    model at the posterior's mode, asked for once at the end where a prior is given
+///                                    model at the posterior's median, asked for once at the end where a prior is given
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///
@@ -89,6 +89,7 @@ struct CameraPrior {
   Eigen::Matrix3d K1, K2;
   double strength = 0.0;
   double focal_log_sigma = 0.0;  ///< Of a model with an unknown focal length: how surely it is K2's. 0: unknown.
+  FocalPrior focal() const { return {K2(0, 0), focal_log_sigma}; }
 };
 
 template <class M>
@@ -108,10 +109,14 @@ concept HasAmbiguityTest = requires(const PointMatrix& points, const typename M:
   { ModelHooks<M>::Ambiguous(points, model, threshold, inliers) } -> std::same_as<bool>;
 };
 
+/// A model with an unknown focal length, of which a prior may be given: `FitFrom` and `Refine` with its share, and the
+/// posterior.
 template <class M>
 concept HasFocalPosterior = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                                      const FocalPrior& prior, typename M::Parameters* model, FocalPosterior* out) {
   { ModelHooks<M>::Marginalise(points, weights, loss, prior, model, out) } -> std::same_as<bool>;
+  { ModelHooks<M>::FitFrom(points, weights, prior, model) } -> std::same_as<bool>;
+  { ModelHooks<M>::Refine(points, weights, loss, prior, model) } -> std::same_as<bool>;
 };
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.

@@ -53,6 +53,9 @@ class Scorer {
   /// Of the points; empty: 1 each.
   const Eigen::VectorXd& weights() const { return prior_.weights; }
 
+  /// Of the points, 1 each where none are given.
+  Eigen::VectorXd AllWeights() const { return weights().size() > 0 ? weights() : Eigen::VectorXd::Ones(size()); }
+
   void Residuals(const typename Model::Parameters& model, int begin, int end, double* out) const {
     if constexpr (requires { Model::Residuals(model, pointers_.data(), begin, end, out); }) {
       Model::Residuals(model, pointers_.data(), begin, end, out);
@@ -154,5 +157,14 @@ class Scorer {
   Eigen::VectorXf float_weights_;
   std::optional<typename BoundsOf<Model>::Type> bounds_;
 };
+
+/// FitAgain with what is known of the model beside the points.
+template <MinimalModel Model>
+bool FitAgain(const Scorer<Model>& scorer, const Eigen::VectorXd& weights, typename Model::Parameters* model) {
+  if constexpr (HasFocalPosterior<Model>)
+    if (const auto& cameras = scorer.prior().cameras)
+      return ModelHooks<Model>::FitFrom(scorer.points(), weights, cameras->focal(), model);
+  return FitAgain<Model>(scorer.points(), weights, model);
+}
 
 }  // namespace diffsac

@@ -14,7 +14,7 @@ struct FocalPrior {
 /// What matches and prior say of the focal lengths of two images, together. Equal lengths have equal entries; a length
 /// that was given is its own interval.
 struct FocalEstimate {
-  std::array<double, 2> focal_px = {};              ///< The mode of the posterior over log f, for each image.
+  std::array<double, 2> focal_px = {};              ///< The median of the posterior of log f, for each image.
   std::array<double, 2> low_px = {}, high_px = {};  ///< Its central 68 %.
   /// Whether the matches say more than the prior does. False where the motion does not show the focal length (turning
   /// in place, moving straight ahead, one plane): then it is the prior's.

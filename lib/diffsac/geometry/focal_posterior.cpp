@@ -15,8 +15,6 @@
 namespace diffsac {
 namespace {
 
-/// Points beyond this many scales of the loss sit out.
-constexpr double kReach = 3.0;
 /// The grid: steps of the prior's σ, either way up to kPriorReach, and of the likelihood's.
 constexpr double kPriorStep = 0.5, kPriorReach = 3.0;
 constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
@@ -47,7 +45,7 @@ class Evidence {
     std::vector<int> near;
     const Matrix3Parameters f = FundamentalOf(unknown_, model);
     for (int i = 0; i < points_.rows(); ++i)
-      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kReach * loss_.scale) near.push_back(i);
+      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kRefineReach * loss_.scale) near.push_back(i);
     points_ = points_(near, Eigen::all).eval();
     weights_ = weights_(near).eval();
     columns_ = points_;
@@ -134,19 +132,6 @@ std::vector<double> GridOf(double centre, double deviation, const FocalPrior& pr
   return grid;
 }
 
-/// The vertex of the parabola through the highest node and its neighbours.
-double ModeOf(const std::vector<Node>& nodes, std::size_t best) {
-  if (best == 0 || best + 1 == nodes.size()) return nodes[best].log_focal;
-  const double left = nodes[best - 1].log_focal - nodes[best].log_focal;
-  const double right = nodes[best + 1].log_focal - nodes[best].log_focal;
-  const double fall_left = nodes[best - 1].log_posterior - nodes[best].log_posterior;
-  const double fall_right = nodes[best + 1].log_posterior - nodes[best].log_posterior;
-  const double curvature = fall_right * left - fall_left * right;
-  if (curvature == 0.0) return nodes[best].log_focal;
-  const double shift = 0.5 * (fall_right * left * left - fall_left * right * right) / curvature;
-  return nodes[best].log_focal + std::clamp(shift, 0.5 * left, 0.5 * right);
-}
-
 /// The posterior between two nodes is exponential: its mass up to a share of the way, and all of it with share = 1.
 double MassUpTo(const Node& left, const Node& right, double top, double share) {
   const double width = share * (right.log_focal - left.log_focal);
@@ -194,15 +179,19 @@ bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eig
   for (std::size_t i = middle + 1; i < grid.size(); ++i) nodes[i] = evidence.At(grid[i], nodes[i - 1].model);
   for (std::size_t i = middle; i-- > 0;) nodes[i] = evidence.At(grid[i], nodes[i + 1].model);
 
-  const auto highest = std::max_element(nodes.begin(), nodes.end(),
-                                        [](const Node& a, const Node& b) { return a.log_posterior < b.log_posterior; });
-  const double top = highest->log_posterior;
+  double top = nodes.front().log_posterior;
+  for (const Node& node : nodes) top = std::max(top, node.log_posterior);
   if (!std::isfinite(top)) return false;
-  const Node mode = evidence.At(ModeOf(nodes, static_cast<std::size_t>(highest - nodes.begin())), highest->model);
   const double low = Quantile(nodes, top, kTail), high = Quantile(nodes, top, 1.0 - kTail);
-  *model = mode.model;
-  *out = {mode.model[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma, prior};
-  return model->allFinite();
+  const double median = Quantile(nodes, top, 0.5);
+  const auto distance = [&](const Node& node) { return std::abs(node.log_focal - median); };
+  const auto nearest = std::min_element(nodes.begin(), nodes.end(),
+                                        [&](const Node& a, const Node& b) { return distance(a) < distance(b); });
+  const FocalParameters chosen = evidence.At(median, nearest->model).model;
+  if (!chosen.allFinite()) return false;
+  *model = chosen;
+  *out = {chosen[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma, prior};
+  return true;
 }
 
 }  // namespace diffsac

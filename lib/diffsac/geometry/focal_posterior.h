@@ -10,7 +10,7 @@ namespace diffsac {
 
 /// What matches and a prior say of a focal length, in the unit of the points.
 struct FocalPosterior {
-  double focal = 0.0;            ///< The mode of the posterior over log f.
+  double focal = 0.0;            ///< The median of the posterior of log f.
   double low = 0.0, high = 0.0;  ///< Its central 68 %.
   bool observable = false;       ///< Whether the interval is narrower than the prior's (kNarrower).
   FocalPrior prior = {};
@@ -25,8 +25,9 @@ inline constexpr double kNarrower = 0.75;
 /// prior's standard deviations either way, and is fine about the f that suits the matches best. `loss` and `weights`
 /// are those by which the model was refined; points far from *model sit out.
 ///
-/// Sets *model to the mode with E refined there, whatever its likelihood before. False, leaving *model, for points that
-/// do not determine E, and where the prior says nothing (log_sigma not above 0).
+/// Sets *model to the median with E refined there, whatever its likelihood before: on the mean of many pairs its poses
+/// are better than those of the mode, which may lie at one end of a wide interval, or without it. False, leaving
+/// *model, for points that do not determine E, and where the prior says nothing (log_sigma not above 0).
 bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
                       const RobustLoss& loss, const FocalPrior& prior, FocalParameters* model, FocalPosterior* out);
 

@@ -17,6 +17,9 @@ struct RefineOptions {
   double relative_tolerance = 1e-8;
 };
 
+/// Points beyond this many scales of the loss sit out of a refinement, for speed.
+inline constexpr double kRefineReach = 3.0;
+
 struct RefineReport {
   /// kTooFewPoints: fewer points of positive weight than the model has degrees of freedom need (7, 5, 4);
   /// kDegenerate: points, weights or the model not finite, weights negative, or an image's points all equal.

@@ -8,16 +8,12 @@
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/robust_loss_sums.h"
 #include "diffsac/geometry/row_residuals.h"
-#include "diffsac/geometry/shared_focal.h"
 
 namespace diffsac {
 namespace {
 
-/// Points beyond this many thresholds sit out, for speed.
-constexpr double kReach = 3.0;
-
 template <class Model>
-Eigen::VectorXd Residuals(const PointMatrix& points, const typename Model::Parameters& model) {
+Eigen::VectorXd Residuals(const PointMatrix& points, const Matrix3Parameters& model) {
   Eigen::VectorXd residuals(points.rows());
   RowResiduals<Model>(points, model, residuals.data());
   return residuals;
@@ -31,15 +27,15 @@ double Cost(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, co
 /// refine: (points, weights, options, model) -> RefineReport.
 template <class Model, class RefineModel>
 bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                    const RefineModel& refine, typename Model::Parameters* model) {
+                    const RefineModel& refine, Matrix3Parameters* model) {
   if (points.cols() != 4 || weights.size() != points.rows() || !(loss.scale > 0.0) || !std::isfinite(loss.scale) ||
       !model->allFinite())
     return false;
   RefineOptions options;
   options.loss = loss;
   const Eigen::VectorXd before = Residuals<Model>(points, *model);
-  typename Model::Parameters refined = *model;
-  const Eigen::VectorXd near = (before.array() <= kReach * loss.scale).template cast<double>();
+  Matrix3Parameters refined = *model;
+  const Eigen::VectorXd near = (before.array() <= kRefineReach * loss.scale).template cast<double>();
   refine(points, near.cwiseProduct(weights), options, &refined);
   if (refined == *model || !refined.allFinite()) return false;
   // Counted again in the points' own coordinates: near a minimum the refinement's gain may be its rounding.
@@ -51,7 +47,7 @@ bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, c
 
 /// Each point alike, with the truncated loss.
 template <class Model>
-bool RefineTruncated(const PointMatrix& points, double threshold, typename Model::Parameters* model) {
+bool RefineTruncated(const PointMatrix& points, double threshold, Matrix3Parameters* model) {
   return Model::Refine(points, Eigen::VectorXd::Ones(points.rows()), {LossKind::kTruncated, threshold}, model);
 }
 
@@ -93,24 +89,5 @@ bool Fundamental::Refine(const PointMatrix& points, double threshold, Parameters
 bool Essential::Refine(const PointMatrix& points, double threshold, Parameters* model) {
   return RefineTruncated<Essential>(points, threshold, model);
 }
-
-template <UnknownFocal kUnknown>
-bool FocalModel<kUnknown>::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                                  Parameters* model) {
-  const auto refine = [](const auto& p, const auto& w, const auto& options, Parameters* m) {
-    return RefineFocal(kUnknown, p, w, options, kAnyCamera, m);
-  };
-  return RefineRobustly<FocalModel>(points, weights, loss, refine, model);
-}
-
-template <UnknownFocal kUnknown>
-bool FocalModel<kUnknown>::Refine(const PointMatrix& points, double threshold, Parameters* model) {
-  return RefineTruncated<FocalModel>(points, threshold, model);
-}
-
-template bool SharedFocal::Refine(const PointMatrix&, const Eigen::VectorXd&, const RobustLoss&, FocalParameters*);
-template bool SharedFocal::Refine(const PointMatrix&, double, FocalParameters*);
-template bool OneFocal::Refine(const PointMatrix&, const Eigen::VectorXd&, const RobustLoss&, FocalParameters*);
-template bool OneFocal::Refine(const PointMatrix&, double, FocalParameters*);
 
 }  // namespace diffsac

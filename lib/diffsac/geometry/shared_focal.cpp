@@ -82,11 +82,28 @@ bool FocalModel<kUnknown>::Fit(const PointMatrix& points, const Eigen::VectorXd&
 }
 
 template <UnknownFocal kUnknown>
-bool FocalModel<kUnknown>::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
+bool FocalModel<kUnknown>::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, const FocalPrior& prior,
+                                   Parameters* model) {
   RefineOptions options;
   options.loss = {LossKind::kTrivial};
   options.relative_tolerance = 1e-6;
-  return RefineFocal(kUnknown, points, weights, options, kAnyCamera, model).status == Status::kOk;
+  return RefineFocal(kUnknown, points, weights, options, prior, model).status == Status::kOk;
+}
+
+template <UnknownFocal kUnknown>
+bool FocalModel<kUnknown>::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                                  const FocalPrior& prior, Parameters* model) {
+  if (points.cols() != 4 || weights.size() != points.rows() || !(loss.scale > 0.0) || !std::isfinite(loss.scale) ||
+      !model->allFinite())
+    return false;
+  const Matrix3Parameters f = FundamentalOf(kUnknown, *model);
+  Eigen::VectorXd near = weights;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    if (!(SampsonError(f, points.row(i).data()) <= kRefineReach * loss.scale)) near[i] = 0.0;
+  RefineOptions options;
+  options.loss = loss;
+  const Parameters before = *model;
+  return RefineFocal(kUnknown, points, near, options, prior, model).status == Status::kOk && *model != before;
 }
 
 template <UnknownFocal kUnknown>

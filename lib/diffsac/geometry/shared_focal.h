@@ -50,10 +50,14 @@ struct FocalModel {
   /// FitFrom; needs 8 points of positive weight.
   static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out);
 
-  /// Weighted least squares of Sampson distances over E and f, from *model, by Levenberg-Marquardt, with a wide prior
-  /// on f about 1 that keeps it in reach where the points say nothing. False, leaving *model, with fewer than 6 points
-  /// of positive weight or unfit ones.
-  static bool FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model);
+  /// Weighted least squares of Sampson distances over E and f, from *model, by Levenberg-Marquardt, with the prior's
+  /// share (RefineFocal); without one, kAnyCamera. False, leaving *model, with fewer than 6 points of positive weight
+  /// or unfit ones.
+  static bool FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, const FocalPrior& prior,
+                      Parameters* model);
+  static bool FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
+    return FitFrom(points, weights, kAnyCamera, model);
+  }
 
   /// Finite, 6 distinct correspondences, in neither image all on one line.
   static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
@@ -68,12 +72,17 @@ struct FocalModel {
     return SampsonError(FundamentalOf(kUnknown, model), point);
   }
 
-  /// Levenberg-Marquardt with the loss truncated at `threshold` on all points, from *model. False, leaving *model, when
-  /// that does not lower the cost or the points are unfit.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss.
+  /// The same with any loss. False, leaving *model, when nothing changes or the points are unfit.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                     Parameters* model);
+                     const FocalPrior& prior, Parameters* model);
+  static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                     Parameters* model) {
+    return Refine(points, weights, loss, kAnyCamera, model);
+  }
+  /// With the loss truncated at `threshold`, points alike.
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model) {
+    return Refine(points, Eigen::VectorXd::Ones(points.rows()), {LossKind::kTruncated, threshold}, model);
+  }
 
   /// The square of log f less that of K2's.
   static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);

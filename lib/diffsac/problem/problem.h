@@ -7,13 +7,14 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/focal.h"
-#include "diffsac/geometry/focal_posterior.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "diffsac/problem/image_pair.h"
 
 namespace diffsac {
+
+struct FocalPosterior;
 
 /// What is estimated. The tasks are listed, and described, in problem/tasks.h.
 enum class Task : int;

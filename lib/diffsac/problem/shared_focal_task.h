@@ -11,7 +11,7 @@ inline constexpr const char* kModelName<SharedFocal> = "shared_focal";
 template <>
 inline constexpr const char* kModelName<OneFocal> = "one_focal";
 
-/// The focal length that a camera of which nothing is known has, in longer sides of its image: the median.
+/// The focal length that features and F's likely camera take where the calibration is unknown, in longer sides.
 inline constexpr double kUsualFocal = 1.2;
 
 /// The coordinates in which a problem without calibration is solved, and what is known of its focal length there.

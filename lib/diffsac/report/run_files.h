@@ -9,10 +9,10 @@ namespace diffsac {
 /// results.csv, long: experiment,dataset,scene,condition,method,metric,value. Unknown values are empty.
 std::string ResultsCsv(const Report& report);
 
-/// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,inliers,
-/// hypotheses,ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets, and where
-/// the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz: σ and the pose x2 = R x1 + t (docs/estimates.md), R
-/// as a unit quaternion, qw ≥ 0. Unknown values are empty.
+/// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,focal_error,
+/// inliers,hypotheses,ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,
+/// and where the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz: σ and the pose x2 = R x1 + t
+/// (docs/estimates.md), R as a unit quaternion, qw ≥ 0. Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA
