@@ -47,6 +47,7 @@ class FinalRefiner {
   /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
   /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
+    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
     FocalPosterior posterior;
     if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
