@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "data_tools/image_source.h"
+#include "data_tools/photograph.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
@@ -44,17 +45,34 @@ cv::Mat Noise(const cv::Mat& like, double mean, double sigma, std::uint64_t seed
   return noise;
 }
 
-cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, Rng rng) {
-  cv::Mat matrix, warped, mask, result;
+cv::Mat OutsideOf(const cv::Mat& image, const Rng& rng) {
+  return Noise(image, 128.0, 30.0, rng.Fork("outside").Seed());
+}
+
+// In other light, with a little blur and noise.
+cv::Mat Relit(const cv::Mat& warped, const cv::Mat& mask, Rng rng) {
+  cv::Mat result;
+  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
+  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
+  OutsideOf(warped, rng).copyTo(result, mask == 0);
+  result += Noise(warped, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
+  result.convertTo(result, CV_8U);
+  return result;
+}
+
+cv::Mat Photographed(cv::Mat warped, const cv::Mat& mask, const Rng& rng) {
+  cv::Mat outside;
+  OutsideOf(warped, rng).convertTo(outside, CV_8U);
+  outside.copyTo(warped, mask == 0);
+  return Photograph(warped, rng);
+}
+
+cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, bool photograph, const Rng& rng) {
+  cv::Mat matrix, warped, mask;
   cv::eigen2cv(view, matrix);
   cv::warpPerspective(image, warped, matrix, image.size(), cv::INTER_AREA);
   cv::warpPerspective(cv::Mat(image.size(), CV_8U, cv::Scalar(255)), mask, matrix, image.size(), cv::INTER_NEAREST);
-  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
-  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
-  Noise(image, 128.0, 30.0, rng.Fork("outside").Seed()).copyTo(result, mask == 0);
-  result += Noise(image, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
-  result.convertTo(result, CV_8U);
-  return result;
+  return photograph ? Photographed(warped, mask, rng) : Relit(warped, mask, rng);
 }
 
 void WriteImage(const fs::path& path, const cv::Mat& image) {
@@ -110,7 +128,8 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
     for (int view = 2; view <= request.views + 1; ++view) {
       const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
       const Eigen::Matrix3d homography = RandomView(image.cols, image.rows, rng.Fork("view"));
-      WriteImage(folder / (std::to_string(view) + ".png"), Seen(image, homography, rng.Fork("light")));
+      WriteImage(folder / (std::to_string(view) + ".png"),
+                 Seen(image, homography, request.photograph, rng.Fork("light")));
       WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);
     }
   }

@@ -31,6 +31,8 @@ int FlagOf(OpencvPreset preset) {
       return cv::USAC_FM_8PTS;
     case OpencvPreset::kRansac:
       return cv::RANSAC;
+    case OpencvPreset::kLmeds:
+      return cv::LMEDS;
     case OpencvPreset::kDefault:
       break;
   }
