@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFocal = 1.2, kMostTiltDeg = 65.0, kRollDeg = 25.0, kShift = 0.1;
+constexpr double kFocal = 1.2, kRollDeg = 25.0, kShift = 0.1;
 constexpr double kNearest = 0.6, kFarthest = 1.6;
 
 double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
@@ -90,12 +90,13 @@ void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
 
 }  // namespace
 
-Eigen::Matrix3d RandomView(int width, int height, Rng rng) {
+Eigen::Matrix3d RandomView(int width, int height, double least_tilt, double greatest_tilt, Rng rng) {
   const double f = kFocal * std::max(width, height);
   Eigen::Matrix3d K;
   K << f, 0, 0.5 * width, 0, f, 0.5 * height, 0, 0, 1;
   // The plane is Z = 0, at unit distance from the first camera.
-  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi), tilt = Radians(rng.Uniform(0.0, kMostTiltDeg));
+  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi);
+  const double tilt = Radians(rng.Uniform(least_tilt, greatest_tilt));
   const double distance = kNearest * std::pow(kFarthest / kNearest, rng.Uniform());
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(Radians(kRollDeg) * rng.Normal(), Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(side), std::sin(side), 0.0)))
@@ -127,7 +128,8 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
     WriteImage(folder / "1.png", image);
     for (int view = 2; view <= request.views + 1; ++view) {
       const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
-      const Eigen::Matrix3d homography = RandomView(image.cols, image.rows, rng.Fork("view"));
+      const Eigen::Matrix3d homography =
+          RandomView(image.cols, image.rows, request.least_tilt, request.greatest_tilt, rng.Fork("view"));
       WriteImage(folder / (std::to_string(view) + ".png"),
                  Seen(image, homography, request.photograph, rng.Fork("light")));
       WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);

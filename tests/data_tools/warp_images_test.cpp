@@ -21,10 +21,10 @@ const std::atomic<bool> kNeverStop{false};
 }  // namespace
 
 TEST_CASE("warp: views are homographies that keep the image's centre in sight") {
-  Eigen::Matrix3d first = RandomView(640, 480, Rng(1));
-  CHECK(first == RandomView(640, 480, Rng(1)));
+  Eigen::Matrix3d first = RandomView(640, 480, 0, 65, Rng(1));
+  CHECK(first == RandomView(640, 480, 0, 65, Rng(1)));
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Matrix3d view = RandomView(640, 480, Rng(2).Fork("view", i));
+    const Eigen::Matrix3d view = RandomView(640, 480, 0, 65, Rng(2).Fork("view", i));
     const Eigen::Vector3d centre = view * Eigen::Vector3d(320, 240, 1);
     CHECK(view.allFinite());
     CHECK(view.determinant() / std::pow(view.norm(), 3) != 0.0);

@@ -25,6 +25,7 @@ inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvP
 struct OpencvUsacOptions {
   int max_iterations = 1000;  ///< OpenCV's maxIters; it may stop earlier by its confidence.
   double confidence = 0.9999;
+  double threshold = 0.0;  ///< OpenCV's, in the data's unit, beside which ε is the mask's alone; 0: ε.
   OpencvPreset preset = OpencvPreset::kDefault;
   void Bind(OptionsBinder& b);
 };
