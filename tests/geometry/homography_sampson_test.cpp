@@ -104,13 +104,16 @@ TEST_CASE("The Sampson distance is the least motion of both points, where that i
 TEST_CASE("The normal equations' gradient is exact, and their matrix that of the whitened errors") {
   Rng rng(3);
   for (const int count : {1, 3, 4, 7, 64}) {
-    const Matrix3Parameters h = NearIdentity(rng);
+    Matrix3Parameters h = NearIdentity(rng);
     PointMatrix points = RandomMatches(count, rng);
     Eigen::VectorXd weights(count);
     for (double& weight : weights) weight = rng.Below(3) == 0 ? 0.0 : rng.Uniform(0.1, 2.0);
     if (count > 4) {
-      points.row(2) << 0.0, 0.0, std::nan(""), 0.0;
-      weights[2] = 0.0;  // counts nothing
+      // One on the horizon that cannot move to where the errors vanish counts nothing without weight.
+      h.tail<3>() << 1.0, 0.0, 0.0;
+      points.col(0).array() += 2.0;
+      points.row(2) << 0.0, 0.5, h[0], h[3];
+      weights[2] = 0.0;
     }
     const NormalEquations sums = Sums(h, points, weights);
     CheckJacobian([&](const Eigen::VectorXd& x) { return Eigen::VectorXd::Constant(1, HalfCost(x, points, weights)); },

@@ -61,9 +61,11 @@ void SampsonSquares(const float* f, float factor, const float* const* columns, i
 /// Squares of differences of two products, in shares of the factors' squares: what rounding makes of them, times what
 /// kShare leaves of an error's square.
 constexpr float kCrossError = 1e-10f;
-/// (a − error)² ≥ (1 − share) a² − error² / share: of the numerator, and of the root behind it.
-constexpr float kLeastFactor = 1.0f - 3.0f * kShare;
-constexpr float kShiftError = 2.0f * kNumeratorError * kNumeratorError / kShare;
+/// (a − error)² ≥ (1 − share) a² − error² / share: of the numerator, and with another share of the root behind it,
+/// whose error is the larger.
+constexpr float kShiftShare = 1.0f / 64.0f;
+constexpr float kLeastFactor = 1.0f - 2.0f * kShare - kShiftShare;
+constexpr float kShiftError = 2.0f * kNumeratorError * kNumeratorError / kShiftShare;
 
 /// With J of the rounded model in place of J, J Jᵀ grows by `weight` in all directions at most, so that the distance of
 /// the rounded errors is at most too small; the true errors are as far off as kNumeratorError, in units of √weight.
