@@ -123,6 +123,9 @@ void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
   app->add_option("--max-image-size", request->max_image_size, "Reduce larger images to this side (1024); 0: never")
       ->check(CLI::NonNegativeNumber);
   app->add_option("--seed", request->seed, "Of all that is drawn (0)");
+  app->add_option("--least-tilt", request->least_tilt, "Of the views, degrees (0)")->check(CLI::Range(0.0, 89.0));
+  app->add_option("--greatest-tilt", request->greatest_tilt, "(65)")->check(CLI::Range(0.0, 89.0));
+  app->add_flag("--photograph", request->photograph, "As a small camera sees them: blur, sensor noise, tones, JPEG");
 }
 
 void AddInspect(CLI::App* app, InspectRequest* request) {

@@ -47,6 +47,9 @@ bool PrepareWarped(const ImageSet& set, const std::string& input, PairsRequest p
   warp.output = "runs/warped/" + set.pairs.scene;
   warp.images = set.warp_images;
   warp.views = set.warp_views;
+  warp.photograph = set.warp_photograph;
+  warp.least_tilt = set.warp_tilt[0];
+  warp.greatest_tilt = set.warp_tilt[1];
   if (!WarpImages(warp, stop)) return false;
   std::vector<std::string> folders;
   for (const auto& entry : fs::directory_iterator(warp.output))
@@ -80,6 +83,9 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Choice("described", described, {"", "test", "train"}).Help("also with descriptors, in runs/descriptors");
   b.Field("warp_images", warp_images, AtLeast(0)).Help("so many images as planes from other places; 0: as they are");
   b.Field("warp_views", warp_views, AtLeast(1)).Help("views of each");
+  b.Field("warp_tilt", warp_tilt, Within(0, 89)).Help("of these views, degrees: the least and the greatest");
+  b.Require(warp_tilt.size() == 2 && warp_tilt[0] <= warp_tilt[1], "warp_tilt", "two numbers, the smaller first");
+  b.Field("warp_photograph", warp_photograph).Help("with a camera's blur, noise, tones and JPEG");
   b.Choice("format", pairs.format, Registry<ImageFormat>::Instance().Names());
   b.Field("scene", pairs.scene).Help("replaces the name of a single scene");
   b.Field("sequence", pairs.sequence).Help("of KITTI");

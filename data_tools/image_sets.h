@@ -21,7 +21,9 @@ struct ImageSet {
   /// Above 0: the images (at most so many) are first seen as planes from other places (WarpImages), `views` of each;
   /// a scene for each image, its name behind `pairs.scene`.
   int warp_images = 0, warp_views = 5;
-  PairsRequest pairs;  ///< Without folders, which are found.
+  bool warp_photograph = false;                 ///< WarpRequest::photograph.
+  std::vector<double> warp_tilt = {0.0, 65.0};  ///< Degrees: the least and the greatest.
+  PairsRequest pairs;                           ///< Without folders, which are found.
   void Bind(OptionsBinder& b);
 };
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "data_tools/image_source.h"
+#include "data_tools/photograph.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
@@ -21,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFocal = 1.2, kMostTiltDeg = 65.0, kRollDeg = 25.0, kShift = 0.1;
+constexpr double kFocal = 1.2, kRollDeg = 25.0, kShift = 0.1;
 constexpr double kNearest = 0.6, kFarthest = 1.6;
 
 double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
@@ -44,17 +45,34 @@ cv::Mat Noise(const cv::Mat& like, double mean, double sigma, std::uint64_t seed
   return noise;
 }
 
-cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, Rng rng) {
-  cv::Mat matrix, warped, mask, result;
+cv::Mat OutsideOf(const cv::Mat& image, const Rng& rng) {
+  return Noise(image, 128.0, 30.0, rng.Fork("outside").Seed());
+}
+
+// In other light, with a little blur and noise.
+cv::Mat Relit(const cv::Mat& warped, const cv::Mat& mask, Rng rng) {
+  cv::Mat result;
+  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
+  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
+  OutsideOf(warped, rng).copyTo(result, mask == 0);
+  result += Noise(warped, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
+  result.convertTo(result, CV_8U);
+  return result;
+}
+
+cv::Mat Photographed(cv::Mat warped, const cv::Mat& mask, const Rng& rng) {
+  cv::Mat outside;
+  OutsideOf(warped, rng).convertTo(outside, CV_8U);
+  outside.copyTo(warped, mask == 0);
+  return Photograph(warped, rng);
+}
+
+cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, bool photograph, const Rng& rng) {
+  cv::Mat matrix, warped, mask;
   cv::eigen2cv(view, matrix);
   cv::warpPerspective(image, warped, matrix, image.size(), cv::INTER_AREA);
   cv::warpPerspective(cv::Mat(image.size(), CV_8U, cv::Scalar(255)), mask, matrix, image.size(), cv::INTER_NEAREST);
-  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
-  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
-  Noise(image, 128.0, 30.0, rng.Fork("outside").Seed()).copyTo(result, mask == 0);
-  result += Noise(image, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
-  result.convertTo(result, CV_8U);
-  return result;
+  return photograph ? Photographed(warped, mask, rng) : Relit(warped, mask, rng);
 }
 
 void WriteImage(const fs::path& path, const cv::Mat& image) {
@@ -72,12 +90,13 @@ void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
 
 }  // namespace
 
-Eigen::Matrix3d RandomView(int width, int height, Rng rng) {
+Eigen::Matrix3d RandomView(int width, int height, double least_tilt, double greatest_tilt, Rng rng) {
   const double f = kFocal * std::max(width, height);
   Eigen::Matrix3d K;
   K << f, 0, 0.5 * width, 0, f, 0.5 * height, 0, 0, 1;
   // The plane is Z = 0, at unit distance from the first camera.
-  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi), tilt = Radians(rng.Uniform(0.0, kMostTiltDeg));
+  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi);
+  const double tilt = Radians(rng.Uniform(least_tilt, greatest_tilt));
   const double distance = kNearest * std::pow(kFarthest / kNearest, rng.Uniform());
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(Radians(kRollDeg) * rng.Normal(), Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(side), std::sin(side), 0.0)))
@@ -109,8 +128,10 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
     WriteImage(folder / "1.png", image);
     for (int view = 2; view <= request.views + 1; ++view) {
       const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
-      const Eigen::Matrix3d homography = RandomView(image.cols, image.rows, rng.Fork("view"));
-      WriteImage(folder / (std::to_string(view) + ".png"), Seen(image, homography, rng.Fork("light")));
+      const Eigen::Matrix3d homography =
+          RandomView(image.cols, image.rows, request.least_tilt, request.greatest_tilt, rng.Fork("view"));
+      WriteImage(folder / (std::to_string(view) + ".png"),
+                 Seen(image, homography, request.photograph, rng.Fork("light")));
       WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);
     }
   }

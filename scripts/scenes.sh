@@ -11,7 +11,7 @@ cd "$1/scenes"
 shift
 names=" $* "
 
-# scene NAME OWNER/REPOSITORY COMMIT PATH...: paths as in .gitignore.
+# scene NAME OWNER/REPOSITORY 69c4062485aa2e9135f65c93069342cd049cf321 PATH...: paths as in .gitignore.
 scene() {
   local name=$1 repository=$2 commit=$3
   if [[ "$names" != "  " && "$names" != *" $name "* ]]; then return; fi
@@ -36,6 +36,8 @@ scene lf_gs yixuhuang72-hue/LF-GS 00f77487aed3a6367ddf7ea95a8e3e18523ddaa4 /data
 scene lakshya LakshyaTaneja/Metric-Semantic-3D-Reconstruction 40979ab3bf2ef38496d7148758032b1647c51476 /data/images /data/transforms.json
 scene giza Vincent7140/dataset_perso 3db5ced2dc16cdd1d95f37f84958face30c7f347 '/frame_*.png' /transforms.json
 scene maryrose vork/maryRose 807bff05487ffeb53e8dd2400c18e72581117df3 /images /poses_bounds.npy
+scene vgg_oxford openMVG/Features_Repeatability 69c4062485aa2e9135f65c93069342cd049cf321 \
+  /vgg_oxford_feat_eval/bikes /vgg_oxford_feat_eval/leuven /vgg_oxford_feat_eval/ubc
 # Training.
 scene dtu jingz666/NeuF ebe501dc192622e74410776a4b79e1ee3a5f01ed /data/DTU/dtu_scan65/image /data/DTU/dtu_scan65/cameras.npz
 scene middlebury ma-mehralian/EKFPnP_matlab_toolbox 77400fef0eabef17c2ffe46f77f83fb0e11c1076 /data/templeRing /data/dino

@@ -21,10 +21,10 @@ const std::atomic<bool> kNeverStop{false};
 }  // namespace
 
 TEST_CASE("warp: views are homographies that keep the image's centre in sight") {
-  Eigen::Matrix3d first = RandomView(640, 480, Rng(1));
-  CHECK(first == RandomView(640, 480, Rng(1)));
+  Eigen::Matrix3d first = RandomView(640, 480, 0, 65, Rng(1));
+  CHECK(first == RandomView(640, 480, 0, 65, Rng(1)));
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Matrix3d view = RandomView(640, 480, Rng(2).Fork("view", i));
+    const Eigen::Matrix3d view = RandomView(640, 480, 0, 65, Rng(2).Fork("view", i));
     const Eigen::Vector3d centre = view * Eigen::Vector3d(320, 240, 1);
     CHECK(view.allFinite());
     CHECK(view.determinant() / std::pow(view.norm(), 3) != 0.0);
@@ -55,6 +55,15 @@ TEST_CASE("warp: the written images and matrices are what the reader of homograp
     REQUIRE(seen.size() == image.size());
     CHECK(seen.at<unsigned char>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5)) > 120);
   }
+  // As a camera sees them they are others of the same homographies.
+  const cv::Mat relit = cv::imread(folder / "out/square/2.png", cv::IMREAD_GRAYSCALE);
+  const Eigen::Matrix3d view = *source.scenes[0].pairs[0].homography;
+  request.photograph = true;
+  CHECK(WarpImages(request, kNeverStop));
+  const cv::Mat photographed = cv::imread(folder / "out/square/2.png", cv::IMREAD_GRAYSCALE);
+  CHECK(photographed.size() == relit.size());
+  CHECK(cv::countNonZero(photographed != relit) > 0);
+  CHECK(*ReadHomographies(folder / "out/square").scenes[0].pairs[0].homography == view);
   request.input = folder / "nowhere";
   CHECK_THROWS_AS(WarpImages(request, kNeverStop), Error);
 }

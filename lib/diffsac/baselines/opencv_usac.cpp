@@ -31,6 +31,8 @@ int FlagOf(OpencvPreset preset) {
       return cv::USAC_FM_8PTS;
     case OpencvPreset::kRansac:
       return cv::RANSAC;
+    case OpencvPreset::kLmeds:
+      return cv::LMEDS;
     case OpencvPreset::kDefault:
       break;
   }
@@ -67,9 +69,10 @@ Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& o
       first.at<double>(i, j) = space.points()(order[i], j);
       second.at<double>(i, j) = space.points()(order[i], j + 2);
     }
+  const double threshold = options.threshold > 0.0 ? options.threshold / space.unit() : space.threshold();
   cv::Mat found;
   try {
-    found = RunOpencv<Model>(first, second, space.threshold(), FlagOf(options.preset), options);
+    found = RunOpencv<Model>(first, second, threshold, FlagOf(options.preset), options);
   } catch (const cv::Exception&) {
     return estimate;
   }
@@ -96,6 +99,7 @@ std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
 void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("max_iterations", max_iterations, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
   b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
+  b.Field("threshold", threshold, AtLeast(0.0)).Help("OpenCV's, in the data's unit; 0: the inlier threshold ε");
   b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 

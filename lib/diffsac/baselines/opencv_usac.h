@@ -7,8 +7,9 @@
 
 namespace diffsac {
 
-/// OpenCV's flags: USAC_* and RANSAC. kProsac gets the correspondences sorted by quality, best first.
-enum class OpencvPreset { kDefault, kFast, kAccurate, kProsac, kMagsac, kParallel, kFundamental8, kRansac };
+/// OpenCV's flags: USAC_*, RANSAC and LMEDS (which knows no threshold). kProsac gets the correspondences sorted by
+/// quality, best first.
+enum class OpencvPreset { kDefault, kFast, kAccurate, kProsac, kMagsac, kParallel, kFundamental8, kRansac, kLmeds };
 template <>
 inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvPreset::kDefault, "default"},
                                                                         {OpencvPreset::kFast, "fast"},
@@ -17,12 +18,14 @@ inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvP
                                                                         {OpencvPreset::kMagsac, "magsac"},
                                                                         {OpencvPreset::kParallel, "parallel"},
                                                                         {OpencvPreset::kFundamental8, "fm_8pts"},
-                                                                        {OpencvPreset::kRansac, "ransac"}});
+                                                                        {OpencvPreset::kRansac, "ransac"},
+                                                                        {OpencvPreset::kLmeds, "lmeds"}});
 
 /// OpenCV's estimators on the same problems with the same budget: the independent reference of the two-view tables.
 struct OpencvUsacOptions {
   int max_iterations = 1000;  ///< OpenCV's maxIters; it may stop earlier by its confidence.
   double confidence = 0.9999;
+  double threshold = 0.0;  ///< OpenCV's, in the data's unit, beside which ε is the mask's alone; 0: ε.
   OpencvPreset preset = OpencvPreset::kDefault;
   void Bind(OptionsBinder& b);
 };

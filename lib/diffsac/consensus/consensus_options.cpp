@@ -34,8 +34,8 @@ void BindScales(ConsensusOptions& o, OptionsBinder& b) {
           "alike");
   b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
       .Help(
-          "F, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E with a guessed focal length; "
-          "unknown focal lengths: by 1 + this · (deviation from the prior in its σ)²");
+          "F and H, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E, or (s₁ − s₃)/s₂ of H, with a "
+          "guessed focal length; unknown focal lengths: by 1 + this · (deviation from the prior in its σ)²");
   b.Field("focal_log_sigma", o.focal_log_sigma, Positive())
       .Help("unknown focal lengths: σ of log f before anything is seen, of images for which the data gives none");
 }

@@ -81,9 +81,10 @@ struct ConsensusOptions {
   /// Each point counts in scores and nonlinear refinement with the probability of being an inlier that is known of it
   /// before (EstimationPriors::inlier_priors), to this power. 0: alike.
   double inlier_prior_power = 0.0;
-  /// Fundamental matrices: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix that a model makes
-  /// with guessed cameras, where the images' sizes are known (EstimationPriors::cameras). Unknown focal lengths: by
-  /// 1 + this · the square of how many standard deviations of the prior log f is off.
+  /// Fundamental matrices and homographies: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix, or
+  /// (s₁ − s₃)/s₂ of the plane's motion, that a model makes with guessed cameras, where the images' sizes are known
+  /// (EstimationPriors::cameras). Unknown focal lengths: by 1 + this · the square of how many standard deviations of the
+  /// prior log f is off.
   double camera_prior = 0.0;
   /// Where a focal length is estimated: the standard deviation of its logarithm before anything is seen, of images for
   /// which none is given (CameraHint::focal).

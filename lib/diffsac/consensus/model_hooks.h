@@ -43,7 +43,8 @@ namespace diffsac {
 ///                                    is one, limits its steps
 ///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
 ///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
-///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
+///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
+///                                    homography: (s₁ − s₃)/s₂ of the motion)
 ///   Marginalise(points, weights, loss, prior, model, out)
 ///                                    for a model with an unknown focal length: its posterior under the prior, and the
 ///                                    model at the posterior's median, asked for once at the end where a prior is given
