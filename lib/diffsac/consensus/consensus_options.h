@@ -83,8 +83,8 @@ struct ConsensusOptions {
   double inlier_prior_power = 0.0;
   /// Fundamental matrices and homographies: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix, or
   /// (s₁ − s₃)/s₂ of the plane's motion, that a model makes with guessed cameras, where the images' sizes are known
-  /// (EstimationPriors::cameras). Unknown focal lengths: by 1 + this · the square of how many standard deviations of the
-  /// prior log f is off.
+  /// (EstimationPriors::cameras). Unknown focal lengths: by 1 + this · the square of how many standard deviations of
+  /// the prior log f is off.
   double camera_prior = 0.0;
   /// Where a focal length is estimated: the standard deviation of its logarithm before anything is seen, of images for
   /// which none is given (CameraHint::focal).
