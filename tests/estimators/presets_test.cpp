@@ -69,8 +69,11 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     problem = ProblemOf(kViews + std::string("essential}"));
     problem.inlier_threshold = 1.0;
     const auto essential = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
-    CheckSame(essential, Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed));
+    const Estimate row_of_e = Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed);
+    CheckSame(essential, row_of_e);
     CHECK(essential.pose);
+    CHECK(essential.pose_covariance);
+    CHECK(essential.pose_covariance == row_of_e.pose_covariance);
     problem = ProblemOf(kViews + std::string("homography}"));
     problem.cameras.reset();
     problem.inlier_threshold = 3.0;
