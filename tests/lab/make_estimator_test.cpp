@@ -51,6 +51,18 @@ TEST_CASE("rows are built by name, and a wrong name is an error with the nearest
   CHECK_THROWS_WITH(Make("{type: ransac, max_iterations: 20, max_iteration: 3}"), Catch::Contains("max_iterations"));
 }
 
+TEST_CASE("a row without a network takes its budget from its consensus as well, where that is lower") {
+  const auto budget = [](const std::string& keys) {
+    const Config row = ResolvedRow(ConfigFromYaml("{type: ransac, " + keys + "}", "t.yaml"), Task::kLine, {});
+    CHECK(row.Text("consensus.max_iterations") == row.Text("max_iterations"));
+    return row.Text("max_iterations");
+  };
+  CHECK(budget("max_iterations: 50") == "50");
+  CHECK(budget("consensus: {max_iterations: 40}") == "40");
+  CHECK(budget("max_iterations: 50, consensus: {max_iterations: 40}") == "40");
+  CHECK_THROWS_WITH(budget("max_iterations: 50, consensus: {max_iterations: 60}"), Catch::Contains("at most"));
+}
+
 TEST_CASE("a diffsac row takes its defaults from the checkpoint and overrides them key by key") {
   const SavedNetwork saved;
   const auto problem = TinyExamples(Task::kLine, 1)[0].problem;
