@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/robust_loss_sums.h"
@@ -18,6 +19,9 @@ namespace {
 /// The grid: steps of the prior's σ, either way up to kPriorReach, and of the likelihood's.
 constexpr double kPriorStep = 0.5, kPriorReach = 3.0;
 constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
+/// A homography that this share of the points follows, within so many standard deviations of a Sampson distance
+/// (transfer errors have twice that), explains them.
+constexpr double kOneSurface = 0.9, kSurfaceSigmas = 5.0;
 /// Tails of a normal distribution outside one σ.
 constexpr double kTail = 0.15865525393145707;
 
@@ -60,9 +64,27 @@ class Evidence {
     return variance_ > 0.0 && model->allFinite();
   }
 
+  /// Whether a homography explains the points: a plane, or a turn in place, which leave E and f open together.
+  bool OnOneSurface() const {
+    constexpr int kRounds = 3;
+    const double reach = std::max(kSurfaceSigmas * std::sqrt(variance_), loss_.least);
+    Eigen::VectorXd explained = weights_;
+    for (int round = 0; round < kRounds; ++round) {
+      Matrix3Parameters h;
+      if (!Homography::Fit(points_, explained, &h)) return false;
+      for (int i = 0; i < Size(); ++i)
+        explained[i] = SymmetricTransferError(h, points_.row(i).data()) <= reach ? weights_[i] : 0.0;
+    }
+    return explained.sum() >= kOneSurface * weights_.sum();
+  }
+
   Node At(double log_focal, const FocalParameters& start) const {
     Node node{log_focal, start, 0.0};
     node.model[9] = std::exp(log_focal);
+    // The points that were near go out of the loss's reach together, and nothing would pull them back.
+    RefineOptions far_reaching = options_;
+    far_reaching.loss = {LossKind::kHuber, loss_.scale};
+    RefineWithFocal(unknown_, points_, weights_, far_reaching, &node.model);
     RefineWithFocal(unknown_, points_, weights_, options_, &node.model);
     const double cost = SumLoss(loss_, Distances(node.model).data(), weights_.data(), Size());
     const double deviation = (log_focal - std::log(prior_.focal)) / prior_.log_sigma;
@@ -170,6 +192,13 @@ bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eig
   Evidence evidence(unknown, points, weights, loss, prior);
   FocalParameters best = *model;
   if (!evidence.Select(best) || !evidence.Refine(&best)) return false;
+
+  if (evidence.OnOneSurface()) {
+    const double spread = std::exp(prior.log_sigma);
+    *model = evidence.At(std::log(prior.focal), best).model;
+    *out = {prior.focal, prior.focal / spread, prior.focal * spread, false, prior};
+    return model->allFinite();
+  }
 
   const double centre = std::log(best[9]);
   const std::vector<double> grid = GridOf(centre, evidence.Deviation(best), prior);

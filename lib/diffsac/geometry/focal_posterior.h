@@ -25,6 +25,9 @@ inline constexpr double kNarrower = 0.75;
 /// prior's standard deviations either way, and is fine about the f that suits the matches best. `loss` and `weights`
 /// are those by which the model was refined; points far from *model sit out.
 ///
+/// Where a homography explains nine tenths of the points (a plane, a turn in place), E and f are open together, and
+/// what noise and outliers say of f is no evidence: the posterior is the prior.
+///
 /// Sets *model to the median with E refined there, whatever its likelihood before: on the mean of many pairs its poses
 /// are better than those of the mode, which may lie at one end of a wide interval, or without it. False, leaving
 /// *model, for points that do not determine E, and where the prior says nothing (log_sigma not above 0).

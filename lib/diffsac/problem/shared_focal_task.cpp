@@ -7,9 +7,9 @@
 namespace diffsac {
 namespace {
 
-/// Of cameras in general, in longer sides of the image: the middle of the central 68 % (.59 to 1.38, so that log f has a
-/// standard deviation of .43) of 14 + 16 e^(.8 n) mm, n normal, over 36 mm, by which Hold-Geoffroy and others ("A deep
-/// perceptual measure for lens and camera calibration", TPAMI 2023) draw the focal lengths of photographs.
+/// Of cameras in general, in longer sides of the image: the middle of the central 68 % (.59 to 1.38, so that log f has
+/// a standard deviation of .43) of 14 + 16 e^(.8 n) mm, n normal, over 36 mm, by which Hold-Geoffroy and others ("A
+/// deep perceptual measure for lens and camera calibration", TPAMI 2023) draw the focal lengths of photographs.
 constexpr double kMedianFocal = 0.9;
 
 struct ImageOf {
