@@ -226,7 +226,7 @@ void FitTables(int problems, int rounds) {
             RefineOptions options;
             options.loss.kind = LossKind::kTrivial;
             if (!Homography::Fit(p.points, ones, out)) return 0;
-            RefineHomography(p.points, ones, options, HomographyResidual::kSymmetricTransfer, out);
+            RefineHomography(p.points, ones, options, HomographyResidual::kSampson, out);
             return 1;
           }},
          OpenCvHomography("cv::findHomography (fit and refinement)")},

@@ -19,7 +19,7 @@ CorrespondenceSet ReadAdelaidePlanes(const std::string& folder, int first);
 inline constexpr double kLargestDisagreementPx = 4.0;
 
 /// The homography of least squares on these labelled matches of a plane: the direct linear transformation, then
-/// symmetric transfer distances truncated at 3 px, since some labels are wrong. Nothing of fewer than 8 matches, or
+/// Sampson distances truncated at 3 px, since some labels are wrong. Nothing of fewer than 8 matches, or
 /// where they determine none.
 std::optional<Matrix3Parameters> FitLabelledPlane(const PointMatrix& matches);
 

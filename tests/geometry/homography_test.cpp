@@ -1,6 +1,9 @@
 #include "diffsac/geometry/homography.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "geometry/two_view_problems.h"
 #include "geometry/two_view_properties.h"
@@ -77,6 +80,34 @@ TEST_CASE("The orientation test refuses crossed, mirrored and folded quadrangles
   CHECK(Homography::SolveMinimal(folded, kSet, &model) == 1);
 }
 
+TEST_CASE("A homography's mismatch with cameras is at most the motion of the second one, in distances of the plane") {
+  Rng rng(8);
+  Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity(), K2 = K1;
+  K1(0, 0) = K1(1, 1) = 800.0;
+  K2(0, 0) = K2(1, 1) = 1100.0;
+  K1(0, 2) = K2(0, 2) = 320.0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::Vector3d axis = Eigen::Vector3d(rng.Normal(), rng.Normal(), rng.Normal()).normalized();
+    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(rng.Uniform(0.0, 3.0), axis).toRotationMatrix();
+    const Eigen::Vector3d normal = Eigen::Vector3d(rng.Normal(), rng.Normal(), rng.Normal()).normalized();
+    const Eigen::Vector3d motion =
+        rng.Uniform(0.0, 0.9) * Eigen::Vector3d(rng.Normal(), rng.Normal(), rng.Normal()).normalized();
+    const auto mismatch = [&](const Eigen::Vector3d& t) {
+      const Eigen::Matrix3d h = K2 * (rotation + t * normal.transpose()) * K1.inverse();
+      return Homography::CameraMismatch(-2.0 * AsParameters(h), K1, K2);
+    };
+    CHECK(mismatch(Eigen::Vector3d::Zero()) == Approx(0.0).margin(1e-6));
+    CHECK(mismatch(motion) <= motion.norm() + 1e-6);
+    // Along the normal, the bound is met.
+    CHECK(mismatch(motion.norm() * (rotation * normal)) == Approx(motion.norm()).epsilon(1e-5).margin(1e-6));
+  }
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Matrix3Parameters rank_one = AsParameters(Eigen::Vector3d(1, 2, 3) * Eigen::RowVector3d(1, 1, 1));
+  CHECK(Homography::CameraMismatch(rank_one, identity, identity) > 1e3);
+  CHECK(Homography::CameraMismatch(rank_one, identity, identity) <= 1e6);
+  CHECK(Homography::CameraMismatch(Matrix3Parameters::Constant(std::nan("")), identity, identity) == 1e6);
+}
+
 TEST_CASE("Sets with three collinear or equal points give no homography, at any scale") {
   for (const double scale : {1e-8, 1.0, 1e8}) {
     CAPTURE(scale);
@@ -149,15 +180,19 @@ TEST_CASE("Homography: shared properties") {
   testing::CheckWeightsAreRepetitions<Homography>(points, rng);
 }
 
-TEST_CASE("A singular homography and points on the horizon have no finite residual") {
-  Matrix3Parameters singular;
-  singular << 1, 2, 3, 2, 4, 6, 0, 0, 1;
-  singular.normalize();
+TEST_CASE("Distances from a singular homography and of points on the horizon are how far points have to move") {
   const double point[] = {1.0, 2.0, 3.0, 4.0};
-  CHECK_FALSE(Homography::Residual(singular, point) <= 1e300);
+  Matrix3Parameters singular;  // onto the line y2 = 2 x2
+  singular << 1, 2, 3, 2, 4, 6, 0, 0, 1;
+  CHECK(Homography::Residual(singular, point) == Approx(std::sqrt(2.0 * 189.0 / 26.0)));
+  CHECK_FALSE(SymmetricTransferError(singular, point) <= 1e300);
   Matrix3Parameters horizon;
   horizon << 1, 0, 0, 0, 1, 0, 1, 0, -1;
-  CHECK_FALSE(Homography::Residual(horizon, point) <= 1e300);
+  CHECK(Homography::Residual(horizon, point) == Approx(std::sqrt(0.5)));
+  CHECK_FALSE(SymmetricTransferError(horizon, point) <= 1e300);
+  // Neither point can move to where the errors vanish.
+  const double stuck[] = {1.0, 2.0, 1.0, 4.0};
+  CHECK_FALSE(Homography::Residual(horizon, stuck) <= 1e300);
 }
 
 }  // namespace

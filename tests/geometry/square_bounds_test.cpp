@@ -112,7 +112,8 @@ TEST_CASE("Bounds are below the squares of H, and near them") {
   for (int trial = 0; trial < 20; ++trial) {
     const Matrix3Parameters truth = testing::RandomHomography(rng);
     PointMatrix points = testing::HomographyPoints(truth, 150, rng, 1.0);
-    CheckBounds<Homography>(points, truth, 1.0, 0.05);
+    // Less near: what rounds is of the size of the coordinates, beside a third coordinate that may be small.
+    CheckBounds<Homography>(points, truth, 1.0, 0.07);
     for (int i = 0; i < 75; ++i)
       for (int j = 0; j < 4; ++j) points(i, j) = rng.Uniform(-1000.0, 1000.0);
     for (const Matrix3Parameters& model : ModelsAround(truth, rng)) {

@@ -33,7 +33,9 @@ void BindScales(ConsensusOptions& o, OptionsBinder& b) {
           "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
           "alike");
   b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
-      .Help("F, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E with a guessed focal length");
+      .Help(
+          "F and H, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E, or (s₁ − s₃)/s₂ of H, with a "
+          "guessed focal length");
 }
 
 void BindRefits(ConsensusOptions& o, OptionsBinder& b) {

@@ -80,8 +80,9 @@ struct ConsensusOptions {
   /// Each point counts in scores and nonlinear refinement with the probability of being an inlier that is known of it
   /// before (EstimationPriors::inlier_priors), to this power. 0: alike.
   double inlier_prior_power = 0.0;
-  /// Fundamental matrices: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix that a model makes
-  /// with guessed cameras, where the images' sizes are known (EstimationPriors::cameras).
+  /// Fundamental matrices and homographies: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix, or
+  /// (s₁ − s₃)/s₂ of the plane's motion, that a model makes with guessed cameras, where the images' sizes are known
+  /// (EstimationPriors::cameras).
   double camera_prior = 0.0;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;

@@ -41,7 +41,8 @@ namespace diffsac {
 ///                                    the same with a weight for each point and any loss
 ///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
 ///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
-///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them)
+///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
+///                                    homography: (s₁ − s₃)/s₂ of the motion)
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///

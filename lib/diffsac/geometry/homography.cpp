@@ -1,9 +1,11 @@
 #include "diffsac/geometry/homography.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <cmath>
 
+#include "diffsac/geometry/homography_sampson.h"
 #include "diffsac/geometry/least_eigenvector.h"
-#include "diffsac/geometry/vector_clones.h"
 #include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
@@ -69,17 +71,6 @@ inline double SymmetricDistance(const double* h, const double* g, double x1, dou
   return std::sqrt(0.5 * ((dx2 * dx2 + dy2 * dy2) + (dx1 * dx1 + dy1 * dy1)));
 }
 
-DIFFSAC_VECTOR_CLONES
-void SymmetricDistances(const double* model, const double* const* columns, int begin, int end, double* out) {
-  double h[9], g[9];
-  for (int i = 0; i < 9; ++i) h[i] = model[i];
-  Adjugate(h, g);
-  const double *x1 = columns[0] + begin, *y1 = columns[1] + begin, *x2 = columns[2] + begin, *y2 = columns[3] + begin;
-  double* __restrict distances = out;
-  const int count = end - begin;
-  for (int i = 0; i < count; ++i) distances[i] = SymmetricDistance(h, g, x1[i], y1[i], x2[i], y2[i]);
-}
-
 bool Denormalize(const Eigen::Matrix3d& h, const PairNormalization& normalization, Matrix3Parameters* out) {
   *out = AsParameters(normalization.second.Inverse() * h * normalization.first.Matrix());
   return out->allFinite();
@@ -130,11 +121,21 @@ bool Homography::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, 
 }
 
 void Homography::Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
-  SymmetricDistances(model.data(), columns, begin, end, out);
+  HomographySampsonDistances(model.data(), columns, begin, end, out);
 }
 
 double Homography::Residual(const Parameters& model, const double* point) {
-  return SymmetricTransferError(model, point);
+  return HomographySampsonError(model, point);
+}
+
+double Homography::CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
+  constexpr double kWorstMismatch = 1e6;
+  const Eigen::Matrix3d h = K2.inverse() * AsMatrix(model) * K1;
+  if (!h.allFinite()) return kWorstMismatch;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squares;
+  squares.computeDirect(h.transpose() * h, Eigen::EigenvaluesOnly);
+  const Eigen::Vector3d s = squares.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return s[2] - s[0] < kWorstMismatch * s[1] ? (s[2] - s[0]) / s[1] : kWorstMismatch;
 }
 
 double TransferError(const Matrix3Parameters& model, const double* point) {
@@ -143,6 +144,10 @@ double TransferError(const Matrix3Parameters& model, const double* point) {
   const double dx = (h[0] * point[0] + h[1] * point[1] + h[2]) / w - point[2];
   const double dy = (h[3] * point[0] + h[4] * point[1] + h[5]) / w - point[3];
   return std::sqrt(dx * dx + dy * dy);
+}
+
+double HomographySampsonError(const Matrix3Parameters& model, const double* point) {
+  return std::sqrt(HomographySampson(model.data(), point[0], point[1], point[2], point[3]).Square());
 }
 
 double SymmetricTransferError(const Matrix3Parameters& model, const double* point) {

@@ -13,7 +13,7 @@ namespace diffsac {
 /// H, row-major, unit Frobenius norm.
 struct Homography {
   using Parameters = Matrix3Parameters;
-  using Bounds = TransferBounds;  ///< Of `Residual`.
+  using Bounds = HomographyBounds;  ///< Of `Residual`.
   static constexpr int kDimension = 4;
   static constexpr int kResidualDimension = 2;  ///< Of what `Residual` is the length of.
   static constexpr int kMinimalSize = 4;
@@ -36,19 +36,28 @@ struct Homography {
   /// As `Residual`, over 4 columns, bit for bit.
   static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out);
 
-  /// SymmetricTransferError.
+  /// HomographySampsonError.
   static double Residual(const Parameters& model, const double* point);
 
   /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
-  /// (RefineHomography, symmetric). False, leaving *model, when that does not lower the cost or the points are unfit.
+  /// (RefineHomography, Sampson). False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
   /// The same with a weight ≥ 0 for each point and any loss.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model);
+
+  /// (s₁ − s₃)/s₂ of K2⁻¹ H K1, the singular values in order: of a plane, which is R + t nᵀ/d there, at most |t|/d.
+  /// Large where the second camera would have to be far away, seen from the plane's distance to the first, or nearly
+  /// within the plane; 10⁶ at most, and of what is no homography.
+  static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);
 };
 
 /// |H x1 - x2| in the second image. Not finite for points that H sends to infinity.
 double TransferError(const Matrix3Parameters& model, const double* point);
+
+/// The first-order distance from H (homography_sampson.h): |H x1 - x2| where H keeps lengths, so a threshold means
+/// pixels of one image. Not finite where H says nothing of the correspondence. Any scale and sign of H.
+double HomographySampsonError(const Matrix3Parameters& model, const double* point);
 
 /// sqrt((|H x1 - x2|² + |H⁻¹ x2 - x1|²) / 2): root mean square of the two images' distances, so a threshold means
 /// pixels of one image. Not finite (so no inlier) for a singular H and for points sent to infinity. Any scale and sign

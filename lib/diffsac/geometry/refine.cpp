@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "diffsac/geometry/epipolar.h"
-#include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/homography_sampson.h"
 #include "diffsac/geometry/manifolds.h"
-#include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/robust_loss_sums.h"
 #include "diffsac/geometry/sampson_equations.h"
 #include "diffsac/geometry/transfer_equations.h"
@@ -47,22 +46,14 @@ struct TransferResiduals {
   }
 };
 
-/// Both directions, each with half the weight; the second is a transfer by the adjugate, brought back by its
-/// derivative.
-struct SymmetricResiduals {
+/// First-order distances from a homography.
+struct HomographySampsonResiduals {
   static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
-    Homography::Residuals(model, columns, 0, count, out);
+    HomographySampsonDistances(model.data(), columns, 0, count, out);
   }
   static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
                                    int count) {
-    const Matrix3Parameters back = AdjugateOf(model);
-    const double* swapped[4] = {columns[2], columns[3], columns[0], columns[1]};
-    NormalEquations result = SumTransferEquations(model.data(), columns, weights, count);
-    const NormalEquations second = SumTransferEquations(back.data(), swapped, weights, count);
-    const Eigen::Matrix<double, 9, 9> chain = AdjugateDerivative(model);
-    result.normal = 0.5 * (result.normal + chain.transpose() * second.normal * chain);
-    result.gradient = 0.5 * (result.gradient + chain.transpose() * second.gradient);
-    return result;
+    return SumHomographySampsonEquations(model.data(), columns, weights, count);
   }
 };
 
@@ -216,29 +207,6 @@ void RefineNormalizedHomography(const Observations& observations, const RefineOp
 
 }  // namespace
 
-Matrix3Parameters AdjugateOf(const Matrix3Parameters& h) {
-  Matrix3Parameters g;
-  g << h[4] * h[8] - h[5] * h[7], h[2] * h[7] - h[1] * h[8], h[1] * h[5] - h[2] * h[4],  //
-      h[5] * h[6] - h[3] * h[8], h[0] * h[8] - h[2] * h[6], h[2] * h[3] - h[0] * h[5],   //
-      h[3] * h[7] - h[4] * h[6], h[1] * h[6] - h[0] * h[7], h[0] * h[4] - h[1] * h[3];
-  return g;
-}
-
-Eigen::Matrix<double, 9, 9> AdjugateDerivative(const Matrix3Parameters& h) {
-  // Every entry is a product less another: g = h[a] h[b] - h[c] h[d].
-  constexpr int kTerms[9][4] = {{4, 8, 5, 7}, {2, 7, 1, 8}, {1, 5, 2, 4}, {5, 6, 3, 8}, {0, 8, 2, 6},
-                                {2, 3, 0, 5}, {3, 7, 4, 6}, {1, 6, 0, 7}, {0, 4, 1, 3}};
-  Eigen::Matrix<double, 9, 9> derivative = Eigen::Matrix<double, 9, 9>::Zero();
-  for (int i = 0; i < 9; ++i) {
-    const int* t = kTerms[i];
-    derivative(i, t[0]) = h[t[1]];
-    derivative(i, t[1]) = h[t[0]];
-    derivative(i, t[2]) = -h[t[3]];
-    derivative(i, t[3]) = -h[t[2]];
-  }
-  return derivative;
-}
-
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                               HomographyResidual error, Matrix3Parameters* model) {
   RefineReport report;
@@ -249,7 +217,7 @@ RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& 
   if (error == HomographyResidual::kTransfer) {
     RefineNormalizedHomography<TransferResiduals>(observations, options, normalization, &report, model);
   } else {
-    RefineNormalizedHomography<SymmetricResiduals>(observations, options, normalization, &report, model);
+    RefineNormalizedHomography<HomographySampsonResiduals>(observations, options, normalization, &report, model);
   }
   return report;
 }

@@ -59,7 +59,7 @@ bool RefineTruncated(const PointMatrix& points, double threshold, Matrix3Paramet
 bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                         Parameters* model) {
   const auto refine = [](const auto& p, const auto& w, const auto& options, Parameters* m) {
-    return RefineHomography(p, w, options, HomographyResidual::kSymmetricTransfer, m);
+    return RefineHomography(p, w, options, HomographyResidual::kSampson, m);
   };
   return RefineRobustly<Homography>(points, weights, loss, refine, model);
 }

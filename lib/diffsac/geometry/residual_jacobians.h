@@ -52,8 +52,4 @@ struct TransferResidual {
   double Square() const { return r[0] * r[0] + r[1] * r[1]; }
 };
 
-/// The adjugate (the inverse up to scale) of a row-major 3 x 3 matrix, and its derivative by the nine entries.
-Matrix3Parameters AdjugateOf(const Matrix3Parameters& h);
-Eigen::Matrix<double, 9, 9> AdjugateDerivative(const Matrix3Parameters& h);
-
 }  // namespace diffsac

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "diffsac/geometry/lane_sums.h"
-#include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
@@ -59,29 +58,38 @@ void SampsonSquares(const float* f, float factor, const float* const* columns, i
   for (int i = 0; i < count; ++i) squares[i] = SampsonBound(model, x1[i], y1[i], x2[i], y2[i]) * factor;
 }
 
-/// Numerator and denominator of a squared transfer error's bound: |h x − w (u, v)|² and w².
-inline void TransferTerms(const float* h, float x, float y, float u, float v, float* square, float* weight) {
-  const float w = (h[6] * x + h[7] * y) + h[8];
-  const float across = ((h[0] * x + h[1] * y) + h[2]) - u * w, down = ((h[3] * x + h[4] * y) + h[5]) - v * w;
-  *square = LeastSquare(across, kNumeratorError) + LeastSquare(down, kNumeratorError);
-  *weight = w * w * kSlopeFactor + kSlopeError;
+/// Squares of differences of two products, in shares of the factors' squares: what rounding makes of them, times what
+/// kShare leaves of an error's square.
+constexpr float kCrossError = 1e-10f;
+/// (a − error)² ≥ (1 − share) a² − error² / share: of the numerator, and with another share of the root behind it,
+/// whose error is the larger.
+constexpr float kShiftShare = 1.0f / 64.0f;
+constexpr float kLeastFactor = 1.0f - 2.0f * kShare - kShiftShare;
+constexpr float kShiftError = 2.0f * kNumeratorError * kNumeratorError / kShiftShare;
+
+/// With J of the rounded model in place of J, J Jᵀ grows by `weight` in all directions at most, so that the distance of
+/// the rounded errors is at most too small; the true errors are as far off as kNumeratorError, in units of √weight.
+inline float HomographyBound(const float* h, float x1, float y1, float x2, float y2) {
+  const float w = (h[6] * x1 + h[7] * y1) + h[8];
+  const float across = x2 * w - ((h[0] * x1 + h[1] * y1) + h[2]), down = y2 * w - ((h[3] * x1 + h[4] * y1) + h[5]);
+  const float p0 = x2 * h[6] - h[0], p1 = x2 * h[7] - h[1], q0 = y2 * h[6] - h[3], q1 = y2 * h[7] - h[4];
+  const float weight = w * w * kSlopeFactor + 6.0f * kSlopeError;
+  const float pp = p0 * p0 + p1 * p1, qq = q0 * q0 + q1 * q1, ee = across * across + down * down;
+  const float a = across * q0 - down * p0, b = across * q1 - down * p1, cross = p0 * q1 - p1 * q0;
+  const float least = kLeastFactor * ((a * a + b * b) + weight * ee) - kCrossError * (ee * (pp + qq));
+  const float most = cross * cross * (kSlopeFactor * kSlopeFactor) + (pp * qq) * kCrossError +
+                     weight * ((pp + qq) * kSlopeFactor + weight);
+  const float square = 2.0f * (least / most - kShiftError / weight);
+  return 0.5f * (square + std::abs(square));
 }
 
 DIFFSAC_BOUND_CLONES
-void TransferSquares(const float* forward, const float* backward, float factor, const float* const* columns, int count,
-                     float* out) {
-  float h[9], g[9];
-  std::copy_n(forward, 9, h);
-  std::copy_n(backward, 9, g);
+void HomographySquares(const float* h, float factor, const float* const* columns, int count, float* out) {
+  float model[9];
+  std::copy_n(h, 9, model);
   const float *x1 = columns[0], *y1 = columns[1], *x2 = columns[2], *y2 = columns[3];
   float* __restrict squares = out;
-  for (int i = 0; i < count; ++i) {
-    float first, second, first_weight, second_weight;
-    TransferTerms(h, x1[i], y1[i], x2[i], y2[i], &second, &second_weight);
-    TransferTerms(g, x2[i], y2[i], x1[i], y1[i], &first, &first_weight);
-    // One quotient in place of two.
-    squares[i] = (first * second_weight + second * first_weight) / (first_weight * second_weight) * factor;
-  }
+  for (int i = 0; i < count; ++i) squares[i] = HomographyBound(model, x1[i], y1[i], x2[i], y2[i]) * factor;
 }
 
 /// Rounding of one term and its share of the sum.
@@ -142,19 +150,17 @@ void SampsonBounds::operator()(const Prepared& model, int begin, int end, float*
   SampsonSquares(model.f, model.inverse_square, columns, end - begin, out);
 }
 
-bool TransferBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
+bool HomographyBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
   const double normalized = threshold * pairs_.scale();
   if (!pairs_.usable() || !IsOrdinary(normalized)) return false;
-  out->half_inverse_square = static_cast<float>(0.5 / (normalized * normalized));
-  const Eigen::Matrix3d back = AsMatrix(AdjugateOf(model));
-  return RoundMatrix(pairs_.FromPoints(1) * AsMatrix(model) * pairs_.ToPoints(0), out->forward) &&
-         RoundMatrix(pairs_.FromPoints(0) * back * pairs_.ToPoints(1), out->backward);
+  out->inverse_square = static_cast<float>(1.0 / (normalized * normalized));
+  return RoundMatrix(pairs_.FromPoints(1) * AsMatrix(model) * pairs_.ToPoints(0), out->h);
 }
 
-void TransferBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
+void HomographyBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
   const float* columns[4];
   ColumnsAt(pairs_, begin, columns);
-  TransferSquares(model.forward, model.backward, model.half_inverse_square, columns, end - begin, out);
+  HomographySquares(model.h, model.inverse_square, columns, end - begin, out);
 }
 
 }  // namespace diffsac

@@ -56,15 +56,15 @@ class SampsonBounds {
   FloatPairs pairs_;
 };
 
-/// Bounds of symmetric transfer errors.
-class TransferBounds {
+/// Bounds of a homography's Sampson distances.
+class HomographyBounds {
  public:
   struct Prepared {
-    float forward[9], backward[9];
-    float half_inverse_square;
+    float h[9];
+    float inverse_square;  ///< Of the threshold.
   };
 
-  TransferBounds(const double* const* columns, int count) : pairs_(columns, count) {}
+  HomographyBounds(const double* const* columns, int count) : pairs_(columns, count) {}
   bool Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const;
   void operator()(const Prepared& model, int begin, int end, float* out) const;
 
