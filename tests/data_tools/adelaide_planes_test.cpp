@@ -84,7 +84,7 @@ TEST_CASE("AdelaideRMF's planes: pairs of two planes alike, or of an uncertain o
   // In a corner, exact labels still say where the rest of the image goes, noisy ones do not.
   House{.extent = 0.5}.Write(folder, "a");
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.size() == 1);
-  House{.extent = 0.5, .noise = 0.2}.Write(folder, "a");
+  House{.extent = 0.5, .noise = 0.5}.Write(folder, "a");
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.empty());
 }
 
