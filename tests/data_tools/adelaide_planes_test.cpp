@@ -21,12 +21,12 @@ std::string Numbers(std::initializer_list<double> values) {
   return text;
 }
 
-// Labelled and tentative matches of two planes in images of 10 × 8 pixels, `others` of them of the second, which moves
-// otherwise; those of the first lie within `extent` pixels of the corner and are noisy by `noise` in the second image.
-// F is that of a translation.
+// Labelled and tentative matches of two planes in images of 640 × 480 pixels, `others` of them of the second, which
+// moves otherwise; those of the first lie within `extent` pixels of the corner and are noisy by `noise` in the second
+// image. F is that of a translation.
 struct House {
   int others = 10;
-  double extent = 9.0;
+  double extent = 500.0;
   double noise = 0.0;
   void Write(const TemporaryFolder& folder, const std::string& name) const {
     std::string labelled, tentative, scores;
@@ -39,14 +39,15 @@ struct House {
       scores += "0.5\n";
       ++count;
     };
-    for (int i = 0; i < 40; ++i) add(extent, 1.0, noise * rng.Normal(), 1);
-    for (int i = 0; i < others; ++i) add(9.0, -8.0, 0.0, 2);
+    for (int i = 0; i < 40; ++i) add(extent, 40.0, noise * rng.Normal(), 1);
+    for (int i = 0; i < others; ++i) add(500.0, -300.0, 0.0, 2);
     WriteRaw(folder / (name + "_model.txt"), "0 0 0\n0 0 -1\n0 1 0\n");
     WriteRaw(folder / (name + "_pts.txt"), labelled);
     WriteRaw(folder / ("sift_update/" + name + "_pts.txt"), std::to_string(count) + "\n" + tentative);
     WriteRaw(folder / ("sift_update/" + name + "_score.txt"), scores);
-    WriteSmall(folder / (name + "A.png"));
-    WriteSmall(folder / (name + "B.png"));
+    const cv::Mat grey(480, 640, CV_8U, cv::Scalar(7));
+    WriteImage(folder / (name + "A.png"), grey);
+    WriteImage(folder / (name + "B.png"), grey);
   }
 };
 
@@ -66,7 +67,7 @@ TEST_CASE("AdelaideRMF's planes: the homography of the dominant one, of every ot
   const Example& pair = even.pairs[0];
   REQUIRE(pair.truth.homography);
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
-  shift(0, 2) = 1.0;
+  shift(0, 2) = 40.0;
   CHECK((*pair.truth.homography / (*pair.truth.homography)(2, 2) - shift).norm() < 1e-6);
   // Not both: which plane is meant is the homography's to say.
   CHECK_FALSE(pair.truth.fundamental);
@@ -82,9 +83,9 @@ TEST_CASE("AdelaideRMF's planes: pairs of two planes alike, or of an uncertain o
   House{.others = 28}.Write(folder, "a");
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.empty());
   // In a corner, exact labels still say where the rest of the image goes, noisy ones do not.
-  House{.extent = 0.5}.Write(folder, "a");
+  House{.extent = 30.0}.Write(folder, "a");
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.size() == 1);
-  House{.extent = 0.5, .noise = 0.5}.Write(folder, "a");
+  House{.extent = 30.0, .noise = 1.0}.Write(folder, "a");
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.empty());
 }
 
