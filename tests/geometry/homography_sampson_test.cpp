@@ -147,6 +147,9 @@ TEST_CASE("Distances over columns are the single ones; where H says nothing they
   HomographySampsonDistances(h.data(), pointers, 0, 20, distances.data());
   HomographySampsonDistances(h.data(), pointers, 20, 37, distances.data() + 20);
   for (int i = 0; i < 37; ++i) CHECK(distances[i] == HomographySampsonError(h, points.data() + 4 * i));
+  SymmetricTransferErrors(h, pointers, 0, 20, distances.data());
+  SymmetricTransferErrors(h, pointers, 20, 37, distances.data() + 20);
+  for (int i = 0; i < 37; ++i) CHECK(distances[i] == SymmetricTransferError(h, points.data() + 4 * i));
   const double match[] = {1.0, 2.0, 3.0, 4.0};
   CHECK_FALSE(HomographySampsonError(Matrix3Parameters::Zero(), match) <= 1e9);
   CHECK_FALSE(HomographySampsonError(Matrix3Parameters::Constant(std::nan("")), match) <= 1e9);

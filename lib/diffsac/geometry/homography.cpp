@@ -6,6 +6,7 @@
 
 #include "diffsac/geometry/homography_sampson.h"
 #include "diffsac/geometry/least_eigenvector.h"
+#include "diffsac/geometry/vector_clones.h"
 #include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
@@ -154,6 +155,18 @@ double SymmetricTransferError(const Matrix3Parameters& model, const double* poin
   double inverse[9];
   Adjugate(model.data(), inverse);
   return SymmetricDistance(model.data(), inverse, point[0], point[1], point[2], point[3]);
+}
+
+DIFFSAC_VECTOR_CLONES
+void SymmetricTransferErrors(const Matrix3Parameters& model, const double* const* columns, int begin, int end,
+                             double* out) {
+  double h[9], g[9];
+  for (int i = 0; i < 9; ++i) h[i] = model[i];
+  Adjugate(h, g);
+  const double *x1 = columns[0] + begin, *y1 = columns[1] + begin, *x2 = columns[2] + begin, *y2 = columns[3] + begin;
+  double* __restrict distances = out;
+  const int count = end - begin;
+  for (int i = 0; i < count; ++i) distances[i] = SymmetricDistance(h, g, x1[i], y1[i], x2[i], y2[i]);
 }
 
 }  // namespace diffsac

@@ -63,5 +63,8 @@ double HomographySampsonError(const Matrix3Parameters& model, const double* poin
 /// pixels of one image. Not finite (so no inlier) for a singular H and for points sent to infinity. Any scale and sign
 /// of H.
 double SymmetricTransferError(const Matrix3Parameters& model, const double* point);
+/// The same of points [begin, end), given as 4 columns, bit for bit.
+void SymmetricTransferErrors(const Matrix3Parameters& model, const double* const* columns, int begin, int end,
+                             double* out);
 
 }  // namespace diffsac

@@ -74,7 +74,7 @@ class Scene {
     const double* pointers[4];
     for (int j = 0; j < 4; ++j) pointers[j] = columns_.col(j).data();
     Eigen::VectorXd errors(points_.rows());
-    Homography::Residuals(AsParameters(h), pointers, 0, size(), errors.data());
+    SymmetricTransferErrors(AsParameters(h), pointers, 0, size(), errors.data());
     return errors;
   }
 
