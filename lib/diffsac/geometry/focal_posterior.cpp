@@ -22,6 +22,10 @@ constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
 /// A homography that this share of the points follows, within so many standard deviations of a Sampson distance
 /// (transfer errors have twice that), explains them.
 constexpr double kOneSurface = 0.9, kSurfaceSigmas = 5.0;
+/// Errors of matches in photographs go together (lens distortion, principal points that are off, keypoints of one
+/// edge), so that each says what this share of an independent one would. Chosen on the tuning scenes
+/// (docs/two_view.md).
+constexpr double kIndependentShare = 0.25;
 /// Tails of a normal distribution outside one σ.
 constexpr double kTail = 0.15865525393145707;
 
@@ -60,14 +64,15 @@ class Evidence {
   bool Refine(FocalParameters* model) {
     if (RefineFocal(unknown_, points_, weights_, options_, prior_, model).status != Status::kOk) return false;
     const Eigen::VectorXd distances = Distances(*model);
-    variance_ = ResidualVariance(loss_, distances.data(), weights_.data(), Size(), kFree);
+    variance_ = ResidualVariance(loss_, distances.data(), weights_.data(), Size(), kFree) / kIndependentShare;
     return variance_ > 0.0 && model->allFinite();
   }
 
   /// Whether a homography explains the points: a plane, or a turn in place, which leave E and f open together.
   bool OnOneSurface() const {
     constexpr int kRounds = 3;
-    const double reach = std::max(kSurfaceSigmas * std::sqrt(variance_), loss_.least);
+    const double sigma = std::sqrt(kIndependentShare * variance_);
+    const double reach = std::max(kSurfaceSigmas * sigma, loss_.least);
     Eigen::VectorXd explained = weights_;
     for (int round = 0; round < kRounds; ++round) {
       Matrix3Parameters h;
@@ -138,7 +143,7 @@ class Evidence {
   PointMatrix points_;
   Eigen::VectorXd weights_;
   Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;  ///< The points, by coordinate.
-  double variance_ = 0.0;                             ///< κ
+  double variance_ = 0.0;                             ///< κ, of matches whose errors go together.
 };
 
 /// Where the posterior is looked at, ascending.

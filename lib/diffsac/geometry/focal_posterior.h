@@ -19,7 +19,7 @@ struct FocalPosterior {
 inline constexpr double kNarrower = 0.75;
 
 /// The posterior of log f, on a grid. At each f of the grid E is refined with f held, from its neighbour's; the
-/// log-likelihood there is −cost / 2κ (κ: ResidualVariance), that of the best E; the prior is added. E is not
+/// log-likelihood there is −cost / 2κ (κ: 4 ResidualVariance), that of the best E; the prior is added. E is not
 /// integrated out: its volume, in radians, shrinks with f⁻⁵, which says how angles are measured and nothing of cameras,
 /// and where the motion does not show f (straight ahead) that would be all that is said. The grid covers three of the
 /// prior's standard deviations either way, and is fine about the f that suits the matches best. `loss` and `weights`
