@@ -24,7 +24,14 @@ std::string SeriesStyle(std::size_t index, bool strong) {
          std::to_string(kMarks[index % std::size(kMarks)]) + " ps 1.2";
 }
 
-constexpr int kKeyWidth = 260;  // In pixels.
+// Of a key that holds these labels, in pixels.
+int KeyWidth(const std::vector<Curve>& curves) {
+  constexpr int kLeast = 260, kMark = 60, kLetter = 8;
+  int width = kLeast;
+  for (const Curve& curve : curves) width = std::max(width, kMark + kLetter * static_cast<int>(curve.label.size()));
+  return width;
+}
+
 constexpr const char* kCeilingStyle = "with lines dt 2 lw 2 lc rgb \"#000000\"";
 constexpr const char* kReferenceStyle = "with lines dt 3 lw 2 lc rgb \"#666666\"";
 
@@ -55,8 +62,9 @@ bool DrawPanels(const Report& report, const std::string& folder, const std::stri
   for (std::size_t i = 0; i < panels.size(); ++i)
     if (panels[i].curves.size() > panels[richest].curves.size()) richest = i;
   if (panels.empty()) return false;
-  const int count = static_cast<int>(panels.size()), width = 80 + 380 * count + kKeyWidth;
-  const double right = 1.0 - static_cast<double>(kKeyWidth) / width, left = 70.0 / width;
+  const int count = static_cast<int>(panels.size()), key = KeyWidth(panels[richest].curves);
+  const int width = 80 + 380 * count + key;
+  const double right = 1.0 - static_cast<double>(key) / width, left = 70.0 / width;
   std::string script = "set multiplot layout 1," + std::to_string(count) + " title " + GnuplotText(PlotTitle(results)) +
                        " font \",13\" margins " + GnuplotNumber(left) + "," + GnuplotNumber(right) +
                        ",0.16,0.85 spacing " + GnuplotNumber(left) + "\n" + axes + "set yrange [0:1]\n";
