@@ -1,5 +1,6 @@
 #include "diffsac/report/plots.h"
 
+#include <algorithm>
 #include <iterator>
 
 #include "diffsac/core/files.h"
