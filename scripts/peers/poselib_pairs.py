@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """PoseLib's two-view estimators on the pairs of a run of diffsac_eval, by the same error (docs/metrics.md): essential and fundamental
-matrices, and one unknown focal length shared by both images, which is told nothing of the cameras but the images' centre. Not part of
-the build: needs h5py, numpy, opencv and poselib of Python.
+matrices, and one unknown focal length shared by both images, which is told nothing of the cameras but the images' centre; and what
+COLMAP makes of two views whose focal length it guesses (task `colmap`: F, decomposed with its guess; its own defaults, 4 px). Not part
+of the build: needs h5py, numpy, opencv and poselib of Python, for `colmap` pycolmap.
 
   scripts/peers/poselib_pairs.py --run RUN --scenes SCENE... [--tasks essential,fundamental,shared_focal] [--seeds 5]
 
@@ -56,7 +57,26 @@ def shared_focal(pair, options):
     return estimated.pose.R, estimated.pose.t, report, 100 * abs(focal / pair.k1[0, 0] - 1)
 
 
-ESTIMATORS = {"essential": essential, "fundamental": fundamental, "shared_focal": shared_focal}
+def colmap(pair, options):
+    import pycolmap
+    sides, cameras = (pair.matches[:, :2] + 0.5, pair.matches[:, 2:] + 0.5), []   # COLMAP's pixels begin at the corner
+    for width, height in (pair.sizes[:2], pair.sizes[2:]):
+        guess = 1.2 * max(width, height)
+        cameras.append(pycolmap.Camera(model="SIMPLE_PINHOLE", width=int(width), height=int(height),
+                                       params=[guess, width / 2, height / 2], has_prior_focal_length=False))
+    ours = pycolmap.TwoViewGeometryOptions()
+    ours.ransac.random_seed = options["seed"]
+    every = np.repeat(np.arange(len(pair.ratios), dtype=np.uint32)[:, None], 2, axis=1)
+    geometry = pycolmap.estimate_two_view_geometry(cameras[0], sides[0], cameras[1], sides[1], every, ours)
+    report = {"num_inliers": len(geometry.inlier_matches)}
+    if not pycolmap.estimate_two_view_geometry_pose(cameras[0], sides[0], cameras[1], sides[1], geometry):
+        return None, None, report, None
+    pose = geometry.cam2_from_cam1
+    error = 100 * abs(cameras[0].focal_length / pair.k1[0, 0] - 1)
+    return pose.rotation.matrix(), pose.translation, report, error
+
+
+ESTIMATORS = {"colmap": colmap, "essential": essential, "fundamental": fundamental, "shared_focal": shared_focal}
 
 
 def measure(task, pair, iterations, seed):
