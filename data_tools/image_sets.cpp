@@ -92,6 +92,9 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
   b.Field("every", pairs.choice.every, AtLeast(1)).Help("only every so many images");
   b.Field("pairs_file", pairs.choice.pairs_file).Help("the pairs: the names of two images in each line; empty: all");
+  b.Field("turn_deg", pairs.choice.turn_deg, Within(0, 180))
+      .Help("only cameras so much turned: least and greatest, degrees");
+  b.Field("random_pairs", pairs.choice.random_pairs, AtLeast(0)).Help("so many pairs drawn at random; 0: all");
   b.Field("focal", pairs.calibration.focal, AtLeast(0)).Help("of images without calibration, pixels");
   b.Field("center", pairs.calibration.center).Help("principal point, pixels");
   b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
@@ -102,6 +105,8 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
   b.Field("max_disagreement_deg", pairs.options.max_disagreement_deg, AtLeast(0))
       .Help("pairs whose pose turns by more when it is refined on the matches are left out; 0: none");
+  b.Field("true_share", pairs.options.true_share, Within(0, 1))
+      .Help("only pairs of whose matches such a share is near the truth: least and greatest");
   b.Field("true_match_px", pairs.options.true_match_px, Positive()).Help("what counts as near the truth, pixels");
   b.Require(!name.empty(), "name", "a name");
   b.Require(!input.empty(), "input", "a list of folders");
