@@ -71,7 +71,7 @@ std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
   std::ostringstream text;
   if (options.import_descriptors.empty()) {
     text << "features " << ToString(features.kind) << "\ncontrast_threshold " << features.contrast_threshold
-         << "\nmax_image_size " << features.max_image_size << "\n";
+         << "\nmax_image_size " << features.max_image_size << "\nsimilarities 1\n";
   } else {
     text << "features " << fs::path(options.import_descriptors).filename().string() << "\n";
   }

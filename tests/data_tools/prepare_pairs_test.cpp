@@ -157,7 +157,7 @@ TEST_CASE("views in every layout give matches on their true geometry") {
     CHECK(summary.pairs == scene.size());
     CHECK(summary.repeats == 0);
     CHECK(summary.mean_share > 0.6);
-    CHECK(summary.contents == "ratio sizes K pose E F");
+    CHECK(summary.contents == "ratio similarities sizes K pose E F");
   }
 }
 

@@ -70,6 +70,7 @@ Example WithRows(const Example& example, const std::vector<int>& rows) {
   Example part = example;
   part.problem.points = all.points(rows, Eigen::all);
   if (all.match_ratio.size() == count) part.problem.match_ratio = all.match_ratio(rows);
+  if (all.similarities.rows() == count) part.problem.similarities = all.similarities(rows, Eigen::all);
   if (all.descriptors.rows() == count) part.problem.descriptors = all.descriptors(rows, Eigen::all);
   TakeRows(rows, count, &part.truth.inliers);
   TakeRows(rows, count, &part.truth.assignment);
