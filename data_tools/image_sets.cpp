@@ -32,11 +32,11 @@ bool Matches(const std::string& pattern, const std::string& text) {
 
 bool IsAround(const std::string& outer, const std::string& inner) { return inner.starts_with(outer + "/"); }
 
-/// The folder of the set's images below `data`; empty when it is not there.
+/// The folder (or the file) of the set's images below `data`; empty when it is not there.
 std::string InputOf(const ImageSet& set, const std::string& data) {
   for (const std::string& input : set.input) {
     const fs::path folder = fs::path(data) / input;
-    if (fs::is_directory(folder / set.needs)) return folder.lexically_normal().string();
+    if (set.needs.empty() ? fs::exists(folder) : fs::is_directory(folder / set.needs)) return folder.lexically_normal().string();
   }
   return "";
 }
