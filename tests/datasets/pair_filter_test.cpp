@@ -48,6 +48,22 @@ TEST_CASE("matches are filtered by ratio and number, in their order") {
   CHECK(best.problem.match_ratio.maxCoeff() <= sorted[9]);
 }
 
+TEST_CASE("ratios that are not to be known neither filter nor order, and are gone") {
+  const Example pair = OnePair();
+  PairFilter filter;
+  filter.ratios = false;
+  filter.max_ratio = 0.8;
+  const Example unrated = Filtered(pair, filter);
+  CHECK(unrated.problem.match_ratio.size() == 0);
+  CHECK(unrated.problem.points == pair.problem.points);
+  CHECK(unrated.problem.descriptors == pair.problem.descriptors);
+  CHECK(unrated.truth.assignment == pair.truth.assignment);
+  PairFilter capped = Capped(PointCap::kBest);
+  CHECK(KeptRows(pair, capped) != std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  capped.ratios = false;
+  CHECK(KeptRows(pair, capped) == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+}
+
 TEST_CASE("what belongs to a match goes with it") {
   const Example pair = OnePair();
   PairFilter filter = Capped(PointCap::kRandom);

@@ -41,7 +41,7 @@ void TakeRows(const std::vector<int>& rows, Eigen::Index count, std::vector<Valu
 std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
   const Problem& problem = pair.problem;
   const Rng rng = Rng(0).Fork("matches/" + pair.id);
-  const bool rated = problem.match_ratio.size() == problem.points.rows();
+  const bool rated = filter.ratios && problem.match_ratio.size() == problem.points.rows();
   std::vector<int> rows;
   for (int i = 0; i < problem.points.rows(); ++i)
     if (!rated || !(problem.match_ratio[i] > filter.max_ratio)) rows.push_back(i);
@@ -59,6 +59,7 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
 
 Example Filtered(const Example& pair, const PairFilter& filter) {
   Example example = WithRows(pair, KeptRows(pair, filter));
+  if (!filter.ratios) example.problem.match_ratio.resize(0);
   if (filter.descriptor_noise > 0.0)
     AddDescriptorNoise(filter.descriptor_noise, Rng(0).Fork("descriptors/" + pair.id), &example.problem.descriptors);
   return example;
