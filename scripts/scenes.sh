@@ -60,6 +60,7 @@ scene kangaroo pechpo/JNerf 646874b835ffab2d0c773d7736bbb822d70c38c0 /images/kan
 scene nerf_tensorf 5697526/NeRF-TensoRF a0b42d4b70c0a595748106c58cd2d8d0915b2bed /images /transforms.json
 scene scene2mesh akristoffersen/Scene2Mesh bb684d598e92d051d3b771bd2114a0c6ff7f5115 \
   /real_scene_data/gum/train /real_scene_data/gum/transforms_train.json
+scene sou_photographs mkdsrt10/SoU b9c81dc05497e88e76ba74e6f348990a00a84b47 '/*_.jpg'
 scene vggsfm facebookresearch/vggsfm e1d9d2eb2b3575525792206fb94b2c749c58dc50 /examples/statue
 
 # reconstruct NAME IMAGES: poses by COLMAP from all images, where a scene has none.
@@ -70,7 +71,8 @@ reconstruct() {
   if ! command -v colmap > /dev/null; then echo "$name: left out, it needs COLMAP (apt-get install colmap)"; return; fi
   rm -rf "$name.part"
   mkdir -p "$name.part/sparse"
-  cp -r "$images" "$name.part/images"
+  mkdir "$name.part/images"
+  cp "$images"/* "$name.part/images"
   local database=(--database_path "$name.part/database.db") folder=(--image_path "$name.part/images")
   colmap feature_extractor "${database[@]}" "${folder[@]}" --ImageReader.camera_model SIMPLE_RADIAL --SiftExtraction.use_gpu 0 \
     --SiftExtraction.max_image_size 1600 > "$name.part/log.txt" 2>&1
@@ -80,3 +82,4 @@ reconstruct() {
   echo "$name: reconstructed by COLMAP"
 }
 reconstruct statue vggsfm/examples/statue/images
+reconstruct sou sou_photographs

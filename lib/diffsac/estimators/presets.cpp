@@ -81,6 +81,11 @@ DiffsacOptions LearnedProsac(Task task) {
   options.max_encoded_points = 512;
   options.inlier_prior_of = PriorSource::kRatio;
   options.consensus = MarginalisedConsensus(task);
+  if (task == Task::kEssential || task == Task::kFundamental) {
+    // Their networks know matches well enough for the score to listen to them (docs/experiments.md).
+    options.inlier_prior_of = PriorSource::kBoth;
+    options.consensus.inlier_prior_power = 0.5;
+  }
   return options;
 }
 
