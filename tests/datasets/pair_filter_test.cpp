@@ -64,6 +64,16 @@ TEST_CASE("ratios that are not to be known neither filter nor order, and are gon
   CHECK(KeptRows(pair, capped) == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
 }
 
+TEST_CASE("similarities that are not to be known are gone") {
+  Example pair = OnePair();
+  pair.problem.similarities = PointMatrix::Random(pair.problem.points.rows(), 2);
+  PairFilter filter;
+  CHECK(Filtered(pair, filter).problem.similarities == pair.problem.similarities);
+  filter.similarities = false;
+  CHECK(Filtered(pair, filter).problem.similarities.size() == 0);
+  CHECK(Filtered(pair, filter).problem.match_ratio == pair.problem.match_ratio);
+}
+
 TEST_CASE("what belongs to a match goes with it") {
   const Example pair = OnePair();
   PairFilter filter = Capped(PointCap::kRandom);

@@ -60,6 +60,7 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
 Example Filtered(const Example& pair, const PairFilter& filter) {
   Example example = WithRows(pair, KeptRows(pair, filter));
   if (!filter.ratios) example.problem.match_ratio.resize(0);
+  if (!filter.similarities) example.problem.similarities.resize(0, 2);
   if (filter.descriptor_noise > 0.0)
     AddDescriptorNoise(filter.descriptor_noise, Rng(0).Fork("descriptors/" + pair.id), &example.problem.descriptors);
   return example;
