@@ -100,6 +100,9 @@ ClassicalOptions SeveralStructures(Task task) {
 
 DiffsacOptions PaperDiffsac() { return {}; }
 
-std::string ModelFile(Task task) { return ToString(task) + "/model.safetensors"; }
+std::string ModelFile(Task task, bool rated) {
+  const bool own = !rated && (task == Task::kEssential || task == Task::kFundamental);
+  return (own ? "without_ratio_" : "") + ToString(task) + "/model.safetensors";
+}
 
 }  // namespace diffsac
