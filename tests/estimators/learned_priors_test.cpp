@@ -40,9 +40,13 @@ TEST_CASE("points count by the network, by the ratio or by both") {
   const double ratio = ScoreWith(PriorSource::kRatio, example, 0.4f);
   CHECK(ScoreWith(PriorSource::kRatio, example, 0.8f) == ratio);
   CHECK(ScoreWith(PriorSource::kBoth, example, 0.4f) == Approx(std::sqrt(network * ratio)));
-  // Without a ratio the network's are all there is.
+  // Without a ratio the network's count where nothing else was asked for; otherwise points count alike.
   example.problem.match_ratio.resize(0);
-  CHECK(ScoreWith(PriorSource::kRatio, example, 0.4f) == Approx(network));
+  CHECK(ScoreWith(PriorSource::kNetwork, example, 0.4f) == Approx(network));
+  for (const PriorSource source : {PriorSource::kRatio, PriorSource::kBoth}) {
+    CHECK(ScoreWith(source, example, 0.4f) == Approx(network / 0.4));
+    CHECK(ScoreWith(source, example, 0.8f) == Approx(network / 0.4));
+  }
 }
 
 TEST_CASE("the inlier head's sets are drawn by the network, by the ratio or by both") {
