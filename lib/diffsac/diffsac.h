@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/core/version.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "diffsac/problem/image_pair.h"
