@@ -1,3 +1,11 @@
+# The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before the denoiser does
+# without LibTorch.
+set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
+set(DIFFSAC_LAB_ROOMS)
+if(DIFFSAC_LAB)
+  set(DIFFSAC_LAB_ROOMS lab io generators datasets baselines denoiser distributed networks eval report train)
+endif()
+
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder but these. Looked up at each build, so that a new file
 # needs no entry anywhere.
 function(diffsac_sources out)
