@@ -25,6 +25,11 @@ if(DIFFSAC_LAB)
   set_target_properties(diffsac_torch PROPERTIES EXPORT_NAME torch)
   set_target_properties(diffsac_hdf5 PROPERTIES EXPORT_NAME hdf5)
   diffsac_install_rooms(lab diffsacLabTargets ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_torch diffsac_hdf5)
+  # A folder of this machine, which the library's files do not name.
+  file(WRITE ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake
+    "set(_diffsac_built_with \"${DIFFSAC_TORCH_ROOT}\")\nset(_diffsac_cuda ${DIFFSAC_CUDA})\n")
+  install(FILES ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake ${PROJECT_SOURCE_DIR}/cmake/DiffsacFindLibTorch.cmake
+    DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT lab)
 endif()
 
 set(DIFFSAC_INSTALL_MODELS ${CMAKE_INSTALL_DATADIR}/diffsac/models)
@@ -34,8 +39,9 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/diffsacConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/DiffsacFindLibTorch.cmake
   DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT library)
+
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
 # What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, and the
 # networks of those and of lines and planes. Other networks are of baselines and tables, which a checkout has.

@@ -66,6 +66,7 @@ endfunction()
 # Links LibTorch and reuses one precompiled torch/torch.h: parsing it costs about 40 s a file.
 function(diffsac_use_torch target)
   target_link_libraries(${target} PUBLIC diffsac_torch)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${DIFFSAC_TORCH_RPATH}")
   # These files hand their work to LibTorch or to libraries compiled at -O3: -O1 builds them a quarter faster.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   diffsac_use_pch(${target} torch LINKS diffsac_torch HEADERS <torch/torch.h>)
