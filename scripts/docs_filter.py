@@ -36,6 +36,8 @@ def lines_of(path: str):
             heading = re.match(r"(#{2,}) (.*)", line)
             if fenced or line.startswith(("    ", "```")):
                 yield line
+            elif line.startswith("# "):
+                yield line.replace("`", "")  # Titles are in the tree of pages, where code would be shown as tags.
             elif heading:
                 name = name_of(path, heading[2])
                 taken[name] = taken.get(name, -1) + 1
