@@ -1,11 +1,15 @@
 # Everything but LibTorch comes from the distribution's packages.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(nlohmann_json REQUIRED)
+find_package(TBB REQUIRED)
+if(NOT DIFFSAC_LAB)
+  return()
+endif()
+
 find_package(yaml-cpp REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(nlohmann_json REQUIRED)
-find_package(TBB REQUIRED)
 # NumPy's .npz files are archives (data_tools). Debian's own package file asks for programs that it does not need.
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)

@@ -3,26 +3,34 @@ include(CMakePackageConfigHelpers)
 
 set(DIFFSAC_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/diffsac)
 
-# Targets are diffsac_core in the build and diffsac::core everywhere else.
-foreach(_name compiler torch hdf5)
-  set_target_properties(diffsac_${_name} PROPERTIES EXPORT_NAME ${_name})
-endforeach()
-# The library, and the lab on top of it, whose dependencies only its users need.
+# diffsac_install_rooms(COMPONENT EXPORT ROOMS ... TARGETS ...): headers and libraries. Targets are diffsac_core in the build
+# and diffsac::core everywhere else.
+function(diffsac_install_rooms component export)
+  cmake_parse_arguments(ARG "" "" "ROOMS;TARGETS" ${ARGN})
+  install(TARGETS ${ARG_TARGETS} EXPORT ${export} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component})
+  install(EXPORT ${export} NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT ${component})
+  list(TRANSFORM ARG_ROOMS PREPEND ${PROJECT_SOURCE_DIR}/lib/diffsac/)
+  install(DIRECTORY ${ARG_ROOMS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT ${component}
+    FILES_MATCHING PATTERN "*.h")
+endfunction()
+
+# Components: the library, the programs that need no LibTorch, and the lab, whose dependencies only its users need.
 get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
-set(_library diffsac diffsac_compiler)
-foreach(_room core geometry consensus problem network estimators)
-  list(APPEND _library diffsac_${_room})
-  list(REMOVE_ITEM _lab diffsac_${_room})
-endforeach()
-install(TARGETS ${_library} EXPORT diffsacTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(TARGETS ${_lab} diffsac_torch diffsac_hdf5 EXPORT diffsacLabTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-foreach(_export diffsacTargets diffsacLabTargets)
-  install(EXPORT ${_export} NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
-endforeach()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/lib/diffsac DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.h")
+list(TRANSFORM DIFFSAC_LIBRARY_ROOMS PREPEND diffsac_ OUTPUT_VARIABLE _library)
+list(REMOVE_ITEM _lab ${_library})
+set_target_properties(diffsac_compiler PROPERTIES EXPORT_NAME compiler)
+diffsac_install_rooms(library diffsacTargets ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${_library} diffsac diffsac_compiler)
+install(FILES ${PROJECT_SOURCE_DIR}/lib/diffsac/diffsac.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT library)
+if(DIFFSAC_LAB)
+  set_target_properties(diffsac_torch PROPERTIES EXPORT_NAME torch)
+  set_target_properties(diffsac_hdf5 PROPERTIES EXPORT_NAME hdf5)
+  diffsac_install_rooms(lab diffsacLabTargets ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_torch diffsac_hdf5)
+  # A folder of this machine, which the library's files do not name.
+  file(WRITE ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake
+    "set(_diffsac_built_with \"${DIFFSAC_TORCH_ROOT}\")\nset(_diffsac_cuda ${DIFFSAC_CUDA})\n")
+  install(FILES ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake ${PROJECT_SOURCE_DIR}/cmake/DiffsacFindLibTorch.cmake
+    DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT lab)
+endif()
 
 set(DIFFSAC_INSTALL_MODELS ${CMAKE_INSTALL_DATADIR}/diffsac/models)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/diffsacConfig.cmake.in
@@ -31,19 +39,21 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/diffsacConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/DiffsacFindLibTorch.cmake
-  DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
+  DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT library)
+
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
 # What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, and the
 # networks of those and of lines and planes. Other networks are of baselines and tables, which a checkout has.
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
-  DESTINATION ${_share}/configs FILES_MATCHING PATTERN "*.yaml")
+  DESTINATION ${_share}/configs COMPONENT programs FILES_MATCHING PATTERN "*.yaml")
 install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/learned_prosac.yaml
   ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml
-  DESTINATION ${_share}/configs/rows)
+  DESTINATION ${_share}/configs/rows COMPONENT programs)
 foreach(_name essential fundamental homography line plane without_ratio_essential without_ratio_fundamental)
-  install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name})
+  install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
+    COMPONENT library)
 endforeach()
 
 # The programs of the build find theirs in the same way.

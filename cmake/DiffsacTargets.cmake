@@ -1,3 +1,11 @@
+# The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before the denoiser does
+# without LibTorch.
+set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
+set(DIFFSAC_LAB_ROOMS)
+if(DIFFSAC_LAB)
+  set(DIFFSAC_LAB_ROOMS lab io generators datasets baselines denoiser distributed networks eval report train)
+endif()
+
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder but these. Looked up at each build, so that a new file
 # needs no entry anywhere.
 function(diffsac_sources out)
@@ -58,6 +66,7 @@ endfunction()
 # Links LibTorch and reuses one precompiled torch/torch.h: parsing it costs about 40 s a file.
 function(diffsac_use_torch target)
   target_link_libraries(${target} PUBLIC diffsac_torch)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${DIFFSAC_TORCH_RPATH}")
   # These files hand their work to LibTorch or to libraries compiled at -O3: -O1 builds them a quarter faster.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   diffsac_use_pch(${target} torch LINKS diffsac_torch HEADERS <torch/torch.h>)

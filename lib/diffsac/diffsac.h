@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/core/version.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "diffsac/problem/image_pair.h"
@@ -41,7 +42,7 @@ struct EstimateOptions {
   bool use_network = true;
   /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
   std::string models_folder = {};
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< Of all that is drawn.
   /// Throws Error naming the field and what was expected.
   void Check() const;
 };
@@ -52,6 +53,7 @@ struct ImageOptions : EstimateOptions {
   /// error). 0: 1 px, homographies 3, absolute poses 4. E, F and H find the noise by themselves, so that this only caps
   /// it.
   double max_residual_px = 0.0;
+  /// Throws Error naming the field and what was expected.
   void Check() const;
 };
 
@@ -60,27 +62,32 @@ struct PointOptions : EstimateOptions {
   /// The greatest distance of an inlier, in the points' unit. There is no good default: it must be given.
   double max_distance = 0.0;
   PointOptions() = default;
+  /// `max_distance`.
   explicit PointOptions(double max_distance_value) : max_distance(max_distance_value) {}
+  /// Throws Error naming the field and what was expected.
   void Check() const;
 };
 
 /// Of images of unknown focal length.
 struct FocalOptions : ImageOptions {
-  /// In pixels; absent: the images' centres, for which Matches has the sizes.
-  std::optional<Eigen::Vector2d> principal_point1 = {}, principal_point2 = {};
+  /// Of the first image in pixels; absent: its centre, for which Matches has the size.
+  std::optional<Eigen::Vector2d> principal_point1 = {};
+  std::optional<Eigen::Vector2d> principal_point2 = {};  ///< Of the second image.
   /// The likeliest focal length in pixels and how sure it is (EXIF's, say, with .1); absent: that of cameras in
   /// general, for which Matches has the sizes.
   std::optional<FocalPrior> prior = {};
+  /// Throws Error naming the field and what was expected.
   void Check() const;
 };
 
 /// Matches of two images.
 struct Matches {
-  Eigen::Matrix<double, Eigen::Dynamic, 2> points1,
-      points2;  ///< N × 2, in pixels; row i of one matches row i of the other.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points1;  ///< N × 2, in pixels.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points2;  ///< N × 2, in pixels; row i matches row i of `points1`.
   Eigen::VectorXd match_ratios =
-      {};  ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
-  ImageSize size1 = {}, size2 = {};  ///< In pixels; {}: unknown. They help fundamental matrices.
+      {};                ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
+  ImageSize size1 = {};  ///< In pixels; {}: unknown. Sizes help fundamental matrices.
+  ImageSize size2 = {};  ///< As `size1`.
 };
 
 /// Points of a scene and where an image shows them.
@@ -93,11 +100,11 @@ struct ScenePoints {
 /// A result. Model: a matrix, or the coefficients of a line or plane.
 template <class Model>
 struct ModelEstimate {
-  Status status = Status::kNoModel;
+  Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
   Model model = Model::Zero();        ///< Zero unless status is kOk.
   std::vector<std::uint8_t> inliers;  ///< N values, 1 for an inlier of `model`.
-  int num_inliers = 0;
-  double inlier_threshold = 0.0;  ///< Of these: what was asked for, or less where the noise was found to be less.
+  int num_inliers = 0;                ///< Of `inliers`.
+  double inlier_threshold = 0.0;      ///< Of these: what was asked for, or less where the noise was found to be less.
   /// σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
   double noise_scale = 0.0;
   /// log10 of the number of models with as many inliers that chance would give.
@@ -105,6 +112,7 @@ struct ModelEstimate {
   /// N values, how likely each point is an inlier as the network said before the search; empty without a network.
   std::vector<float> inlier_probabilities;
   EstimateReport cost;  ///< Hypotheses, milliseconds.
+  /// Whether there is a model.
   bool ok() const { return status == Status::kOk; }
   /// Whether points without any model would give one like this: better not relied upon.
   bool may_be_chance() const { return log_false_alarms > 0.0; }
@@ -118,7 +126,8 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
-/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels.
+/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
+/// in pixels last.
 struct SharedFocalEstimate : TwoViewEstimate {
   std::optional<FocalEstimate> focal = {};  ///< With its interval; where it is not `observable` it is the prior's.
   CameraPair cameras = {};                  ///< Of this focal length.
@@ -129,19 +138,24 @@ struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   /// As TwoViewEstimate's, ω in the camera's frame, t in the scene's unit.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
-/// a x + b y + c = 0 with a² + b² = 1, and likewise for planes.
+/// (a, b, c): a x + b y + c = 0 with a² + b² = 1.
 using LineEstimate = ModelEstimate<Eigen::Vector3d>;
+/// (a, b, c, d): a x + b y + c z + d = 0 with a² + b² + c² = 1.
 using PlaneEstimate = ModelEstimate<Eigen::Vector4d>;
 
+/// A fundamental matrix. Draws by a network and PROSAC.
 TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options = {});
-/// cameras: calibration matrices K1 and K2, without lens distortion.
+/// An essential matrix and the pose. Draws by a network and PROSAC. cameras: calibration matrices K1 and K2, without
+/// lens distortion.
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options = {});
 /// Both images are of one camera of unknown focal length. Draws by PROSAC; there is no network.
 SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options = {});
 /// The first camera is calibrated, the focal length of the second is unknown: `options` are of the second image.
 SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix3d& K1,
                                      const FocalOptions& options = {});
+/// A homography. Draws by a network and PROSAC.
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options = {});
+/// The pose of an image whose calibration is K, without lens distortion. Draws by PROSAC where there are ratios.
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options = {});
 /// points: N × 2.
@@ -156,19 +170,26 @@ struct ModelsEstimate {
   std::vector<Model> models;         ///< That of most points first.
   /// N values: 0 for a point of none, k for one of models[k − 1].
   std::vector<std::int32_t> assignment;
-  EstimateReport cost;
+  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  /// Whether there are models.
   bool ok() const { return status == Status::kOk; }
 };
 
-/// The same inputs; samples are drawn from neighbouring points, no network is used (docs/several.md).
+/// Several fundamental matrices. Here and below samples are drawn from neighbouring points, and no network is used
+/// (docs/several.md).
 ModelsEstimate<Eigen::Matrix3d> EstimateFundamentals(const Matches& matches, const ImageOptions& options = {});
+/// Several essential matrices.
 ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const CameraPair& cameras,
                                                    const ImageOptions& options = {});
+/// Several homographies.
 ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, const ImageOptions& options = {});
+/// Several poses: things that move by themselves.
 ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
                                                                   const ImageOptions& options = {});
+/// Several lines.
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,
                                               const PointOptions& options);
+/// Several planes.
 ModelsEstimate<Eigen::Vector4d> EstimatePlanes(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points,
                                                const PointOptions& options);
 

@@ -7,6 +7,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
+#include "diffsac/core/version.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {
@@ -40,7 +41,7 @@ TEST_CASE("RunDirectory below a file is a clear error") {
 
 TEST_CASE("Version and machine are one line each") {
   CHECK_THAT(VersionText("diffsac_eval"),
-             Catch::StartsWith("diffsac_eval ") && Contains("(git " + GitRevision() + ")"));
+             Catch::StartsWith("diffsac_eval " + std::string(kVersion) + " (git ") && Contains(GitRevision() + ")"));
   CHECK_FALSE(GitRevision().empty());
   const std::string machine = MachineText();
   CHECK_THAT(machine, Contains("core") && Contains("GiB"));

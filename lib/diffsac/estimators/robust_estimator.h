@@ -15,18 +15,18 @@ namespace diffsac {
 
 /// What an estimate cost. Every model that was solved or scored counts, local optimisation and features included.
 struct EstimateReport {
-  int hypotheses = 0;
-  int unique_minimal_sets = 0;
-  double ms_features = 0.0;
-  double ms_network = 0.0;
-  double ms_consensus = 0.0;
-  double ms_total = 0.0;
-  std::int64_t draws = 0;  ///< Minimal sets drawn; 0 for methods that do not tell.
+  int hypotheses = 0;           ///< Models.
+  int unique_minimal_sets = 0;  ///< That were solved.
+  double ms_features = 0.0;     ///< Milliseconds for what a network sees.
+  double ms_network = 0.0;      ///< Milliseconds of the network.
+  double ms_consensus = 0.0;    ///< Milliseconds of the search.
+  double ms_total = 0.0;        ///< Milliseconds of the whole estimate.
+  std::int64_t draws = 0;       ///< Minimal sets drawn; 0 for methods that do not tell.
 };
 
 /// The result of one robust estimator on one problem.
 struct Estimate {
-  Status status = Status::kNoModel;
+  Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
   ModelParameters model;              ///< Empty unless status is ok.
   std::vector<std::uint8_t> inliers;  ///< N values: residual <= inlier_threshold under `model`.
   /// Of these, in the data's unit: the problem's, or less where a method finds the noise itself.
@@ -56,14 +56,14 @@ struct Estimate {
   /// The points' assignment to `structures`, N values: 0 for a point of none of them, k ≥ 1 for one of structures[k −
   /// 1].
   std::vector<std::int32_t> assignment;
-  EstimateReport report;
+  EstimateReport report;  ///< What it cost.
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
 
 /// What a learned estimator's network was made by.
 struct TrainingFacts {
-  std::int64_t parameters = 0;
+  std::int64_t parameters = 0;   ///< Of the network.
   std::int64_t samples = 0;      ///< Problems that these weights were trained on: steps times the batch.
   std::int64_t run_samples = 0;  ///< The same of the whole run, of which they are the best.
   std::string start;             ///< The network that the run began with, by its folder's name; empty: none.

@@ -12,8 +12,8 @@ namespace diffsac {
 
 /// The second camera seen from the first: X2 = R X1 + t. From E alone t has unit length (its size is not observable).
 struct RelativePose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::UnitX();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< R.
+  Eigen::Vector3d translation = Eigen::Vector3d::UnitX();  ///< t.
 };
 
 /// [t]ₓ R, with t at its own length.
@@ -40,7 +40,7 @@ struct PoseChoice {
   /// kOk; kTooFewPoints: no point is given; kNoModel: no point lies before both cameras of any pose;
   /// kDegenerate: something is not finite, or two poses have equally many points in front (the first is returned).
   Status status = Status::kNoModel;
-  RelativePose pose;
+  RelativePose pose;  ///< That of most points in front.
   int in_front = 0;   ///< points before both cameras of the returned pose
   int runner_up = 0;  ///< and of the second best
 };
@@ -63,10 +63,11 @@ inline double MeanFocal(const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
 /// Whether two views differ by a rotation alone, where E says nothing of t (and any t fits).
 struct RotationTest {
   Status status = Status::kOk;  ///< kTooFewPoints (fewer than 2) or kDegenerate (not finite, all rays equal)
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  double explained = 0.0;      ///< share of the points within the threshold of R x1
-  bool pure_rotation = false;  ///< explained >= kPureRotationShare
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< That explains most points.
+  double explained = 0.0;                                  ///< share of the points within the threshold of R x1
+  bool pure_rotation = false;                              ///< explained >= kPureRotationShare
 };
+/// What RotationTest calls a pure rotation.
 constexpr double kPureRotationShare = 0.9;
 
 /// Fits the rotation of least squares between unit rays (Kabsch; Wahba 1965), again on the points it explains, and

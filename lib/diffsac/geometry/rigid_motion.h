@@ -6,8 +6,9 @@ namespace diffsac {
 
 /// A world-to-camera or camera-to-camera motion, with its unit of length: x' = rotation · x + translation.
 struct RigidMotion {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< R.
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< t, in the motion's unit.
+  /// Every number is equal.
   bool operator==(const RigidMotion&) const = default;
 };
 

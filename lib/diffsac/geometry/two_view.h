@@ -26,15 +26,17 @@ inline Matrix3Parameters AsParameters(const Eigen::Matrix3d& matrix) {
 /// p -> scale (p - centre): centroid to the origin, root mean square distance to √2 (Hartley, "In defense of the
 /// eight-point algorithm", PAMI 1997, takes the mean distance; without roots it is quicker and no worse).
 struct ImageNormalization {
-  double x = 0.0;
-  double y = 0.0;
-  double scale = 1.0;
+  double x = 0.0;      ///< Of the centre.
+  double y = 0.0;      ///< Of the centre.
+  double scale = 1.0;  ///< After the centre is subtracted.
 
+  /// Of homogeneous points, from p to the normalised point.
   Eigen::Matrix3d Matrix() const {
     Eigen::Matrix3d matrix;
     matrix << scale, 0.0, -scale * x, 0.0, scale, -scale * y, 0.0, 0.0, 1.0;
     return matrix;
   }
+  /// From the normalised point back to p.
   Eigen::Matrix3d Inverse() const {
     Eigen::Matrix3d matrix;
     matrix << 1.0 / scale, 0.0, x, 0.0, 1.0 / scale, y, 0.0, 0.0, 1.0;
@@ -44,9 +46,10 @@ struct ImageNormalization {
 
 /// One for each image of the correspondences.
 struct PairNormalization {
-  ImageNormalization first;
-  ImageNormalization second;
+  ImageNormalization first;   ///< Of x1 y1.
+  ImageNormalization second;  ///< Of x2 y2.
 
+  /// A correspondence x1 y1 x2 y2, normalised.
   void Apply(const double* point, double* out) const {
     out[0] = first.scale * (point[0] - first.x);
     out[1] = first.scale * (point[1] - first.y);

@@ -10,6 +10,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
+#include "diffsac/core/version.h"
 #include "diffsac_git_revision.h"
 
 namespace diffsac {
@@ -54,7 +55,7 @@ std::string UtcNow() {
 std::string GitRevision() { return DIFFSAC_GIT_REVISION; }
 
 std::string VersionText(const std::string& program) {
-  return program + " " + DIFFSAC_VERSION + " (git " + GitRevision() + ")";
+  return program + " " + kVersion + " (git " + GitRevision() + ")";
 }
 
 std::string MachineText() {

@@ -7,7 +7,7 @@ namespace diffsac {
 
 /// The git revision that was built, "unknown" outside a checkout; with "-dirty" when the tree had changes.
 std::string GitRevision();
-/// "diffsac 0.1.0 (git 1234abcd)".
+/// "diffsac_eval 0.1.0 (git 1234abcd)": kVersion and the revision.
 std::string VersionText(const std::string& program);
 /// One line: processor, usable cores, memory, operating system.
 std::string MachineText();

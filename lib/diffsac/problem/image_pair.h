@@ -9,9 +9,11 @@ using DescriptorMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Ei
 
 /// Width and height in pixels; 0 when unknown.
 struct ImageSize {
-  int width = 0;
-  int height = 0;
+  int width = 0;   ///< In pixels.
+  int height = 0;  ///< In pixels.
+  /// Both are equal.
   bool operator==(const ImageSize&) const = default;
+  /// Whether there is a size.
   bool known() const { return width > 0 && height > 0; }
 };
 

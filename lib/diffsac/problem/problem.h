@@ -38,8 +38,9 @@ bool ErrorInPixels(Task task);
 
 /// Calibration matrices of the two images.
 struct CameraPair {
-  Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d K2 = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d K1 = Eigen::Matrix3d::Identity();  ///< Of the first image.
+  Eigen::Matrix3d K2 = Eigen::Matrix3d::Identity();  ///< Of the second image.
+  /// Pixels in one unit of normalised coordinates.
   double MeanFocal() const { return diffsac::MeanFocal(K1, K2); }
 };
 
@@ -65,8 +66,10 @@ struct Problem {
   PointMatrix similarities = {};
   /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
   std::optional<CameraPair> cameras = {};
-  ImageSize size1 = {}, size2 = {};   ///< Two views: of the images, where they are known.
-  CameraHint hint1 = {}, hint2 = {};  ///< Two views without calibration: what is known of the cameras all the same.
+  ImageSize size1 = {};   ///< Two views: of the first image, where it is known.
+  ImageSize size2 = {};   ///< Of the second.
+  CameraHint hint1 = {};  ///< Two views without calibration: what is known of the first camera all the same.
+  CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
 };
@@ -125,10 +128,11 @@ struct Example {
   std::string id;
   /// PointDigest of points that were drawn, not read: by another seed or other options the same id is another problem.
   std::string digest;
-  std::string scene;           ///< Group for per-scene means ("all" for synthetic data).
-  std::string image1, image2;  ///< Two views: the names of the images; empty where there are none.
-  Problem problem;
-  GroundTruth truth;
+  std::string scene;   ///< Group for per-scene means ("all" for synthetic data).
+  std::string image1;  ///< Two views: the name of the first image; empty where there is none.
+  std::string image2;  ///< Of the second.
+  Problem problem;     ///< What estimators see.
+  GroundTruth truth;   ///< What they do not.
 };
 
 /// Eight hexadecimal digits that differ where points do.
@@ -142,8 +146,11 @@ std::string ProblemName(const Example& example);
 class Dataset {
  public:
   virtual ~Dataset() = default;
+  /// Of all its examples.
   virtual Task task() const = 0;
+  /// How many there are, below 0 without an end.
   virtual std::int64_t size() const = 0;
+  /// The example of a place, from 0.
   virtual Example Get(std::uint64_t index) const = 0;
   /// Where the files of a scene are; empty for data that has none, and for other scenes.
   virtual std::string FolderOf(const std::string& scene) const;

@@ -1,0 +1,66 @@
+"""Robust estimation of geometric models from points that are only partly right.
+
+    estimate = diffsac.estimate_essential(x1, x2, K1, K2, ratio)
+    if estimate.ok and not estimate.may_be_chance:
+        use(estimate.pose.rotation, estimate.inliers)
+
+Points are arrays of N rows in pixels (lines and planes: in any unit). `ratio` has for each match the distance of the
+nearest descriptor to that of the second-nearest, lower is better: not needed, but it helps most. `max_residual_px` is the
+greatest residual of an inlier (0: 1 px, homographies 3, absolute poses 4), `max_iterations` how many minimal samples are
+drawn at most (0: what is recommended). The same input, options and seed give the same result.
+
+Bad data is a status of the result. Arguments that make no sense, and models that are not found, are a ValueError. Other
+Python threads run during an estimate.
+"""
+
+import os as _os
+
+from . import _native
+from ._native import (
+    estimate_absolute_pose,
+    estimate_absolute_poses,
+    estimate_essential,
+    estimate_essentials,
+    estimate_fundamental,
+    estimate_fundamentals,
+    estimate_homographies,
+    estimate_homography,
+    estimate_line,
+    estimate_lines,
+    estimate_one_focal,
+    estimate_plane,
+    estimate_planes,
+    estimate_shared_focal,
+)
+from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Pose, SharedFocalEstimate, Status
+from ._results import TwoViewEstimate
+
+__version__: str = _native.VERSION
+_native.set_packaged_models(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "models"))
+
+__all__ = [
+    "AbsolutePoseEstimate",
+    "Cost",
+    "Estimate",
+    "Estimates",
+    "Focal",
+    "Pose",
+    "SharedFocalEstimate",
+    "Status",
+    "TwoViewEstimate",
+    "__version__",
+    "estimate_absolute_pose",
+    "estimate_absolute_poses",
+    "estimate_essential",
+    "estimate_essentials",
+    "estimate_fundamental",
+    "estimate_fundamentals",
+    "estimate_homographies",
+    "estimate_homography",
+    "estimate_line",
+    "estimate_lines",
+    "estimate_one_focal",
+    "estimate_plane",
+    "estimate_planes",
+    "estimate_shared_focal",
+]

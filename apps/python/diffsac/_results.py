@@ -1,0 +1,116 @@
+"""What the estimates return. Fields are those of the C++ header diffsac/diffsac.h."""
+
+import enum
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Status(str, enum.Enum):
+    """How an estimate ended. Bad data is a status, never an exception."""
+
+    OK = "ok"
+    TOO_FEW_POINTS = "too_few_points"  # Fewer than a minimal set needs.
+    DEGENERATE = "degenerate"  # Values that are not finite, or points that determine no model.
+    NO_MODEL = "no_model"  # Models were tried, but none was supported by the data.
+    TOO_MANY_POINTS = "too_many_points"
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """What an estimate cost: every model that was solved or scored, and milliseconds."""
+
+    hypotheses: int
+    unique_minimal_sets: int
+    draws: int
+    ms_features: float
+    ms_network: float
+    ms_consensus: float
+    ms_total: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A motion: x' = rotation @ x + translation."""
+
+    rotation: Floats  # 3 × 3.
+    translation: Floats  # 3. Of two views: of length 1.
+
+
+@dataclass(frozen=True, eq=False)
+class Focal:
+    """Focal lengths of the two images in pixels, by the matches and the prior together."""
+
+    focal_px: Tuple[float, float]
+    low_px: Tuple[float, float]  # From `low_px` to `high_px`: the central 68 %.
+    high_px: Tuple[float, float]
+    observable: bool  # Whether the matches say more than the prior does.
+    prior_focal_px: float
+    prior_log_sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """One model. Lines and planes: coefficients; two views: 3 × 3; absolute poses: [R | t], 3 × 4."""
+
+    status: Status
+    model: Floats  # Zero unless the status is OK.
+    inliers: NDArray[np.bool_]  # N: which points are inliers of `model`.
+    num_inliers: int
+    inlier_threshold: float  # Of these: what was asked for, or less where the noise was found to be less.
+    noise_scale: float  # σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
+    log_false_alarms: float  # log10 of the number of models with as many inliers that chance would give.
+    inlier_probabilities: Optional[NDArray[np.float32]]  # N, by the network before the search; None without one.
+    cost: Cost
+
+    @property
+    def ok(self) -> bool:
+        return self.status is Status.OK
+
+    @property
+    def may_be_chance(self) -> bool:
+        """Whether points without any model would give one like this: better not relied upon."""
+        return self.log_false_alarms > 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class TwoViewEstimate(Estimate):
+    """F, E or H."""
+
+    pose: Optional[Pose]  # E: the second camera seen from the first.
+    pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
+
+
+@dataclass(frozen=True, eq=False)
+class SharedFocalEstimate(TwoViewEstimate):
+    """F of two views of unknown focal length. `pose_covariance` is 7 × 7, with the focal length in pixels last."""
+
+    focal: Optional[Focal]
+    K1: Floats  # Of this focal length; the identity unless the status is OK.
+    K2: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class AbsolutePoseEstimate(Estimate):
+    """A world-to-camera pose."""
+
+    pose: Pose  # As `model`; the identity unless the status is OK.
+    pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), t in the scene's unit; or None.
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Several models of one kind in the same points, found without being told how many."""
+
+    status: Status  # NO_MODEL: nothing that chance would not give.
+    models: Floats  # M × the shape of one model, that of most points first.
+    assignment: NDArray[np.int32]  # N: 0 for a point of none, k for one of models[k - 1].
+    cost: Cost
+
+    @property
+    def ok(self) -> bool:
+        return self.status is Status.OK

@@ -1,0 +1,140 @@
+#include "results.h"
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string_view.h>
+
+#include <string_view>
+#include <utility>
+
+namespace diffsac::python {
+namespace {
+
+nb::object ClassOf(const char* name) { return nb::module_::import_("diffsac._results").attr(name); }
+
+nb::object Make(const char* name, const nb::dict& fields) { return ClassOf(name)(**fields); }
+
+/// An array that owns its numbers, row by row as numpy has them.
+template <class Derived>
+nb::object Array(const Eigen::MatrixBase<Derived>& matrix) {
+  constexpr auto kOrder = Derived::ColsAtCompileTime == 1 ? Eigen::ColMajor : Eigen::RowMajor;
+  return nb::cast(
+      Eigen::Matrix<typename Derived::Scalar, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime, kOrder>(matrix));
+}
+
+template <class Value>
+auto VectorOf(const std::vector<Value>& values) {
+  return Eigen::Map<const Eigen::Matrix<Value, Eigen::Dynamic, 1>>(values.data(),
+                                                                   static_cast<Eigen::Index>(values.size()));
+}
+
+nb::object Covariance(const std::optional<Eigen::MatrixXd>& covariance) {
+  return covariance ? Array(*covariance) : nb::none();
+}
+
+nb::object StatusOf(Status status) { return ClassOf("Status")(ToString(status)); }
+
+nb::object CostOf(const EstimateReport& cost) {
+  nb::dict fields;
+  fields["hypotheses"] = cost.hypotheses;
+  fields["unique_minimal_sets"] = cost.unique_minimal_sets;
+  fields["draws"] = cost.draws;
+  fields["ms_features"] = cost.ms_features;
+  fields["ms_network"] = cost.ms_network;
+  fields["ms_consensus"] = cost.ms_consensus;
+  fields["ms_total"] = cost.ms_total;
+  return Make("Cost", fields);
+}
+
+nb::object PoseOf(const RigidMotion& motion) {
+  nb::dict fields;
+  fields["rotation"] = Array(motion.rotation);
+  fields["translation"] = Array(motion.translation);
+  return Make("Pose", fields);
+}
+
+nb::object FocalOf(const FocalEstimate& focal) {
+  nb::dict fields;
+  fields["focal_px"] = std::pair(focal.focal_px[0], focal.focal_px[1]);
+  fields["low_px"] = std::pair(focal.low_px[0], focal.low_px[1]);
+  fields["high_px"] = std::pair(focal.high_px[0], focal.high_px[1]);
+  fields["observable"] = focal.observable;
+  fields["prior_focal_px"] = focal.prior_focal_px;
+  fields["prior_log_sigma"] = focal.prior_log_sigma;
+  return Make("Focal", fields);
+}
+
+template <class Model>
+nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
+  nb::dict fields;
+  fields["status"] = StatusOf(estimate.status);
+  fields["model"] = Array(estimate.model);
+  fields["inliers"] = Array(VectorOf(estimate.inliers).template cast<bool>());
+  fields["num_inliers"] = estimate.num_inliers;
+  fields["inlier_threshold"] = estimate.inlier_threshold;
+  fields["noise_scale"] = estimate.noise_scale;
+  fields["log_false_alarms"] = estimate.log_false_alarms;
+  fields["inlier_probabilities"] =
+      estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
+  fields["cost"] = CostOf(estimate.cost);
+  return fields;
+}
+
+nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
+  nb::dict fields = FieldsOf(estimate);
+  fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
+  fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  return fields;
+}
+
+/// K × rows × columns, or K × rows for vectors.
+template <class Model>
+PyEstimates Several(const ModelsEstimate<Model>& estimate) {
+  constexpr int kRows = Model::RowsAtCompileTime, kColumns = Model::ColsAtCompileTime;
+  const auto count = static_cast<Eigen::Index>(estimate.models.size());
+  Eigen::Matrix<double, Eigen::Dynamic, kRows * kColumns> models(count, kRows * kColumns);
+  for (Eigen::Index k = 0; k < count; ++k)
+    for (int i = 0; i < kRows * kColumns; ++i) models(k, i) = estimate.models[k](i / kColumns, i % kColumns);
+  const nb::object rows = Array(models);
+  nb::dict fields;
+  fields["status"] = StatusOf(estimate.status);
+  fields["models"] = kColumns == 1 ? rows : rows.attr("reshape")(count, kRows, kColumns);
+  fields["assignment"] = Array(VectorOf(estimate.assignment));
+  fields["cost"] = CostOf(estimate.cost);
+  return nb::borrow<PyEstimates>(Make("Estimates", fields));
+}
+
+}  // namespace
+
+PyEstimate ToPython(const LineEstimate& estimate) {
+  return nb::borrow<PyEstimate>(Make("Estimate", FieldsOf(estimate)));
+}
+PyEstimate ToPython(const PlaneEstimate& estimate) {
+  return nb::borrow<PyEstimate>(Make("Estimate", FieldsOf(estimate)));
+}
+
+PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate) {
+  return nb::borrow<PyTwoViewEstimate>(Make("TwoViewEstimate", TwoViewFieldsOf(estimate)));
+}
+
+PySharedFocalEstimate ToPython(const SharedFocalEstimate& estimate) {
+  nb::dict fields = TwoViewFieldsOf(estimate);
+  fields["focal"] = estimate.focal ? FocalOf(*estimate.focal) : nb::none();
+  fields["K1"] = Array(estimate.cameras.K1);
+  fields["K2"] = Array(estimate.cameras.K2);
+  return nb::borrow<PySharedFocalEstimate>(Make("SharedFocalEstimate", fields));
+}
+
+PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
+  nb::dict fields = FieldsOf(estimate);
+  fields["pose"] = PoseOf(estimate.pose);
+  fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", fields));
+}
+
+PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate) { return Several(estimate); }
+PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate) { return Several(estimate); }
+PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }
+PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate) { return Several(estimate); }
+
+}  // namespace diffsac::python

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include "diffsac/diffsac.h"
+
+namespace diffsac::python {
+
+namespace nb = nanobind;
+
+/// What NB_OBJECT wants to be told of an object that may be of its class; here any may.
+inline bool IsAnything(PyObject*) { return true; }
+
+// Results are the dataclasses of diffsac/_results.py. Each has a class of its own here, so that signatures and stubs
+// name it.
+#define DIFFSAC_PYTHON_RESULT(Name)                                        \
+  class Py##Name : public nb::object {                                     \
+    NB_OBJECT(Py##Name, nb::object, "diffsac._results." #Name, IsAnything) \
+  };
+
+DIFFSAC_PYTHON_RESULT(Estimate)
+DIFFSAC_PYTHON_RESULT(TwoViewEstimate)
+DIFFSAC_PYTHON_RESULT(SharedFocalEstimate)
+DIFFSAC_PYTHON_RESULT(AbsolutePoseEstimate)
+DIFFSAC_PYTHON_RESULT(Estimates)
+#undef DIFFSAC_PYTHON_RESULT
+
+/// The GIL is held.
+PyEstimate ToPython(const LineEstimate& estimate);
+PyEstimate ToPython(const PlaneEstimate& estimate);
+PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate);
+PySharedFocalEstimate ToPython(const SharedFocalEstimate& estimate);
+PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate);
+PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate);
+PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
+PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate);
+PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate);
+
+}  // namespace diffsac::python

@@ -1,0 +1,301 @@
+"""The installed module diffsac. DIFFSAC_CPP_ESTIMATES: the program of cpp/; scripts/test_python.sh makes both."""
+
+import importlib.metadata
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import diffsac
+
+K = np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]])
+ANGLE = 0.1
+ROTATION = np.array([[np.cos(ANGLE), 0, np.sin(ANGLE)], [0, 1, 0], [-np.sin(ANGLE), 0, np.cos(ANGLE)]])
+TRANSLATION = np.array([1.0, 0.1, 0.2]) / np.linalg.norm([1.0, 0.1, 0.2])
+SIZE = (640, 480)
+
+
+def project(points):
+    image = points @ K.T
+    return image[:, :2] / image[:, 2:]
+
+
+class Scene:
+    """200 points, half of them on a plane, before two cameras; every fourth match is wrong."""
+
+    def __init__(self, noise=0.3):
+        random = np.random.default_rng(1)
+        n = 200
+        self.points3d = np.c_[random.uniform(-2, 2, n), random.uniform(-1.5, 1.5, n), random.uniform(4, 8, n)]
+        self.points3d[: n // 2, 2] = 5.0 + 0.3 * self.points3d[: n // 2, 0]
+        self.wrong = np.arange(n) % 4 == 0
+        self.x1 = project(self.points3d) + noise * random.normal(size=(n, 2))
+        self.x2 = project(self.points3d @ ROTATION.T + TRANSLATION) + noise * random.normal(size=(n, 2))
+        self.x2[self.wrong] = random.uniform((0, 0), SIZE, (self.wrong.sum(), 2))
+        self.ratio = np.where(self.wrong, 0.9, 0.5)
+
+
+def angle_deg(a, b):
+    return np.degrees(np.arccos(np.clip((np.trace(a @ b.T) - 1) / 2, -1, 1)))
+
+
+class TestEstimates(unittest.TestCase):
+    def setUp(self):
+        self.scene = Scene()
+
+    def essential(self, **options):
+        s = self.scene
+        return diffsac.estimate_essential(s.x1, s.x2, K, K, s.ratio, **options)
+
+    def test_essential_finds_pose_and_inliers(self):
+        for use_network in (True, False):
+            estimate = self.essential(use_network=use_network)
+            self.assertTrue(estimate.ok)
+            self.assertIs(estimate.status, diffsac.Status.OK)
+            self.assertEqual(estimate.status, "ok")
+            self.assertFalse(estimate.may_be_chance)
+            self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.3)
+            self.assertGreater(estimate.pose.translation @ TRANSLATION, 0.999)
+            self.assertEqual(estimate.inliers.dtype, np.bool_)
+            self.assertEqual(estimate.num_inliers, estimate.inliers.sum())
+            self.assertGreater(estimate.inliers[~self.scene.wrong].mean(), 0.9)
+            self.assertEqual(estimate.pose_covariance.shape, (6, 6))
+            self.assertGreater(estimate.cost.hypotheses, 0)
+        self.assertIsNone(estimate.inlier_probabilities)
+
+    def test_model_is_row_by_row(self):
+        estimate = self.essential()
+        t = estimate.pose.translation
+        cross = np.array([[0, -t[2], t[1]], [t[2], 0, -t[0]], [-t[1], t[0], 0]])
+        expected, model = cross @ estimate.pose.rotation, estimate.model
+        model = model * np.sign((model * expected).sum()) * np.linalg.norm(expected) / np.linalg.norm(model)
+        np.testing.assert_allclose(model, expected, atol=1e-9)
+
+    def test_absolute_pose(self):
+        s = self.scene
+        estimate = diffsac.estimate_absolute_pose(s.points3d, s.x2, K)
+        self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.3)
+        np.testing.assert_array_equal(estimate.model, np.c_[estimate.pose.rotation, estimate.pose.translation])
+
+    def test_focal_lengths(self):
+        s = self.scene
+        shared = diffsac.estimate_shared_focal(s.x1, s.x2, s.ratio, size1=SIZE, size2=SIZE)
+        self.assertLess(abs(shared.focal.focal_px[0] / 600 - 1), 0.1)
+        self.assertEqual(shared.K1[0, 0], shared.focal.focal_px[0])
+        self.assertEqual(shared.pose_covariance.shape, (7, 7))
+        one = diffsac.estimate_one_focal(
+            s.x1, s.x2, K, s.ratio, principal_point1=(320, 240), principal_point2=(320, 240), prior=(650, 0.2)
+        )
+        self.assertEqual(one.focal.prior_focal_px, 650)
+        self.assertLess(abs(one.focal.focal_px[1] / 600 - 1), 0.1)
+
+    def test_several(self):
+        t = np.arange(40.0)
+        lines = diffsac.estimate_lines(np.r_[np.c_[t, 0.5 * t + 1], np.c_[t, 30 - t]], 0.1)
+        self.assertTrue(lines.ok)
+        self.assertEqual(lines.models.shape, (2, 3))
+        self.assertEqual(set(lines.assignment), {1, 2})
+        grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0)), -1).reshape(-1, 2)
+        planes = diffsac.estimate_planes(np.r_[np.c_[grid, 0 * grid[:, 0]], np.c_[0 * grid[:, 0] - 3, grid]], 0.1)
+        self.assertEqual(planes.models.shape, (2, 4))
+        nothing = diffsac.estimate_homographies(self.scene.x1[:6], self.scene.x2[:6])
+        self.assertFalse(nothing.ok)
+        self.assertEqual(nothing.models.shape, (0, 3, 3))
+
+    def test_inputs_of_any_layout_and_type_are_the_same(self):
+        s = self.scene
+        x1, x2 = np.round(s.x1), np.round(s.x2)
+        expected = diffsac.estimate_fundamental(x1, x2, s.ratio)
+        both = np.hstack([x1, x2])
+        for a, b in (
+            (x1.tolist(), x2.tolist()),
+            (both[:, :2], both[:, 2:]),
+            (np.asfortranarray(x1), np.asfortranarray(x2)),
+            (x1.astype(np.float32), x2.astype(np.int32)),
+            (x1.astype(">f8"), x2.astype(np.float32)),
+        ):
+            np.testing.assert_array_equal(diffsac.estimate_fundamental(a, b, s.ratio).model, expected.model)
+
+    def test_same_seed_same_result(self):
+        first, again, other = self.essential(seed=5), self.essential(seed=5), self.essential(seed=6)
+        np.testing.assert_array_equal(first.model, again.model)
+        self.assertFalse(np.array_equal(first.model, other.model))
+
+    def test_results_can_be_pickled(self):
+        estimate = self.essential()
+        copy = pickle.loads(pickle.dumps(estimate))
+        np.testing.assert_array_equal(copy.inliers, estimate.inliers)
+        self.assertIs(copy.status, diffsac.Status.OK)
+        self.assertTrue(copy.ok)
+
+    def test_other_threads_run_during_an_estimate(self):
+        points = np.random.default_rng(3).uniform(0, 1, (20000, 2))
+        started, finished = threading.Event(), threading.Event()
+
+        def estimate():
+            started.set()
+            diffsac.estimate_lines(points, 0.001, max_iterations=20000)
+            finished.set()
+
+        # With the GIL held, nothing of this thread would run between the start of the estimate and its end, once it is
+        # switched away from; sleeping gives it every chance to be.
+        thread = threading.Thread(target=estimate)
+        thread.start()
+        started.wait()
+        ran = 0
+        while not finished.is_set():
+            time.sleep(0.001)
+            ran += not finished.is_set()
+        thread.join()
+        self.assertGreater(ran, 3)
+
+    @unittest.skipUnless(hasattr(os, "fork"), "there is no fork here")
+    def test_a_forked_process_estimates(self):
+        expected = self.essential().num_inliers
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if self.essential().num_inliers == expected else 1)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+
+    def test_version_is_the_packages(self):
+        self.assertEqual(diffsac.__version__, importlib.metadata.version("diffsac"))
+
+
+class TestMistakes(unittest.TestCase):
+    def setUp(self):
+        self.scene = Scene()
+
+    def refused(self, text, call, *arguments, **options):
+        with self.assertRaises(ValueError) as context:
+            call(*arguments, **options)
+        self.assertIn(text, str(context.exception))
+
+    def test_shapes(self):
+        s, essential = self.scene, diffsac.estimate_essential
+        self.refused("x1: expected shape (N, 2), got (200, 3)", essential, s.points3d, s.x2, K, K)
+        self.refused("x1: expected shape (N, 2), got (200,)", essential, s.ratio, s.x2, K, K)
+        self.refused("x2: expected shape (200, 2), got (7, 2)", essential, s.x1, s.x2[:7], K, K)
+        self.refused("K1: expected shape (3, 3), got (2, 3)", essential, s.x1, s.x2, K[:2], K)
+        self.refused("K2: expected shape (3, 3), got (3, 2)", essential, s.x1, s.x2, K, K[:, :2])
+        self.refused("ratio: expected shape (200,), got (5,)", essential, s.x1, s.x2, K, K, s.ratio[:5])
+        self.refused("points2d: expected shape (200, 2)", diffsac.estimate_absolute_pose, s.points3d, s.x2[1:], K)
+        self.refused("points: expected shape (N, 3), got (200, 2)", diffsac.estimate_plane, s.x1, 1.0)
+        self.refused("points: expected shape (N, 2), got ()", diffsac.estimate_line, 5.0, 1.0)
+
+    def test_types(self):
+        s = self.scene
+        for array, dtype in (
+            (s.x1.astype(complex), "complex128"),
+            (s.x1.astype(str), "<U"),
+            (s.x1.astype(object), "object"),
+            (s.x1 > 100, "bool"),
+        ):
+            self.refused("x1: expected real numbers, got dtype " + dtype, diffsac.estimate_fundamental, array, s.x2)
+        with self.assertRaises(TypeError):
+            diffsac.estimate_fundamental(s.x1, s.x2, seed=-1)
+
+    def test_options(self):
+        s = self.scene
+        self.refused("max_distance: expected", diffsac.estimate_line, s.x1, 0.0)
+        self.refused("max_iterations: expected", diffsac.estimate_fundamental, s.x1, s.x2, max_iterations=-1)
+        self.refused("max_residual_px: expected", diffsac.estimate_fundamental, s.x1, s.x2, max_residual_px=np.nan)
+        self.refused("size1: expected", diffsac.estimate_shared_focal, s.x1, s.x2)
+
+    def test_bad_data_is_a_status(self):
+        s = self.scene
+        few = diffsac.estimate_fundamental(s.x1[:3], s.x2[:3])
+        self.assertIs(few.status, diffsac.Status.TOO_FEW_POINTS)
+        np.testing.assert_array_equal(few.model, np.zeros((3, 3)))
+        self.assertIs(diffsac.estimate_line(np.empty((0, 2)), 1.0).status, diffsac.Status.TOO_FEW_POINTS)
+        s.x1[3, 0] = np.nan
+        estimate = diffsac.estimate_essential(s.x1, s.x2, K, K)
+        self.assertIs(estimate.status, diffsac.Status.DEGENERATE)
+        self.assertIsNone(estimate.pose)
+
+    def test_models_folder(self):
+        s = self.scene
+        self.refused(
+            "model fundamental/model.safetensors: no such file; looked for /none/fundamental/model.safetensors",
+            diffsac.estimate_fundamental, s.x1, s.x2, models_folder=pathlib.Path("/none"),
+        )  # fmt: skip
+        # Another process: this one may have read the network already.
+        broken = "import diffsac, numpy; diffsac.estimate_fundamental(numpy.eye(9, 2), numpy.eye(9, 2))"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "fundamental", "model.safetensors")
+            path.parent.mkdir()
+            path.write_text("no network")
+            done = subprocess.run(
+                [sys.executable, "-c", broken], env={**os.environ, "DIFFSAC_MODELS": folder}, capture_output=True, text=True
+            )
+        self.assertIn("ValueError", done.stderr)
+        self.assertIn(str(path), done.stderr)
+
+
+@unittest.skipUnless("DIFFSAC_CPP_ESTIMATES" in os.environ, "DIFFSAC_CPP_ESTIMATES names no program")
+class TestDigits(unittest.TestCase):
+    """The digits of the C++ library, of the networks as the checkout has them."""
+
+    def setUp(self):
+        s = self.scene = Scene()
+        rows = np.column_stack([s.points3d, s.x1, s.x2, s.ratio])
+        text = "\n".join(" ".join(repr(float(value)) for value in row) for row in rows)
+        done = subprocess.run([os.environ["DIFFSAC_CPP_ESTIMATES"]], input=text, capture_output=True, text=True, check=True)
+        self.cpp = {}
+        for line in done.stdout.splitlines():
+            name, *numbers = line.split()
+            self.cpp.setdefault(name, []).append([float(number) for number in numbers])
+
+    def same(self, name, array):
+        np.testing.assert_allclose(np.ravel(array), np.concatenate(self.cpp[name]), rtol=0, atol=1e-12, err_msg=name)
+
+    def same_estimate(self, name, estimate):
+        self.assertTrue(estimate.ok)
+        self.same(name + ".model", estimate.model)
+        self.same(name + ".inliers", estimate.inliers)
+        probabilities = estimate.inlier_probabilities
+        self.same(name + ".inlier_probabilities", [] if probabilities is None else probabilities)
+        self.same(name + ".numbers", [estimate.inlier_threshold, estimate.noise_scale, estimate.log_false_alarms])
+        if getattr(estimate, "pose_covariance", None) is not None:
+            self.same(name + ".pose_covariance", estimate.pose_covariance)
+        if getattr(estimate, "focal", None) is not None:
+            self.same(name + ".focal", estimate.focal.focal_px)
+
+    def test_one_model(self):
+        s, sizes = self.scene, dict(size1=SIZE, size2=SIZE)
+        matches = (s.x1, s.x2)
+        self.same_estimate("essential", diffsac.estimate_essential(*matches, K, K, s.ratio))
+        self.same_estimate("fundamental", diffsac.estimate_fundamental(*matches, s.ratio))
+        self.same_estimate("homography", diffsac.estimate_homography(*matches, s.ratio))
+        self.same_estimate("absolute_pose", diffsac.estimate_absolute_pose(s.points3d, s.x2, K, s.ratio))
+        self.same_estimate("shared_focal", diffsac.estimate_shared_focal(*matches, s.ratio, **sizes))
+        self.same_estimate("one_focal", diffsac.estimate_one_focal(*matches, K, s.ratio, **sizes))
+        self.same_estimate("line", diffsac.estimate_line(s.x2, 9.0))
+        self.same_estimate("plane", diffsac.estimate_plane(s.points3d, 0.3))
+
+    def test_several_models(self):
+        s = self.scene
+        matches = (s.x1, s.x2)
+        for name, estimate in (
+            ("essentials", diffsac.estimate_essentials(*matches, K, K, s.ratio)),
+            ("fundamentals", diffsac.estimate_fundamentals(*matches, s.ratio)),
+            ("homographies", diffsac.estimate_homographies(*matches, s.ratio)),
+            ("absolute_poses", diffsac.estimate_absolute_poses(s.points3d, s.x2, K, s.ratio)),
+            ("lines", diffsac.estimate_lines(s.x2, 9.0)),
+            ("planes", diffsac.estimate_planes(s.points3d, 0.3)),
+        ):
+            if estimate.ok:
+                self.same(name + ".models", estimate.models)
+            else:
+                self.assertNotIn(name + ".models", self.cpp)
+            self.same(name + ".assignment", estimate.assignment)
+
+
+if __name__ == "__main__":
+    unittest.main()
