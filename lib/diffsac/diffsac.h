@@ -81,6 +81,10 @@ struct Matches {
   Eigen::VectorXd match_ratios =
       {};  ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
   ImageSize size1 = {}, size2 = {};  ///< In pixels; {}: unknown. They help fundamental matrices.
+  /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
+  /// and KeyPoint::angle · π / 180); empty: unknown. Networks that were trained with them read
+  /// them, and do without where they are unknown.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> similarities = {};
 };
 
 /// Points of a scene and where an image shows them.
