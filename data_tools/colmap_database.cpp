@@ -7,6 +7,7 @@
 
 #include "data_tools/image_features.h"
 #include "data_tools/image_format.h"
+#include "data_tools/keypoint_frames.h"
 #include "data_tools/write_scene.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
@@ -24,6 +25,7 @@ struct MatchedImage {
   ImageSize size;
   Eigen::Matrix3d K;
   PointMatrix keypoints;          // of a calibrated pair: without distortion; NaN where there is no such place
+  PointMatrix frames;             // as ColmapDatabase::KeypointFrames
   ColmapDescriptors descriptors;  // only for ratios
 };
 
@@ -72,6 +74,7 @@ const MatchedImage& SceneOfPairs::Image(std::int64_t id) {
   image.size = camera.size;
   if (lens) image.K = lens->K();
   image.keypoints = OurKeypoints(database_.Keypoints(id), lens);
+  image.frames = database_.KeypointFrames(id);
   if (request_.ratios) {
     image.descriptors = database_.Descriptors(id);
     if (image.descriptors.rows() == 0)
@@ -101,6 +104,7 @@ void SceneOfPairs::AddPair(const ColmapPair& pair, CorrespondenceSet* set) {
   left_out_ += matches.rows() - count;
   problem.points.conservativeResize(count, 4);
   matches.conservativeResize(count, 2);
+  problem.similarities = SimilaritiesOf(image1.frames, image2.frames, matches);
   set->pairs.push_back(std::move(example));
   set->match_indices.push_back(std::move(matches));
 }
@@ -124,6 +128,7 @@ CorrespondenceSet SceneOfPairs::Read() {
     LogInfo(database_.path() + ": left out " + std::to_string(left_out_) +
             " matches of keypoints that no camera without distortion sees");
   if (request_.ratios) AddRatios(&set);
+  KeepAllSimilaritiesOrNone(&set);
   return set;
 }
 

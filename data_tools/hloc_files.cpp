@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "diffsac/core/status.h"
 #include "diffsac/io/hdf5_input.h"
@@ -68,6 +70,21 @@ class GroupFile {
   H5::H5File file_;
 };
 
+PointMatrix ReadFrames(const GroupFile& file, const std::string& name, std::size_t count) {
+  const std::optional<Numbers> scales = file.Read(name, "scales"), angles = file.Read(name, "oris");
+  if (!scales || !angles) return {};
+  PointMatrix frames(static_cast<Eigen::Index>(count), 2);
+  for (const auto& [key, numbers] : {std::pair("scales", &*scales), std::pair("oris", &*angles)})
+    if (numbers->values.size() != count)
+      throw Error(file.Place(name, key) + ": expected " + std::to_string(count) + " values, one a keypoint, found " +
+                  ShapeText(*numbers));
+  for (std::size_t i = 0; i < count; ++i)
+    frames.row(static_cast<Eigen::Index>(i)) << std::log(scales->values[i]),
+        angles->values[i] * std::numbers::pi / 180.0;
+  if (!frames.allFinite()) throw Error(file.Place(name, "scales") + ": expected sizes above 0 and finite oris");
+  return frames;
+}
+
 std::vector<HlocImage> ReadImages(const std::string& path) {
   const GroupFile file(path);
   std::vector<HlocImage> images;
@@ -75,7 +92,7 @@ std::vector<HlocImage> ReadImages(const std::string& path) {
     const Numbers keypoints = *file.Read(name, "keypoints");
     if (keypoints.shape.size() != 2 || keypoints.shape[1] != 2)
       throw Error(file.Place(name, "keypoints") + ": expected Nx2, found " + ShapeText(keypoints));
-    HlocImage image{name, {}, {}};
+    HlocImage image{name, {}, {}, {}};
     image.keypoints = Eigen::Map<const Rows>(keypoints.values.data(), static_cast<Eigen::Index>(keypoints.shape[0]), 2);
     if (!image.keypoints.allFinite()) throw Error(file.Place(name, "keypoints") + ": a value is not finite");
     if (const std::optional<Numbers> size = file.Read(name, "image_size")) {
@@ -84,6 +101,7 @@ std::vector<HlocImage> ReadImages(const std::string& path) {
         throw Error(file.Place(name, "image_size") + ": expected width and height");
       image.size = {static_cast<int>(v[0]), static_cast<int>(v[1])};
     }
+    image.frames = ReadFrames(file, name, static_cast<std::size_t>(image.keypoints.rows()));
     images.push_back(std::move(image));
   }
   if (images.empty()) throw Error(path + ": no group of it holds keypoints, as hloc's features do");

@@ -13,6 +13,7 @@ struct HlocImage {
   std::string name;       ///< The image file, with folders before it where there are some.
   PointMatrix keypoints;  ///< N × 2, pixels of the image as it is stored, the centre of the first one is (0, 0).
   ImageSize size;         ///< Zero when the file has no image_size.
+  PointMatrix frames;     ///< N × 2: logarithm of the size, angle in radians; empty when the file has none.
 };
 
 /// One pair of a matches file of hloc's.
@@ -29,11 +30,12 @@ struct HlocFiles {
   int repeated = 0;             ///< Pairs that were left out because they repeat another.
 };
 
-/// Reads them. A group NAME of `features` holds `keypoints` (N × 2) and, optionally, `image_size` (width, height). A
-/// group NAME1/NAME2 of `matches`, with '-' for the '/' of folders in names, or in older files NAME1_NAME2, holds
-/// `matches0` (for each keypoint of image 1 that of image 2, or -1) and, optionally, `matching_scores0`. Throws Error
-/// with one line that names file and group: no HDF5, no features or matches, values that contradict each other, names
-/// of pairs that are no images or that can be read in several ways.
+/// Reads them. A group NAME of `features` holds `keypoints` (N × 2) and, optionally, `image_size` (width, height),
+/// `scales` and `oris` (N each: SIFT's sizes, and angles in degrees). A group NAME1/NAME2 of `matches`, with '-' for
+/// the '/' of folders in names, or in older files NAME1_NAME2, holds `matches0` (for each keypoint of image 1 that of
+/// image 2, or -1) and, optionally, `matching_scores0`. Throws Error with one line that names file and group: no HDF5,
+/// no features or matches, values that contradict each other, names of pairs that are no images or that can be read in
+/// several ways.
 HlocFiles ReadHlocFiles(const std::string& features, const std::string& matches);
 
 /// Which kind of file it is.

@@ -4,6 +4,7 @@
 
 #include "data_tools/hloc_files.h"
 #include "data_tools/image_format.h"
+#include "data_tools/keypoint_frames.h"
 #include "data_tools/write_scene.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
@@ -61,12 +62,14 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
       problem.points.row(i) << image1.keypoints.row(pair.matches(i, 0)), image2.keypoints.row(pair.matches(i, 1));
     // Ratios are better the lower they are.
     if (pair.scores.size() > 0) problem.match_ratio = 1.0 - pair.scores.array();
+    problem.similarities = SimilaritiesOf(image1.frames, image2.frames, pair.matches);
     problem.size1 = image1.size;
     problem.size2 = image2.size;
     if (camera) problem.cameras = CameraPair{camera->K, camera->K};
     set.pairs.push_back(std::move(example));
     set.match_indices.push_back(std::move(pair.matches));
   }
+  KeepAllSimilaritiesOrNone(&set);
   return set;
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <map>
 
-#include "diffsac/problem/keypoint_similarity.h"
+#include "data_tools/keypoint_frames.h"
 #include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
@@ -38,15 +38,14 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
   problem.match_ratio.resize(count);
-  const bool framed = first.frames.size() > 0 && second.frames.size() > 0;
-  if (framed) problem.similarities.resize(count, 2);
+  MatchIndices rows(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
     const DescriptorMatch& match = matches[i];
     problem.points.row(i) << position(image1, first, match.first), position(image2, second, match.second);
     problem.match_ratio[i] = match.ratio;
-    if (framed)
-      problem.similarities.row(i) = SimilarityOf(first.frames.row(match.first), second.frames.row(match.second));
+    rows.row(i) << match.first, match.second;
   }
+  problem.similarities = SimilaritiesOf(first.frames, second.frames, rows);
   problem.size1 = first.size;
   problem.size2 = second.size;
   if (image1.camera && image2.camera) problem.cameras = CameraPair{image1.camera->K, image2.camera->K};

@@ -80,13 +80,14 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> Points3(const ArrayLike& array, const c
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name) { return Rows<3>(array, name, 3); }
 
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
-                  const OptionalSize& size2) {
+                  const OptionalSize& size2, const OptionalArray& similarities) {
   Matches matches;
   matches.points1 = Points2(x1, "x1");
   matches.points2 = Rows<2>(x2, "x2", matches.points1.rows());
   matches.match_ratios = Ratios(ratio, matches.points1.rows());
   matches.size1 = SizeOf(size1);
   matches.size2 = SizeOf(size2);
+  if (similarities) matches.similarities = Rows<2>(*similarities, "similarities", matches.points1.rows());
   return matches;
 }
 

@@ -39,7 +39,7 @@ Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name);
 
 /// `x1`, `x2`: N × 2; `ratio`: N.
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
-                  const OptionalSize& size2);
+                  const OptionalSize& size2, const OptionalArray& similarities = {});
 /// `points3d`: N × 3, `points2d`: N × 2; `ratio`: N.
 ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const OptionalArray& ratio);
 

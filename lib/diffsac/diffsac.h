@@ -88,6 +88,10 @@ struct Matches {
       {};                ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
   ImageSize size1 = {};  ///< In pixels; {}: unknown. Sizes help fundamental matrices.
   ImageSize size2 = {};  ///< As `size1`.
+  /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
+  /// and KeyPoint::angle · π / 180); empty: unknown. The networks of essential and fundamental matrices read them, and
+  /// do without where they are unknown.
+  Eigen::Matrix<double, Eigen::Dynamic, 2> similarities = {};
 };
 
 /// Points of a scene and where an image shows them.

@@ -1,6 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "data_tools/feature_file_test_util.h"
 #include "data_tools/hloc_files.h"
@@ -63,6 +65,42 @@ std::string MatchesError(Fill fill) {
 }
 
 }  // namespace
+
+TEST_CASE("hloc: sizes and angles of keypoints, where all images have them") {
+  for (const bool all : {true, false}) {
+    TemporaryFolder folder;
+    WriteFeatureFile(folder / "features.h5", [all](FeatureFile& file) {
+      for (const std::string name : {"a.jpg", "b.jpg", "c.jpg"}) {
+        PutFeatures(file, name, Keypoints(2, 1));
+        if (!all && name == "c.jpg") continue;
+        file.Put(name + "/scales", name == "a.jpg" ? Values({2, 3}) : Values({4, 5}), true);
+        file.Put(name + "/oris", name == "a.jpg" ? Values({10, 350}) : Values({55, 10}), true);
+      }
+    });
+    WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+      PutPair(file, "a.jpg/b.jpg", {1, 0}, {1, 1});
+      PutPair(file, "b.jpg/c.jpg", {0, 1}, {1, 1});
+    });
+    REQUIRE(RunPairs(RequestFor(folder), kNeverStop).written == 1);
+    const CorrespondenceScene scene(folder / "pairs/matches");
+    const PointMatrix found = scene.Read(0).problem.similarities;
+    REQUIRE(found.rows() == (all ? 2 : 0));
+    if (!all) continue;
+    CHECK(found(0, 0) == Approx(std::log(5.0 / 2.0)));
+    CHECK(found(0, 1) == Approx(0.0).margin(1e-6));
+    CHECK(found(1, 0) == Approx(std::log(4.0 / 3.0)));
+    CHECK(found(1, 1) == Approx(65.0 * std::numbers::pi / 180.0));
+    CHECK(scene.Read(1).problem.similarities.isZero());
+  }
+  TemporaryFolder folder;
+  WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
+    PutFeatures(file, "a.jpg", Keypoints(2, 1));
+    file.Put("a.jpg/scales", Values({2}), true);
+    file.Put("a.jpg/oris", Values({10, 20}), true);
+  });
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) { PutPair(file, "a.jpg/a.jpg", {1, 0}, {1, 1}); });
+  CHECK(Has(ErrorOf([&] { RunPairs(RequestFor(folder), kNeverStop); }), "a.jpg/scales: expected 2 values"));
+}
 
 TEST_CASE("hloc: pairs in both forms of names, scores, sizes, a calibration") {
   TemporaryFolder folder;

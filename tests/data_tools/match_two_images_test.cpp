@@ -38,6 +38,7 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   CHECK(pair.id == "a_1-b");
   CHECK(pair.problem.size2.width == 320);
   CHECK(pair.problem.match_ratio.size() == pair.problem.points.rows());
+  CHECK(pair.problem.similarities.rows() == pair.problem.points.rows());
   REQUIRE(pair.problem.cameras);
   CHECK(pair.problem.cameras->K2(0, 0) == 300.0);
   CHECK(matched.ms_keypoints > 0.0);

@@ -94,6 +94,32 @@ TEST_CASE("an untrained two-view network gives an estimate, batched as alone") {
   }
 }
 
+TEST_CASE("a network that reads similarities sees them where a problem has them, and does without where it has none") {
+  NetworkOptions network = TwoViewNetwork();
+  network.features.kinds = {PointFeature::kRatio, PointFeature::kNeighborhood, PointFeature::kSimilarity};
+  for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
+    const DiffsacEstimator method(TinyNetwork(task, network), Options(6), 1);
+    Problem problem = TwoViewExamples(task, 1)[0].problem;
+    const auto without = method.Run(problem, 3);
+    CHECK(without.report.unique_minimal_sets == 6);
+    problem.similarities.resize(problem.points.rows(), 2);
+    Rng rng(5);
+    for (double& value : problem.similarities.reshaped()) value = rng.Uniform(-1.0, 1.0);
+    const auto with = method.Run(problem, 3);
+    REQUIRE(with.inlier_probabilities.size() == without.inlier_probabilities.size());
+    CHECK(with.inlier_probabilities != without.inlier_probabilities);
+    // Matches in another order have theirs.
+    const auto order = Rng(6).Permutation(static_cast<int>(problem.points.rows()));
+    Problem permuted = problem;
+    permuted.points = problem.points(order, Eigen::all);
+    permuted.match_ratio = problem.match_ratio(order);
+    permuted.similarities = problem.similarities(order, Eigen::all);
+    const auto again = method.Run(permuted, 3);
+    for (std::size_t i = 0; i < order.size(); ++i)
+      CHECK(again.inlier_probabilities[i] == Approx(with.inlier_probabilities[order[i]]).margin(1e-4));
+  }
+}
+
 TEST_CASE("the reported sets are those that are solved") {
   for (const Task task : {Task::kHomography, Task::kFundamental, Task::kEssential}) {
     const auto example = TwoViewExamples(task, 1)[0];

@@ -1,6 +1,7 @@
 #include "diffsac/io/colmap_database.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 
 #include "datasets/data_test_util.h"
@@ -58,6 +59,35 @@ auto Sql(const std::string& sql) {
 
 }  // namespace
 
+TEST_CASE("colmap database: scale and orientation of keypoints, of both forms, unless all are the same") {
+  TemporaryFolder folder;
+  DatabaseMaker maker(folder / "d.db");
+  maker.AddCamera(1, 2, {500, 320, 240, 0.1});
+  for (int image = 1; image <= 4; ++image) maker.AddImage(image, std::to_string(image) + ".jpg");
+  Eigen::MatrixXd similar(2, 2), affine(2, 4), imported(2, 4), broken(2, 2);
+  similar << 3.0, 0.5, 2.0, -1.0;
+  // a11 a12 a21 a22: turned by 0.5, twice as large; stretched along x alone.
+  affine << 2.0 * std::cos(0.5), -2.0 * std::sin(0.5), 2.0 * std::sin(0.5), 2.0 * std::cos(0.5), 3.0, 0.0, 0.0, 1.0;
+  imported << 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0;
+  broken << 0.0, 0.5, 2.0, 1.0;
+  maker.AddKeypoints(1, SomePoints(2, 10.0), 4, similar);
+  maker.AddKeypoints(2, SomePoints(2, 10.0), 6, affine);
+  maker.AddKeypoints(3, SomePoints(2, 10.0), 6, imported);
+  maker.AddKeypoints(4, SomePoints(2, 10.0), 4, broken);
+  const ColmapDatabase database(folder / "d.db");
+  const PointMatrix first = database.KeypointFrames(1), second = database.KeypointFrames(2);
+  REQUIRE((first.rows() == 2 && second.rows() == 2));
+  CHECK(first(0, 0) == Approx(std::log(3.0)));
+  CHECK(first(0, 1) == Approx(0.5));
+  CHECK(first(1, 1) == Approx(-1.0));
+  CHECK(second(0, 0) == Approx(std::log(2.0)));
+  CHECK(second(0, 1) == Approx(0.5));
+  CHECK(second(1, 0) == Approx(std::log(2.0)));
+  CHECK(second(1, 1) == 0.0);
+  CHECK(database.KeypointFrames(3).rows() == 0);
+  CHECK(database.KeypointFrames(4).rows() == 0);
+}
+
 TEST_CASE("colmap database: cameras, images, keypoints, descriptors, matches") {
   TemporaryFolder folder;
   DatabaseMaker maker(folder / "d.db");
@@ -73,6 +103,7 @@ TEST_CASE("colmap database: cameras, images, keypoints, descriptors, matches") {
   CHECK(database.Keypoints(1).isApprox(SomePoints(5, 10.0)));
   CHECK(database.Keypoints(2).isApprox(SomePoints(6, 20.0)));
   CHECK(database.Keypoints(3).isApprox(SomePoints(7, 30.0)));
+  CHECK(database.KeypointFrames(1).rows() == 0);
   CHECK(database.Descriptors(1).rows() == 5);
   CHECK(database.Descriptors(1)(4, 127) == 3);
   CHECK(database.Descriptors(2).rows() == 0);

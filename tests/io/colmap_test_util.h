@@ -52,10 +52,12 @@ class DatabaseMaker {
     Run("INSERT INTO images(image_id, name, camera_id) VALUES(" + Text(id) + ",'" + name + "'," + Text(camera) + ")");
   }
   /// N × 2, COLMAP's pixels; `columns` as in one of COLMAP's versions: 2, 4 or 6.
-  void AddKeypoints(int image, const PointMatrix& points, int columns = 6) {
+  // `shapes`: what stands behind x y; 7 everywhere unless given.
+  void AddKeypoints(int image, const PointMatrix& points, int columns = 6, const Eigen::MatrixXd& shapes = {}) {
     Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(points.rows(), columns);
     rows.setConstant(7.0f);
     rows.leftCols<2>() = points.cast<float>();
+    if (shapes.size() > 0) rows.rightCols(columns - 2) = shapes.cast<float>();
     Insert(InsertRows("keypoints", image, rows.rows(), columns), rows.data(), rows.size() * sizeof(float));
   }
   void AddDescriptors(int image, const ColmapDescriptors& rows) {

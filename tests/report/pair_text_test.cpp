@@ -98,6 +98,9 @@ TEST_CASE("matches are written with all digits") {
     for (int c = 0; c < 4; ++c) CHECK((lines >> value && value == problem.points(i, c)));
     CHECK((lines >> value && value == (problem.match_ratio.size() > 0 ? problem.match_ratio[i] : 1.0)));
   }
+  Problem framed = problem;
+  framed.similarities = PointMatrix::Constant(60, 2, 0.25);
+  CHECK(MatchesText(framed).starts_with(text.substr(0, text.find('\n')) + " 0.25 0.25\n"));
 }
 
 TEST_CASE("the JSON says the same") {

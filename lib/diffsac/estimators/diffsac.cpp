@@ -12,6 +12,7 @@
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -73,6 +74,16 @@ void RequireRatios(const Eigen::VectorXd& ratios, Eigen::Index points) {
           "one for each of " + std::to_string(points) + " points, or none, got " + std::to_string(ratios.size()));
 }
 
+PointMatrix CheckedSimilarities(const Matches& matches) {
+  const Eigen::Index rows = matches.similarities.rows(), count = matches.points1.rows();
+  Require(rows == 0 || rows == count, "similarities",
+          "one for each of " + std::to_string(count) + " points, or none, got " + std::to_string(rows));
+  Require(matches.similarities.allFinite(), "similarities", "finite values");
+  PointMatrix similarities = matches.similarities;
+  for (Eigen::Index i = 0; i < rows; ++i) similarities.row(i) = SimilarityOf({0.0, 0.0}, similarities.row(i));
+  return similarities;
+}
+
 double ResidualOr(const ImageOptions& options, double px) {
   options.Check();
   return options.max_residual_px > 0.0 ? options.max_residual_px : px;
@@ -89,6 +100,7 @@ Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
   problem.points.resize(count, 4);
   problem.points << matches.points1, matches.points2;
   problem.match_ratio = matches.match_ratios;
+  problem.similarities = CheckedSimilarities(matches);
   problem.size1 = matches.size1;
   problem.size2 = matches.size2;
   return problem;

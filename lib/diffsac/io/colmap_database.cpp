@@ -1,6 +1,7 @@
 #include "diffsac/io/colmap_database.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "diffsac/core/status.h"
@@ -106,16 +107,37 @@ void ColmapDatabase::ReadImages() {
   if (images_.empty()) throw Error(path() + ": it holds no images (colmap feature_extractor fills it)");
 }
 
-PointMatrix ColmapDatabase::Keypoints(std::int64_t image) const {
+ColmapDatabase::StoredKeypoints ColmapDatabase::ReadKeypoints(std::int64_t image) const {
   const std::string place = path() + ": keypoints of " + NameOf(image);
   SqliteStatement statement(sqlite_, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?");
   statement.Bind(1, image);
-  if (!statement.Step()) return PointMatrix(0, 2);
-  const auto stored = ReadMatrix<float>(statement, 0, place);
-  if (stored.rows() == 0) return PointMatrix(0, 2);
+  if (!statement.Step()) return StoredKeypoints(0, 2);
+  const StoredKeypoints stored = ReadMatrix<float>(statement, 0, place);
+  if (stored.rows() == 0) return StoredKeypoints(0, 2);
   if (stored.cols() < 2)
     throw Error(place + ": expected x y and more, found " + std::to_string(stored.cols()) + " columns");
-  return stored.leftCols<2>().cast<double>();
+  return stored;
+}
+
+PointMatrix ColmapDatabase::Keypoints(std::int64_t image) const {
+  return ReadKeypoints(image).leftCols<2>().cast<double>();
+}
+
+// Columns are x y, x y scale orientation, or x y and the affine shape a11 a12 a21 a22.
+PointMatrix ColmapDatabase::KeypointFrames(std::int64_t image) const {
+  const PointMatrix stored = ReadKeypoints(image).cast<double>();
+  if (stored.rows() == 0 || (stored.cols() != 4 && stored.cols() != 6)) return {};
+  PointMatrix frames(stored.rows(), 2);
+  for (Eigen::Index i = 0; i < stored.rows(); ++i) {
+    if (stored.cols() == 4) {
+      frames.row(i) << std::log(stored(i, 2)), stored(i, 3);
+    } else {
+      const double along = std::hypot(stored(i, 2), stored(i, 4)), across = std::hypot(stored(i, 3), stored(i, 5));
+      frames.row(i) << std::log(0.5 * (along + across)), std::atan2(stored(i, 4), stored(i, 2));
+    }
+  }
+  const bool known = frames.allFinite() && (frames.rowwise() - frames.row(0)).cwiseAbs().maxCoeff() > 0.0;
+  return known ? frames : PointMatrix();
 }
 
 ColmapDescriptors ColmapDatabase::Descriptors(std::int64_t image) const {

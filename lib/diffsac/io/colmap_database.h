@@ -55,6 +55,9 @@ class ColmapDatabase {
 
   /// N × 2 x y in COLMAP's pixels: the centre of the first one is (0.5, 0.5).
   PointMatrix Keypoints(std::int64_t image) const;
+  /// N × 2: the logarithm of the scale, and the orientation in radians from the x axis towards the y axis. None where
+  /// keypoints have none (two columns), one that is no scale, or all the same: such were made up.
+  PointMatrix KeypointFrames(std::int64_t image) const;
   /// As many rows as keypoints, or none where there are no descriptors.
   ColmapDescriptors Descriptors(std::int64_t image) const;
   /// How many keypoints there are; 0 where the image has none.
@@ -66,6 +69,9 @@ class ColmapDatabase {
   MatchIndices Matches(const ColmapPair& pair) const;
 
  private:
+  using StoredKeypoints = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  StoredKeypoints ReadKeypoints(std::int64_t image) const;
   void CheckSchema() const;
   void ReadCameras();
   void ReadImages();

@@ -122,10 +122,13 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
 std::string MatchesText(const Problem& problem) {
   std::string text;
   const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
+  const bool has_similarity = problem.similarities.rows() == problem.points.rows();
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     const double* match = problem.points.row(i).data();
     text += Format("%.17g %.17g %.17g %.17g", match[0], match[1], match[2], match[3]);
-    text += Format(" %.17g\n", has_ratio ? problem.match_ratio[i] : 1.0);
+    text += Format(" %.17g", has_ratio ? problem.match_ratio[i] : 1.0);
+    if (has_similarity) text += Format(" %.17g %.17g", problem.similarities(i, 0), problem.similarities(i, 1));
+    text += "\n";
   }
   return text;
 }

@@ -16,7 +16,8 @@ struct PairTimes {
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);
 
-/// A line each: x1 y1 x2 y2 ratio, with all digits; ratio 1 where it is unknown.
+/// A line each: x1 y1 x2 y2 ratio, with all digits; ratio 1 where it is unknown. Where similarities are known
+/// (Problem::similarities) theirs follow.
 std::string MatchesText(const Problem& problem);
 
 /// The same as one JSON object, with the inliers' rows.

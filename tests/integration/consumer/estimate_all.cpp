@@ -123,6 +123,16 @@ void Mistakes() {
   options = {};
   options.max_iterations = -1;
   CheckThrows([&] { diffsac::EstimateFundamental(scene.matches, options); }, "max_iterations: expected");
+  scene.matches.similarities.setZero(200, 2);
+  const auto upright = diffsac::EstimateFundamental(scene.matches);
+  Check(upright.ok(), "similarities are taken");
+  scene.matches.similarities.col(1).setConstant(2.0 * M_PI);
+  Check(diffsac::EstimateFundamental(scene.matches).model == upright.model, "a full turn is none");
+  scene.matches.similarities(3, 1) = NAN;
+  CheckThrows([&] { diffsac::EstimateFundamental(scene.matches); }, "similarities: expected finite values");
+  scene.matches.similarities.resize(7, 2);
+  CheckThrows([&] { diffsac::EstimateFundamental(scene.matches); }, "similarities: expected one for each of 200");
+  scene.matches.similarities.resize(0, 2);
   scene.matches.match_ratios.resize(7);
   CheckThrows([&] { diffsac::EstimateFundamental(scene.matches); }, "match_ratios: expected one for each of 200");
 }

@@ -1,4 +1,4 @@
-// The program of the README: the relative pose of two calibrated images from lines "x1 y1 x2 y2 ratio" of stdin.
+// The program of the README: the relative pose of two calibrated images from the lines on stdin that diffsac_pair --matches writes.
 #include <diffsac/diffsac.h>
 
 #include <iostream>
@@ -8,9 +8,10 @@ int main(int, char** argv) {
   const double focal = std::stod(argv[1]), cx = std::stod(argv[2]), cy = std::stod(argv[3]);
   std::vector<double> v;
   for (double x; std::cin >> x;) v.push_back(x);
-  const Eigen::Map<const Eigen::Matrix<double, -1, 5, Eigen::RowMajor>> rows(v.data(), v.size() / 5, 5);
+  const Eigen::Map<const Eigen::Matrix<double, -1, 7, Eigen::RowMajor>> rows(v.data(), v.size() / 7, 7);
   const Eigen::Matrix3d K{{focal, 0, cx}, {0, focal, cy}, {0, 0, 1}};
-  const diffsac::Matches matches{rows.leftCols<2>(), rows.middleCols<2>(2), rows.col(4)};
+  diffsac::Matches matches{rows.leftCols<2>(), rows.middleCols<2>(2), rows.col(4)};
+  matches.similarities = rows.rightCols<2>();
   const auto estimate = diffsac::EstimateEssential(matches, {K, K});
   if (!estimate.ok() || !estimate.pose) return 1;
   std::cout.precision(12);
