@@ -53,6 +53,7 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
   b.Field("cheirality", o.cheirality)
+      .OnlyIf(o.refit_candidates > 1 || !o.cheirality, "refit_candidates above 1")
       .Help(
           "E, and F with a camera_prior: of a candidate's inliers those behind a camera do not count when the final "
           "score chooses");
