@@ -2,7 +2,9 @@
 
 #include "diffsac/consensus/final_refiner.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <optional>
 
 #include "consensus/search.h"
 #include "diffsac/geometry/essential.h"
@@ -70,6 +72,78 @@ TEST_CASE("The best three of ten, refined to the end, score as the best of ten f
   CHECK(e.staged >= 0.99 * e.all);
   CHECK(f.staged_fits < f.all_fits);
   CHECK(e.staged_fits < e.all_fits);
+}
+
+/// Points of two motions: 60 that the first sees before both cameras, and 66 of the second, 33 of them behind its first
+/// camera. In normalised coordinates, and in pixels of `camera`.
+struct TwoMotions {
+  Matrix3Parameters sound, unsound;
+  Eigen::Matrix3d camera{{800.0, 0.0, 500.0}, {0.0, 800.0, 400.0}, {0.0, 0.0, 1.0}};
+  PointMatrix normalized{126, 4}, pixels{126, 4};
+
+  explicit TwoMotions(Rng& rng) {
+    const RelativePose poses[] = {testing::RandomPose(rng), testing::RandomPose(rng)};
+    for (int i = 0; i < 126; ++i) {
+      const RelativePose& pose = poses[i < 60 ? 0 : 1];
+      const double depth = rng.Uniform(3.0, 8.0) * (i < 93 ? 1.0 : -1.0);
+      const Eigen::Vector3d first(depth * rng.Uniform(-0.5, 0.5), depth * rng.Uniform(-0.5, 0.5), depth);
+      const Eigen::Vector3d second = pose.rotation * first + pose.translation;
+      normalized.row(i) << first.hnormalized().transpose(), second.hnormalized().transpose();
+      pixels.row(i) << (camera * first).hnormalized().transpose(), (camera * second).hnormalized().transpose();
+    }
+    sound = AsParameters(EssentialFromPose(poses[0])).normalized();
+    unsound = AsParameters(EssentialFromPose(poses[1])).normalized();
+  }
+  Matrix3Parameters InPixels(const Matrix3Parameters& e) const {
+    return AsParameters(FundamentalFromEssential(AsMatrix(e), camera, camera)).normalized();
+  }
+};
+
+/// The chosen one of two given models.
+template <class Model>
+ConsensusResult Chosen(const PointMatrix& points, double threshold, const Matrix3Parameters& first,
+                       const Matrix3Parameters& second, ConsensusOptions options,
+                       const std::optional<CameraPrior>& cameras) {
+  EstimationPriors priors;
+  priors.models = {first, second};
+  priors.cameras = cameras;
+  options.refit_candidates = 2;
+  return testing::SearchSets<Model>(points, threshold, {}, options, Rng(1), priors);
+}
+
+TEST_CASE("Inliers behind a camera do not count in the choice, where cheirality is asked for") {
+  Rng rng(3);
+  for (int trial = 0; trial < 10; ++trial) {
+    const TwoMotions motions(rng);
+    const Matrix3Parameters f = motions.InPixels(motions.sound), wrong = motions.InPixels(motions.unsound);
+    const CameraPrior cameras{motions.camera, motions.camera, 0.3};
+    ConsensusOptions options;
+    options.score = options.final_score = ScoreKind::kMsac;
+    options.refit = Refit::kNone;
+    options.refine_finalists = trial % 2;
+    options.final_refinement = trial % 2 == 0 ? FinalRefinement::kNone : FinalRefinement::kRefinement;
+    const auto e_of = [&] {
+      return Chosen<Essential>(motions.normalized, 1e-3, motions.sound, motions.unsound, options, std::nullopt);
+    };
+    const auto f_of = [&](const std::optional<CameraPrior>& known) {
+      return Chosen<Fundamental>(motions.pixels, 0.8, f, wrong, options, known);
+    };
+    // The second motion has more inliers.
+    for (const auto& plain : {e_of(), f_of(cameras)}) {
+      REQUIRE(plain.status == Status::kOk);
+      CHECK(plain.inliers[70] == 1);
+      CHECK(plain.inliers[100] == 1);
+    }
+    options.cheirality = true;
+    for (const auto& chosen : {e_of(), f_of(cameras)}) {
+      REQUIRE(chosen.status == Status::kOk);
+      CHECK(std::count(chosen.inliers.begin(), chosen.inliers.begin() + 60, 1) == 60);
+      // The score itself is that of the model, whatever lies where.
+      CHECK(chosen.score == Approx(60.0).margin(10.0));
+    }
+    // Nothing is known of the cameras: the score alone chooses.
+    CHECK(f_of(std::nullopt).inliers[100] == 1);
+  }
 }
 
 TEST_CASE("In stages as without: points that determine nothing have no model") {

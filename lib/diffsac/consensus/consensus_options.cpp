@@ -52,6 +52,11 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
       .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+  b.Field("cheirality", o.cheirality)
+      .OnlyIf(o.refit_candidates > 1 || !o.cheirality, "refit_candidates above 1")
+      .Help(
+          "E, and F with a camera_prior: of a candidate's inliers those behind a camera do not count when the final "
+          "score chooses");
   b.Field("refine_finalists", o.refine_finalists, Within(0, 1e4))
       .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement: lm or lm_marginalised")
       .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");

@@ -122,6 +122,10 @@ struct ConsensusOptions {
   /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
   int refit_candidates = 1;
   ScoreKind final_score = ScoreKind::kInlierCount;
+  /// Epipolar geometry: candidates are chosen by their final score times the share of their inliers that lies before
+  /// both cameras, so that what is behind one counts as little as an outlier. Fundamental matrices: with the guessed
+  /// cameras of camera_prior.
+  bool cheirality = false;
   /// All candidates are refitted once and refined by a few steps, and so many, those of the highest final score, to the
   /// end. 0: all of them.
   int refine_finalists = 0;

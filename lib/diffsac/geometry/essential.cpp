@@ -279,6 +279,11 @@ int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameter
   return SolveFivePoints(p, true, out);
 }
 
+double Essential::ShareInFront(const PointMatrix& points, const Parameters& model,
+                               const std::vector<std::uint8_t>& inliers) {
+  return diffsac::ShareInFront(AsMatrix(model), points, inliers);
+}
+
 bool Essential::Ambiguous(const PointMatrix& points, const Parameters&, double threshold,
                           const std::vector<std::uint8_t>& inliers) {
   return TestPureRotation(points, threshold, inliers).pure_rotation;

@@ -56,6 +56,10 @@ struct Essential {
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
 
+  /// Which share of the inliers (N values, not 0) lies before both cameras.
+  static double ShareInFront(const PointMatrix& points, const Parameters& model,
+                             const std::vector<std::uint8_t>& inliers);
+
   /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
   static bool Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
                         const std::vector<std::uint8_t>& inliers);

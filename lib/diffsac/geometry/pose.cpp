@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -121,6 +122,12 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   if (choice.in_front == choice.runner_up) choice.status = Status::kDegenerate;
   if (choice.in_front == 0) choice.status = Status::kNoModel;
   return choice;
+}
+
+double ShareInFront(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+  const auto count = inliers.size() - static_cast<std::size_t>(std::count(inliers.begin(), inliers.end(), 0));
+  const int in_front = ChoosePose(e, points, inliers).in_front;
+  return count > 0 && in_front > 0 ? static_cast<double>(in_front) / static_cast<double>(count) : 0.0;
 }
 
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2) {
