@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -69,6 +70,11 @@ Eigen::RowVector2d Detection::Position(std::size_t i) const {
   // lie elsewhere.
   const double moved = kind == FeatureKind::kOrb ? 0.5 * (std::pow(kOrbScaleStep, keypoint.octave) - 1.0) : 0.0;
   return {(keypoint.pt.x + moved + 0.5) * scale - 0.5, (keypoint.pt.y + moved + 0.5) * scale - 0.5};
+}
+
+Eigen::RowVector2d Detection::Frame(std::size_t i) const {
+  const cv::KeyPoint& keypoint = keypoints[i];
+  return {std::log(keypoint.size * scale), keypoint.angle * std::numbers::pi / 180.0};
 }
 
 Detection Detect(const std::string& path, const FeatureOptions& options) {

@@ -20,6 +20,8 @@ struct Detection {
 
   /// Where keypoint i is in the file's pixels.
   Eigen::RowVector2d Position(std::size_t i) const;
+  /// The logarithm of its diameter in the file's pixels; its angle in radians, from the x axis towards the y axis.
+  Eigen::RowVector2d Frame(std::size_t i) const;
 };
 
 /// The grey values of a file as they are stored: calibrations refer to those, so the orientation flag is ignored.

@@ -50,6 +50,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
       ->delimiter(',');
   app->add_option("--every", choice.every, "Use only every so many images");
   app->add_option("--pairs-file", choice.pairs_file, "A text file with the names of two images in each line");
+  app->add_option("--turn", choice.turn_deg, "Only cameras turned by so many degrees, least and greatest, as 15,60")
+      ->delimiter(',');
+  app->add_option("--random-pairs", choice.random_pairs, "So many pairs drawn at random, always the same; 0: all");
   app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
   app->add_option("--calibration", calibration.file, "poses, images, hloc: a file with the 3x3 matrix K of all images");
@@ -72,6 +75,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
+  app->add_option("--true-share", options.true_share,
+                  "Only pairs of whose matches such a share is near the truth, least and greatest, as 0.02,0.25")
+      ->delimiter(',');
   app->add_option("--max-disagreement", options.max_disagreement_deg,
                   "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");

@@ -16,6 +16,9 @@ struct Header {
   std::int64_t width = 0, height = 0, rows = 0, cols = 0;
 };
 
+// Of one keypoint.
+constexpr std::size_t kPlaceBytes = 2 * sizeof(double), kFrameBytes = 2 * sizeof(double);
+
 template <class Value>
 std::string_view BytesOf(const Value* values, Eigen::Index count) {
   return {reinterpret_cast<const char*>(values), static_cast<std::size_t>(count) * sizeof(Value)};
@@ -34,7 +37,7 @@ std::string FeatureCache::KeyOf(const std::string& image_path) const {
   std::error_code code;
   const auto size = fs::file_size(image_path, code);
   const auto time = fs::last_write_time(image_path, code).time_since_epoch().count();
-  return "diffsac keypoints 1\n" + image_path + "\n" + std::to_string(size) + " " + std::to_string(time) + " " +
+  return "diffsac keypoints 2\n" + image_path + "\n" + std::to_string(size) + " " + std::to_string(time) + " " +
          DetectorName(options_.kind) + " " + std::to_string(options_.max_keypoints) + " " +
          std::to_string(options_.contrast_threshold) + " " + std::to_string(options_.max_image_size) + "\n";
 }
@@ -50,14 +53,19 @@ bool FeatureCache::Read(const std::string& name, const std::string& image_path, 
   values += sizeof(header);
   const std::size_t left = content.size() - key.size() - sizeof(header);
   const auto rows = static_cast<std::size_t>(header.rows), cols = static_cast<std::size_t>(header.cols);
-  if (header.rows < 0 || header.cols < 0 || header.cols > 1024 || rows > left || rows * (16 + cols) != left)
+  if (header.rows < 0 || header.cols < 0 || header.cols > 1024 || rows > left ||
+      rows * (kPlaceBytes + kFrameBytes + cols) != left)
     return false;
   features->size = {static_cast<int>(header.width), static_cast<int>(header.height)};
   features->positions.resize(header.rows, 2);
+  features->frames.resize(header.rows, 2);
   features->bytes.resize(header.rows, header.cols);
   if (rows == 0) return true;
-  std::memcpy(features->positions.data(), values, rows * 16);
-  std::memcpy(features->bytes.data(), values + rows * 16, rows * cols);
+  std::memcpy(features->positions.data(), values, rows * kPlaceBytes);
+  values += rows * kPlaceBytes;
+  std::memcpy(features->frames.data(), values, rows * kFrameBytes);
+  values += rows * kFrameBytes;
+  std::memcpy(features->bytes.data(), values, rows * cols);
   return true;
 }
 
@@ -67,6 +75,7 @@ void FeatureCache::Write(const std::string& name, const std::string& image_path,
   std::string content = KeyOf(image_path);
   content += BytesOf(&header, 1);
   content += BytesOf(features.positions.data(), features.positions.size());
+  content += BytesOf(features.frames.data(), features.frames.size());
   content += BytesOf(features.bytes.data(), features.bytes.size());
   WriteFileAtomically(PathOf(name), content);
 }

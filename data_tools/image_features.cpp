@@ -73,9 +73,11 @@ RawFeatures ExtractRawFeatures(const std::string& path, const FeatureOptions& op
   if (options.max_keypoints > 0 && order.size() > static_cast<std::size_t>(options.max_keypoints))
     order.resize(options.max_keypoints);
   const auto count = static_cast<Eigen::Index>(order.size());
-  RawFeatures features{found.size, PointMatrix(count, 2), ByteMatrix(count, BytesOf(options.kind))};
+  RawFeatures features{found.size, PointMatrix(count, 2), PointMatrix(count, 2),
+                       ByteMatrix(count, BytesOf(options.kind))};
   for (Eigen::Index i = 0; i < count; ++i) {
     features.positions.row(i) = found.Position(order[i]);
+    features.frames.row(i) = found.Frame(order[i]);
     CopyBytes(found.raw, order[i], i, &features.bytes);
   }
   return features;
@@ -97,7 +99,7 @@ DescriptorMatrix DescriptorsFromBytes(const ByteMatrix& bytes, FeatureKind kind)
 }
 
 ImageFeatures FeaturesFromRaw(const RawFeatures& raw, FeatureKind kind) {
-  return {raw.size, raw.positions, DescriptorsFromBytes(raw.bytes, kind)};
+  return {raw.size, raw.positions, raw.frames, DescriptorsFromBytes(raw.bytes, kind)};
 }
 
 ImageFeatures ExtractFeatures(const std::string& path, const FeatureOptions& options) {

@@ -35,6 +35,7 @@ using ByteMatrix = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, E
 struct RawFeatures {
   ImageSize size;         ///< Of the file's pixels, whatever its orientation flag says.
   PointMatrix positions;  ///< N × 2, pixels of the file, the centre of the first pixel is (0, 0).
+  PointMatrix frames;     ///< N × 2: the logarithm of the diameter in pixels of the file; the angle in radians.
   ByteMatrix bytes;
 };
 
@@ -42,6 +43,7 @@ struct RawFeatures {
 struct ImageFeatures {
   ImageSize size;
   PointMatrix positions;
+  PointMatrix frames;            ///< As RawFeatures::frames; empty where keypoints have no size and angle.
   DescriptorMatrix descriptors;  ///< N × 128 of unit length, or ORB's N × 256 bits, each 0 or 1.
 };
 

@@ -32,13 +32,27 @@ bool Matches(const std::string& pattern, const std::string& text) {
 
 bool IsAround(const std::string& outer, const std::string& inner) { return inner.starts_with(outer + "/"); }
 
-/// The folder of the set's images below `data`; empty when it is not there.
-std::string InputOf(const ImageSet& set, const std::string& data) {
-  for (const std::string& input : set.input) {
-    const fs::path folder = fs::path(data) / input;
-    if (fs::is_directory(folder / set.needs)) return folder.lexically_normal().string();
-  }
-  return "";
+/// What a set reads below the folder of data.
+struct SetFiles {
+  std::string input, descriptors;  ///< The folder or file of its images; the file that it imports, empty: none.
+  std::string missing;             ///< What of them is not there; empty: nothing.
+};
+
+bool IsThere(const fs::path& input, const std::string& needs) {
+  return needs.empty() ? fs::exists(input) : fs::is_directory(input / needs);
+}
+
+SetFiles FilesOf(const ImageSet& set, const std::string& data) {
+  const auto below = [&](const fs::path& path) { return (fs::path(data) / path).lexically_normal().string(); };
+  SetFiles files;
+  for (const std::string& input : set.input)
+    if (files.input.empty() && IsThere(fs::path(data) / input, set.needs)) files.input = below(input);
+  if (files.input.empty()) files.missing = below(fs::path(set.input.front()) / set.needs);
+  const std::string& import = set.pairs.options.import_descriptors;
+  if (import.empty()) return files;
+  files.descriptors = below(import);
+  if (files.missing.empty() && !fs::is_regular_file(files.descriptors)) files.missing = files.descriptors;
+  return files;
 }
 
 bool PrepareWarped(const ImageSet& set, const std::string& input, PairsRequest pairs, const std::atomic<bool>& stop) {
@@ -92,8 +106,13 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
   b.Field("every", pairs.choice.every, AtLeast(1)).Help("only every so many images");
   b.Field("pairs_file", pairs.choice.pairs_file).Help("the pairs: the names of two images in each line; empty: all");
+  b.Field("turn_deg", pairs.choice.turn_deg, Within(0, 180))
+      .Help("only cameras so much turned: least and greatest, degrees");
+  b.Field("random_pairs", pairs.choice.random_pairs, AtLeast(0)).Help("so many pairs drawn at random; 0: all");
   b.Field("focal", pairs.calibration.focal, AtLeast(0)).Help("of images without calibration, pixels");
   b.Field("center", pairs.calibration.center).Help("principal point, pixels");
+  b.Field("import_descriptors", pairs.options.import_descriptors)
+      .Help("keypoints and descriptors made elsewhere, an HDF5 file below the folder of data; empty: found here");
   b.Field("max_keypoints", pairs.options.features.max_keypoints, AtLeast(0)).Help("the strongest; 0: all");
   b.Field("max_image_size", pairs.options.features.max_image_size, AtLeast(0))
       .Help("larger images are reduced to this side, pixels; 0: never");
@@ -102,6 +121,8 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("min_true_matches", pairs.options.min_true_matches, AtLeast(0)).Help("pairs with fewer are left out");
   b.Field("max_disagreement_deg", pairs.options.max_disagreement_deg, AtLeast(0))
       .Help("pairs whose pose turns by more when it is refined on the matches are left out; 0: none");
+  b.Field("true_share", pairs.options.true_share, Within(0, 1))
+      .Help("only pairs of whose matches such a share is near the truth: least and greatest");
   b.Field("true_match_px", pairs.options.true_match_px, Positive()).Help("what counts as near the truth, pixels");
   b.Require(!name.empty(), "name", "a name");
   b.Require(!input.empty(), "input", "a list of folders");
@@ -132,18 +153,19 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
         only.empty() || std::any_of(only.begin(), only.end(), [&](const auto& what) { return Makes(set, what); });
     if (!is_wanted) continue;
     ++wanted;
-    const std::string input = InputOf(set, request.data);
-    if (input.empty()) {
-      LogWarning("left out: " + set.name + ", there is no " +
-                 (fs::path(request.data) / set.input.front() / set.needs).lexically_normal().string());
+    const SetFiles files = FilesOf(set, request.data);
+    if (!files.missing.empty()) {
+      LogWarning("left out: " + set.name + ", there is no " + files.missing);
       continue;
     }
     ++made;
     PairsRequest pairs = set.pairs;
-    pairs.input = input;
+    pairs.input = files.input;
     pairs.output = set.output;
+    pairs.options.import_descriptors = files.descriptors;
     pairs.options.threads = request.threads;
-    const bool finished = set.warp_images > 0 ? PrepareWarped(set, input, pairs, stop) : RunPairs(pairs, stop).finished;
+    const bool finished =
+        set.warp_images > 0 ? PrepareWarped(set, files.input, pairs, stop) : RunPairs(pairs, stop).finished;
     if (!finished) return false;
   }
   if (wanted > 0 && made == 0) throw Error(request.data + ": there are none of the sets that are asked for");

@@ -23,7 +23,8 @@ struct ImageSet {
   int warp_images = 0, warp_views = 5;
   bool warp_photograph = false;                 ///< WarpRequest::photograph.
   std::vector<double> warp_tilt = {0.0, 65.0};  ///< Degrees: the least and the greatest.
-  PairsRequest pairs;                           ///< Without folders, which are found.
+  /// Its options' `import_descriptors` is a file below the folder of data.
+  PairsRequest pairs;  ///< Without folders, which are found.
   void Bind(OptionsBinder& b);
 };
 

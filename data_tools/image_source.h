@@ -49,7 +49,14 @@ struct PairChoice {
       steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
   /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
   std::string pairs_file;
-  bool IsAll() const { return every == 1 && steps.empty() && pairs_file.empty(); }
+  /// Only pairs whose cameras are turned against each other by these degrees, least and greatest; empty: any.
+  std::vector<double> turn_deg = {};
+  /// So many of the pairs, drawn at random (the same every time); 0: all.
+  int random_pairs = 0;
+  /// Whether every image that there is is used, in all the pairs that the source has.
+  bool IsAll() const {
+    return every == 1 && steps.empty() && pairs_file.empty() && turn_deg.empty() && random_pairs == 0;
+  }
 };
 
 /// Calibration of images that come without one.

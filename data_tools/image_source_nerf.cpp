@@ -134,9 +134,12 @@ void FitTo(const ImageSize& size, LensCamera* camera) {
 std::string FilePathOf(const Json& frame) {
   if (!frame.is_object()) return "";
   const auto found = frame.find("file_path");
+  if (found == frame.end() || !found->is_string()) return "";
+  std::string file = found->get<std::string>();
+  // Files written under Windows.
+  std::replace(file.begin(), file.end(), '\\', '/');
   // "./images/0001" is "images/0001".
-  return found != frame.end() && found->is_string() ? fs::path(found->get<std::string>()).lexically_normal().string()
-                                                    : "";
+  return fs::path(file).lexically_normal().string();
 }
 
 // Frames in the order of their files, which is that of the recording where the list is not.

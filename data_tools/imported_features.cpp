@@ -177,7 +177,7 @@ ImageFeatures ImportedFeatures::Read(const std::string& image_path, const ImageS
   const DescriptorMatrix descriptors = DescriptorsOf(group, positions.rows());
   const std::vector<Eigen::Index> kept = Strongest(group, positions.rows(), max_keypoints);
   const auto count = static_cast<Eigen::Index>(kept.size());
-  ImageFeatures features{size, PointMatrix(count, 2), DescriptorMatrix(count, descriptors.cols())};
+  ImageFeatures features{size, PointMatrix(count, 2), {}, DescriptorMatrix(count, descriptors.cols())};
   for (Eigen::Index i = 0; i < count; ++i) {
     features.positions.row(i) = positions.row(kept[i]);
     features.descriptors.row(i) = descriptors.row(kept[i]);

@@ -67,6 +67,7 @@ std::string ContentsOf(const Example& pair) {
     if (has) text += (text.empty() ? "" : " ") + std::string(name);
   };
   add(pair.problem.match_ratio.size() > 0, "ratio");
+  add(pair.problem.similarities.size() > 0, "similarities");
   add(pair.problem.size1.width > 0, "sizes");
   add(pair.problem.cameras.has_value(), "K");
   add(pair.truth.motion.has_value(), "pose");

@@ -3,6 +3,7 @@
 #include <array>
 #include <map>
 
+#include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/pair_truth.h"
 
 namespace diffsac {
@@ -37,10 +38,14 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
   problem.match_ratio.resize(count);
+  const bool framed = first.frames.size() > 0 && second.frames.size() > 0;
+  if (framed) problem.similarities.resize(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
     const DescriptorMatch& match = matches[i];
     problem.points.row(i) << position(image1, first, match.first), position(image2, second, match.second);
     problem.match_ratio[i] = match.ratio;
+    if (framed)
+      problem.similarities.row(i) = SimilarityOf(first.frames.row(match.first), second.frames.row(match.second));
   }
   problem.size1 = first.size;
   problem.size2 = second.size;

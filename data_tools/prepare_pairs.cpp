@@ -71,13 +71,15 @@ std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
   std::ostringstream text;
   if (options.import_descriptors.empty()) {
     text << "features " << ToString(features.kind) << "\ncontrast_threshold " << features.contrast_threshold
-         << "\nmax_image_size " << features.max_image_size << "\n";
+         << "\nmax_image_size " << features.max_image_size << "\nsimilarities 1\n";
   } else {
     text << "features " << fs::path(options.import_descriptors).filename().string() << "\n";
   }
   text << "max_keypoints " << features.max_keypoints << "\ndescriptors " << options.descriptors << "\nmin_true_matches "
        << options.min_true_matches << "\ntrue_match_px " << options.true_match_px << "\npairs " << scene.pairs.size()
        << "\n";
+  if (!options.true_share.empty())
+    text << "true_share " << options.true_share[0] << " " << options.true_share[1] << "\n";
   if (options.max_disagreement_deg > 0.0) text << "max_disagreement_deg " << options.max_disagreement_deg << "\n";
   return text.str();
 }
@@ -191,9 +193,13 @@ bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>*
 bool Preparation::IsKept(const MatchedPair& matched) const {
   const Problem& problem = matched.example.problem;
   const GroundTruth& truth = matched.example.truth;
-  if (options_.min_true_matches > 0) {
+  if (options_.min_true_matches > 0 || !options_.true_share.empty()) {
     const Eigen::VectorXd distances = TruthDistances(problem, truth);
-    if ((distances.array() <= options_.true_match_px).count() < options_.min_true_matches) return false;
+    const auto near = static_cast<double>((distances.array() <= options_.true_match_px).count());
+    if (near < options_.min_true_matches) return false;
+    const double share = near / static_cast<double>(std::max<Eigen::Index>(1, distances.size()));
+    if (!options_.true_share.empty() && (share < options_.true_share[0] || share > options_.true_share[1]))
+      return false;
   }
   if (options_.max_disagreement_deg == 0.0) return true;
   return TruthDisagreementDegrees(problem, truth, options_.true_match_px, options_.min_true_matches) <=
@@ -285,6 +291,8 @@ void PrepareOptions::Check() const {
   if (max_pairs < 0 || min_true_matches < 0 || threads < 0)
     throw Error("max_pairs, min_true_matches and threads must not be negative");
   if (!(max_disagreement_deg >= 0.0)) throw Error("max_disagreement_deg must not be negative");
+  if (!true_share.empty() && !(true_share.size() == 2 && true_share[0] >= 0.0 && true_share[0] <= true_share[1]))
+    throw Error("true_share: expected two numbers, the smaller first");
   if (!(true_match_px > 0.0)) throw Error("true_match_px must be positive");
 }
 

@@ -21,6 +21,9 @@ struct PrepareOptions {
   /// Pairs whose pose turns by more degrees when it is refined on its matches are left out (TruthDisagreementDegrees,
   /// with true_match_px and min_true_matches): those whose source is wrong. 0 keeps all.
   double max_disagreement_deg = 0.0;
+  /// Only pairs of whose matches such a share, least and greatest, is within `true_match_px` of the truth: hard pairs.
+  /// Empty: any.
+  std::vector<double> true_share = {};
   double true_match_px = 1.0;  ///< Pixels; of the Sampson distance, or the transfer error of a homography.
   int threads = 0;             ///< 0: all cores. The files do not depend on it.
   void Check() const;          ///< Throws Error.

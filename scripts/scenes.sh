@@ -41,3 +41,45 @@ scene vgg_oxford openMVG/Features_Repeatability 69c4062485aa2e9135f65c93069342cd
 # Training.
 scene dtu jingz666/NeuF ebe501dc192622e74410776a4b79e1ee3a5f01ed /data/DTU/dtu_scan65/image /data/DTU/dtu_scan65/cameras.npz
 scene middlebury ma-mehralian/EKFPnP_matlab_toolbox 77400fef0eabef17c2ffe46f77f83fb0e11c1076 /data/templeRing /data/dino
+# Hard pairs (data_tools/README.md). Training.
+scene blowtorch vork/blowtorch_photogrammetry 8d2ec815831081449f18159a306c7a2d43a4f7ec /images /poses_bounds.npy
+scene fruit tusharparimi/fruit-NeRF 236cb0105d687745f7a13f454679346a64ac47d6 /newfruit_small /transforms.json
+scene liberty vork/StatueOfLiberty-Photogrammetry 1d860be7ed5ebe86dafcb11f90c8557eb8cc5efc /images /poses_bounds.npy
+scene mold_gold vork/moldGoldCape c7ef1f0f2a7c2ec5ea7fa3fb43a01ed56fc5216b /images /poses_bounds.npy
+scene mouse Myhan1023/mouse-3d-reconstruction 7b95efcf8568f983cdafcc0cbf6127bd73c5dbe4 /images /sparse
+scene mydata lambkin108/TensoRF_mydata 7df228d992d263be12824e51263efe2c3a7bfbb1 /data/mydata
+scene nerf_pytorch Michael-Yi-Rong/NeRF-Pytorch b0c10844b87e7e57b26d023805fc03bdbf3a3c54 /images /sparse
+# Tuning.
+scene final_tensorf kwrous/final_tensorf 85c25f19aecbf4b170a68e0fa93c19805b28de3b /images /sparse
+scene milk zhouyou9505/milk e08c85768da6c663ac18bb959be18bb94486b3a3 /images /poses_bounds.npy
+scene thesis_nvh hungvipqt15/Thesis_project_NVH dc3675b91c2663ab0ad349d19e5351e590208423 /uploads/images /transforms.json
+# Left out.
+scene mother_child vork/mother_child-photogrammetry ae06a449d3370f81deb6d8732494fda3ddadd19d /images /poses_bounds.npy
+scene duck_queen vork/duck_queen-photogrammetry 6cf93f71f5adcbbacdc3cd57266c72fe26ff5c0e /images /poses_bounds.npy
+scene kangaroo pechpo/JNerf 646874b835ffab2d0c773d7736bbb822d70c38c0 /images/kangaroo /transforms.json
+scene nerf_tensorf 5697526/NeRF-TensoRF a0b42d4b70c0a595748106c58cd2d8d0915b2bed /images /transforms.json
+scene scene2mesh akristoffersen/Scene2Mesh bb684d598e92d051d3b771bd2114a0c6ff7f5115 \
+  /real_scene_data/gum/train /real_scene_data/gum/transforms_train.json
+scene sou_photographs mkdsrt10/SoU b9c81dc05497e88e76ba74e6f348990a00a84b47 '/*_.jpg'
+scene vggsfm facebookresearch/vggsfm e1d9d2eb2b3575525792206fb94b2c749c58dc50 /examples/statue
+
+# reconstruct NAME IMAGES: poses by COLMAP from all images, where a scene has none.
+reconstruct() {
+  local name=$1 images=$2
+  if [[ ( "$names" != "  " && "$names" != *" $name "* ) || ! -d "$images" ]]; then return; fi
+  if [[ -d "$name" ]]; then echo "$name: is there"; return; fi
+  if ! command -v colmap > /dev/null; then echo "$name: left out, it needs COLMAP (apt-get install colmap)"; return; fi
+  rm -rf "$name.part"
+  mkdir -p "$name.part/sparse"
+  mkdir "$name.part/images"
+  cp "$images"/* "$name.part/images"
+  local database=(--database_path "$name.part/database.db") folder=(--image_path "$name.part/images")
+  colmap feature_extractor "${database[@]}" "${folder[@]}" --ImageReader.camera_model SIMPLE_RADIAL --SiftExtraction.use_gpu 0 \
+    --SiftExtraction.max_image_size 1600 > "$name.part/log.txt" 2>&1
+  colmap exhaustive_matcher "${database[@]}" --SiftMatching.use_gpu 0 >> "$name.part/log.txt" 2>&1
+  colmap mapper "${database[@]}" "${folder[@]}" --output_path "$name.part/sparse" >> "$name.part/log.txt" 2>&1
+  mv "$name.part" "$name"
+  echo "$name: reconstructed by COLMAP"
+}
+reconstruct statue vggsfm/examples/statue/images
+reconstruct sou sou_photographs

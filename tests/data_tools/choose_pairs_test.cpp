@@ -1,4 +1,7 @@
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <sstream>
 
 #include "data_tools/image_source.h"
 #include "data_tools/image_test_util.h"
@@ -74,6 +77,45 @@ TEST_CASE("pairs of cameras that stand still are left out on demand") {
   CHECK(Has(ErrorOf([&] { left(-1.0); }), "--min-motion"));
   ImageSource plain = ReadImageFolder(folder.path());
   CHECK(Has(ErrorOf([&] { RequireMotion(1.0, "here", &plain); }), "needs poses"));
+}
+
+TEST_CASE("pairs are chosen by how far their cameras are turned, and at random") {
+  TemporaryFolder folder;
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = folder / ("im_" + std::to_string(i));
+    WriteSmall(name + ".png");
+    // Turned about z by 0, 10, 20 ... degrees.
+    const double angle = i * std::numbers::pi / 18.0;
+    std::ostringstream pose;
+    pose.precision(17);
+    pose << std::cos(angle) << " " << -std::sin(angle) << " 0 0\n"
+         << std::sin(angle) << " " << std::cos(angle) << " 0 0\n0 0 1 0\n0 0 0 1\n";
+    WriteRaw(name + ".pose.txt", pose.str());
+  }
+  const auto choose = [&](std::vector<double> turn_deg, int random_pairs) {
+    ImageSource source = ReadPoses(folder.path(), {"", 5, {1, 2}});
+    PairChoice choice;
+    choice.turn_deg = std::move(turn_deg);
+    choice.random_pairs = random_pairs;
+    ChoosePairs(choice, "here", &source);
+    return source.scenes[0].pairs;
+  };
+  CHECK(choose({}, 0).size() == 15);
+  const auto turned = choose({15.0, 35.0}, 0);
+  CHECK(turned.size() == 4 + 3);
+  for (const SourcePair& pair : turned) CHECK((pair.image2 - pair.image1 == 2 || pair.image2 - pair.image1 == 3));
+  const auto random = choose({15.0, 35.0}, 3);
+  REQUIRE(random.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(random[i].image1 == choose({15.0, 35.0}, 3)[i].image1);
+  CHECK(choose({15.0, 35.0}, 100).size() == 7);
+  CHECK(Has(ErrorOf([&] { choose({60.0, 90.0}, 0); }), "no pairs"));
+  CHECK(Has(ErrorOf([&] { choose({30.0, 10.0}, 0); }), "--turn"));
+  CHECK(Has(ErrorOf([&] { choose({30.0}, 0); }), "--turn"));
+  CHECK(Has(ErrorOf([&] { choose({}, -1); }), "--random-pairs"));
+  ImageSource plain = ReadImageFolder(folder.path());
+  PairChoice turn;
+  turn.turn_deg = {0.0, 10.0};
+  CHECK(Has(ErrorOf([&] { ChoosePairs(turn, "here", &plain); }), "needs poses"));
 }
 
 }  // namespace diffsac

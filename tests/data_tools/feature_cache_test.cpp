@@ -22,6 +22,7 @@ TEST_CASE("keypoints in files are read back as they were, others are not taken")
     cache.Write(name, path, raw);
     REQUIRE(cache.Read(name, path, &read));
     CHECK((read.size == raw.size && read.positions == raw.positions && read.bytes == raw.bytes));
+    CHECK(read.frames == raw.frames);
     CHECK((name == "flat") == (read.bytes.rows() == 0));
   }
   options.kind = FeatureKind::kSift;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "data_tools/image_test_util.h"
+#include "data_tools/match_pair.h"
 #include "datasets/data_test_util.h"
 
 namespace diffsac {
@@ -128,6 +130,49 @@ TEST_CASE("matches between an image and its warped copy follow the warp, at full
       counts[good] += 1;
     }
     CHECK(sums[1] / counts[1] + 0.2 < sums[0] / counts[0]);
+  }
+}
+
+TEST_CASE("an image turned and enlarged has keypoints turned and enlarged as much") {
+  TemporaryFolder folder;
+  const cv::Mat texture = Texture(300, 300, 4);
+  const double scale = 1.5, angle = 0.6;
+  // x2 = s R(θ) (x1 − c) + c2, θ from the x axis towards the y axis.
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> warp;
+  warp << scale * std::cos(angle), -scale * std::sin(angle), 0.0, scale * std::sin(angle), scale * std::cos(angle), 0.0;
+  warp.col(2) = Eigen::Vector2d(350.0, 350.0) - warp.leftCols<2>() * Eigen::Vector2d(150.0, 150.0);
+  cv::Mat warped;
+  cv::warpAffine(texture, warped, cv::Mat(2, 3, CV_64F, warp.data()), cv::Size(700, 700), cv::INTER_CUBIC);
+  WriteImage(folder / "a.png", texture);
+  WriteImage(folder / "b.png", warped);
+  for (FeatureKind kind : {FeatureKind::kRootSift, FeatureKind::kOrb}) {
+    // Sizes are those in the file's pixels.
+    for (int max_size : {0, 500}) {
+      CAPTURE(ToString(kind), max_size);
+      FeatureOptions options;
+      options.kind = kind;
+      options.max_image_size = max_size;
+      ImageSource source;
+      for (const char* name : {"a", "b"})
+        source.images.push_back({name, folder / (name + std::string(".png")), {}, {}});
+      const ImageFeatures first = ExtractFeatures(source.images[0].path, options);
+      const ImageFeatures second = ExtractFeatures(source.images[1].path, options);
+      const Problem problem = MatchPair(source, {0, 1, {}}, first, second, DistanceOf(kind)).example.problem;
+      REQUIRE(problem.similarities.rows() == problem.points.rows());
+      std::vector<double> scales, turns;
+      for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+        const Eigen::Vector2d expected = warp.leftCols<2>() * problem.points.row(i).head<2>().transpose() + warp.col(2);
+        if ((expected - problem.points.row(i).tail<2>().transpose()).norm() > 1.5) continue;
+        scales.push_back(problem.similarities(i, 0) - std::log(scale));
+        turns.push_back(std::remainder(problem.similarities(i, 1) - angle, 2.0 * std::numbers::pi));
+      }
+      REQUIRE(scales.size() > 50);
+      std::sort(scales.begin(), scales.end());
+      std::sort(turns.begin(), turns.end());
+      CHECK(std::abs(scales[scales.size() / 2]) < 0.1);
+      CHECK(std::abs(turns[turns.size() / 2]) < 0.05);
+      CHECK(turns[turns.size() * 3 / 4] - turns[turns.size() / 4] < 0.2);
+    }
   }
 }
 

@@ -6,8 +6,11 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
+#include "data_tools/feature_file_test_util.h"
+#include "data_tools/image_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/io/correspondence_files.h"
 
 namespace diffsac {
 namespace {
@@ -45,6 +48,37 @@ TEST_CASE("a set is meant by its name and by the folders that it makes") {
     INFO(other);
     CHECK_FALSE(Makes(set, other));
   }
+}
+
+TEST_CASE(
+    "a set takes features that were made elsewhere from a file below the folder of data, and is left out without it") {
+  const TemporaryFolder folder;
+  MakeFolder(folder.File("data/room"));
+  MakeFolder(folder.File("data/features"));
+  for (const char* name : {"1.png", "2.png"})
+    WriteImage(folder.File("data/room/") + name, cv::Mat(240, 320, CV_8U, cv::Scalar(90)));
+  WriteFileAtomically(folder.File("sets.yaml"),
+                      "sets:\n  - {name: room_learned, input: [room], format: images, scenes: [room], "
+                      "import_descriptors: features/room.h5, output: " +
+                          folder.File("pairs") + "}\n");
+  SetsRequest request;
+  request.config = folder.File("sets.yaml");
+  request.data = folder.File("data");
+  const std::atomic<bool> stop{false};
+  CHECK_THROWS_WITH(PrepareSets(request, stop), Contains("none of the sets"));
+  Eigen::MatrixXd keypoints(12, 2);
+  for (int i = 0; i < 12; ++i) keypoints.row(i) << 20.0 * i + 7.5, 15.0 * i + 3.25;
+  WriteFeatureFile(folder.File("data/features/room.h5"), [&](FeatureFile& file) {
+    for (const std::string name : {"1.png", "2.png"}) {
+      file.Put(name + "/keypoints", keypoints);
+      file.Put(name + "/descriptors", Eigen::MatrixXd::Identity(12, 12));
+    }
+  });
+  REQUIRE(PrepareSets(request, stop));
+  const Problem problem = CorrespondenceScene(folder.File("pairs/room")).Read(0).problem;
+  REQUIRE(problem.points.rows() == 12);
+  CHECK(problem.points.leftCols(2).isApprox(keypoints));
+  CHECK(problem.points.rightCols(2).isApprox(keypoints));
 }
 
 TEST_CASE("mistakes in a list of sets name the file, the line and the nearest key") {

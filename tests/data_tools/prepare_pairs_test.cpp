@@ -157,7 +157,7 @@ TEST_CASE("views in every layout give matches on their true geometry") {
     CHECK(summary.pairs == scene.size());
     CHECK(summary.repeats == 0);
     CHECK(summary.mean_share > 0.6);
-    CHECK(summary.contents == "ratio sizes K pose E F");
+    CHECK(summary.contents == "ratio similarities sizes K pose E F");
   }
 }
 
@@ -237,6 +237,13 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
   CHECK(CorrespondenceScene(folder / "out/renamed").pairs() == std::vector<std::string>{"1-2"});
   request.options.min_true_matches = 100000;
   CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "no pair has enough"));
+  // Or are the only ones that stay.
+  request.options.min_true_matches = 0;
+  request.options.true_share = {0.0, 0.3};
+  REQUIRE(RunPairs(request, kNeverStop).finished);
+  CHECK(CorrespondenceScene(folder / "out/renamed").pairs() == std::vector<std::string>{"1-3"});
+  request.options.true_share = {0.3, 0.0};
+  CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "true_share"));
 
   PairsRequest plain = Request("images", input, folder / "out");
   plain.options.max_pairs = 2;

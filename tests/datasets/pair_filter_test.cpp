@@ -29,6 +29,7 @@ TEST_CASE("without a filter a pair stays what it is") {
   CHECK(same.image2 == pair.image2);
   CHECK(same.problem.points == pair.problem.points);
   CHECK(same.problem.match_ratio == pair.problem.match_ratio);
+  CHECK(same.problem.similarities == pair.problem.similarities);
   CHECK(same.problem.descriptors == pair.problem.descriptors);
   CHECK(same.truth.assignment == pair.truth.assignment);
 }
@@ -47,6 +48,32 @@ TEST_CASE("matches are filtered by ratio and number, in their order") {
   CHECK(best.problem.match_ratio.maxCoeff() <= sorted[9]);
 }
 
+TEST_CASE("ratios that are not to be known neither filter nor order, and are gone") {
+  const Example pair = OnePair();
+  PairFilter filter;
+  filter.ratios = false;
+  filter.max_ratio = 0.8;
+  const Example unrated = Filtered(pair, filter);
+  CHECK(unrated.problem.match_ratio.size() == 0);
+  CHECK(unrated.problem.points == pair.problem.points);
+  CHECK(unrated.problem.descriptors == pair.problem.descriptors);
+  CHECK(unrated.truth.assignment == pair.truth.assignment);
+  PairFilter capped = Capped(PointCap::kBest);
+  CHECK(KeptRows(pair, capped) != std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  capped.ratios = false;
+  CHECK(KeptRows(pair, capped) == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+}
+
+TEST_CASE("similarities that are not to be known are gone") {
+  Example pair = OnePair();
+  pair.problem.similarities = PointMatrix::Random(pair.problem.points.rows(), 2);
+  PairFilter filter;
+  CHECK(Filtered(pair, filter).problem.similarities == pair.problem.similarities);
+  filter.similarities = false;
+  CHECK(Filtered(pair, filter).problem.similarities.size() == 0);
+  CHECK(Filtered(pair, filter).problem.match_ratio == pair.problem.match_ratio);
+}
+
 TEST_CASE("what belongs to a match goes with it") {
   const Example pair = OnePair();
   PairFilter filter = Capped(PointCap::kRandom);
@@ -58,6 +85,7 @@ TEST_CASE("what belongs to a match goes with it") {
   for (int i = 0; i < 10; ++i) {
     CHECK(filtered.problem.points.row(i) == pair.problem.points.row(rows[i]));
     CHECK(filtered.problem.match_ratio[i] == pair.problem.match_ratio[rows[i]]);
+    CHECK(filtered.problem.similarities.row(i) == pair.problem.similarities.row(rows[i]));
     CHECK(filtered.problem.descriptors.row(i) == pair.problem.descriptors.row(rows[i]));
     CHECK(filtered.truth.assignment[i] == pair.truth.assignment[rows[i]]);
   }
@@ -67,11 +95,13 @@ TEST_CASE("what belongs to a match goes with it") {
 TEST_CASE("what is not known of the matches stays empty") {
   Example pair = OnePair();
   pair.problem.match_ratio.resize(0);
+  pair.problem.similarities.resize(0, 0);
   pair.problem.descriptors.resize(0, 0);
   pair.truth.assignment.clear();
   const Example first = Filtered(pair, Capped(PointCap::kBest));
   CHECK(first.problem.points == pair.problem.points.topRows(10));
   CHECK(first.problem.match_ratio.size() == 0);
+  CHECK(first.problem.similarities.size() == 0);
   CHECK(first.problem.descriptors.size() == 0);
   CHECK(first.truth.assignment.empty());
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -254,6 +255,56 @@ TEST_CASE("synthetic two views: ratios are lower for inliers, by the stated law"
   options.matches.match_ratio = true;
   CHECK(without.problem.match_ratio.size() == 0);
   CHECK(without.problem.points == MakeSyntheticTwoView(options, 10)->Get(0).problem.points);
+}
+
+TEST_CASE("synthetic two views: correct matches have the similarity around them, and nothing else changes with it") {
+  for (const char* kind : kKinds) {
+    SyntheticTwoViewOptions options = Only(Task::kFundamental, kind);
+    const Example without = MakeSyntheticTwoView(options, 13)->Get(0);
+    CHECK(without.problem.similarities.size() == 0);
+    options.matches.similarities = true;
+    options.matches.similarity_noise = 0.1;
+    options.matches.gross_similarities = 0.0;
+    const Example with = MakeSyntheticTwoView(options, 13)->Get(0);
+    CHECK(with.problem.points == without.problem.points);
+    CHECK(with.problem.match_ratio == without.problem.match_ratio);
+    CHECK(with.truth.inliers == without.truth.inliers);
+    REQUIRE(with.problem.similarities.rows() == with.problem.points.rows());
+    CHECK(with.problem.similarities.allFinite());
+    CHECK(with.problem.similarities.col(1).cwiseAbs().maxCoeff() <= std::numbers::pi);
+    options.matches.similarity_noise = 0.0;
+    const Example exact = MakeSyntheticTwoView(options, 13)->Get(0);
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < with.problem.points.rows(); ++i) {
+      const bool same = with.problem.similarities.row(i) == exact.problem.similarities.row(i);
+      CHECK(same == (with.truth.inliers[i] == 0));
+      const Eigen::RowVector2d error = with.problem.similarities.row(i) - exact.problem.similarities.row(i);
+      sum += error[0] * error[0] + std::pow(std::remainder(error[1], 2.0 * std::numbers::pi), 2);
+    }
+    CHECK(std::sqrt(sum / (2 * CountInliers(with))) == Approx(0.1).epsilon(0.25));
+  }
+}
+
+TEST_CASE("synthetic two views: similarities of planar scenes move their neighbours") {
+  SyntheticTwoViewOptions options = Exact(Task::kHomography, "planar");
+  options.matches.similarities = true;
+  options.matches.similarity_noise = 0.0;
+  options.matches.gross_similarities = 0.0;
+  options.plane_tilt_deg = 0.0;
+  options.rotation_deg = 0.0;
+  options.converging = 0.0;
+  options.cameras.same_camera = 1.0;
+  // Fronto-parallel, and seen so: the map is a similarity, all of one scale.
+  const Example example = MakeSyntheticTwoView(options, 14)->Get(0);
+  int first = -1;
+  for (int i = 0; i < example.problem.points.rows(); ++i) {
+    if (!example.truth.inliers[i]) continue;
+    if (first < 0) first = i;
+    const Eigen::RowVector4d step = example.problem.points.row(i) - example.problem.points.row(first);
+    const double scale = std::exp(example.problem.similarities(i, 0));
+    CHECK((scale * step.head<2>() - step.tail<2>()).norm() < 1e-6 * (1.0 + step.norm()));
+    CHECK(std::abs(example.problem.similarities(i, 1)) < 1e-9);
+  }
 }
 
 TEST_CASE("synthetic two views: displaced matches keep the first point and lie at the stated distance") {

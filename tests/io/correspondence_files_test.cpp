@@ -70,6 +70,7 @@ TEST_CASE("correspondences survive the way through the files without loss") {
       CHECK(Same(read.problem.points, written.problem.points));
     }
     CHECK(Same(read.problem.match_ratio, written.problem.match_ratio));
+    CHECK(Same(read.problem.similarities, written.problem.similarities));
     CHECK(Same(read.problem.descriptors, written.problem.descriptors));
     REQUIRE(read.problem.cameras);
     CHECK(Same(read.problem.cameras->K1, written.problem.cameras->K1));
@@ -197,6 +198,10 @@ TEST_CASE("missing, truncated and wrong files are named with their data set") {
   expect("matches.h5", id, "20x3");
   PutRaw(path + "/match_conf.h5", id, {19});
   expect("match_conf.h5", id, "expected 20");
+  PutRaw(path + "/similarities.h5", id, {20}, 0.5);
+  expect("similarities.h5", id, "expected 20x2");
+  PutRaw(path + "/similarities.h5", id, {20, 2}, std::nan(""));
+  expect("similarities.h5", id, "finite");
   PutRaw(path + "/K1_K2.h5", id, {3, 3});
   expect("K1_K2.h5", id, "3x3");
   PutRaw(path + "/Fgt.h5", id, {9, 2});
@@ -211,7 +216,7 @@ TEST_CASE("missing, truncated and wrong files are named with their data set") {
   expect("labels.h5", id, "labels");
   PutRaw(path + "/sizes.h5", id, {2});
   expect("sizes.h5", id, "h1 w1 h2 w2");
-  for (const char* file : {"match_conf.h5", "K1_K2.h5", "Fgt.h5", "sizes.h5"}) {
+  for (const char* file : {"match_conf.h5", "similarities.h5", "K1_K2.h5", "Fgt.h5", "sizes.h5"}) {
     H5::H5File(path + "/" + file, H5F_ACC_RDWR).unlink(id);
     expect(file, id, "no such data set");
   }
@@ -250,6 +255,9 @@ TEST_CASE("sets that cannot be written are refused and leave no readable folder"
   CHECK(Has(error([](auto& s) { s.pairs[1].id = "a/b"; }), "name a data set"));
   CHECK(Has(error([](auto& s) { s.cameras.erase(s.pairs[1].image1); }), "camera"));
   CHECK(Has(error([](auto& s) { s.pairs[1].problem.match_ratio.conservativeResize(3); }), "not N"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities.conservativeResize(3, 2); }), "not N"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities.resize(0, 0); }), "similarities.h5: only 2 of 3"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities(2, 1) = std::nan(""); }), "not finite"));
   CHECK(Has(error([](auto& s) { s.pairs[1].problem.points.conservativeResize(8, 3); }), "Nx4"));
   CHECK(Has(error([](auto& s) { s.pairs[1].truth.fundamental.reset(); }), "Fgt.h5: only 2 of 3"));
   CHECK(Has(error([](auto& s) { s.pairs[1].problem.match_ratio.resize(0); }), "match_conf.h5: only 2 of 3"));

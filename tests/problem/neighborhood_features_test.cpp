@@ -36,8 +36,12 @@ Scene MakeScene() {
   return scene;
 }
 
+auto FeaturesOf(const PointMatrix& points, const Eigen::VectorXd& ratios) {
+  return NeighborhoodFeatures(points, FindGoodNeighbors(points, ratios));
+}
+
 float Difference(const Scene& a, const PointMatrix& points) {
-  return (NeighborhoodFeatures(a.points, a.ratios) - NeighborhoodFeatures(points, a.ratios)).cwiseAbs().maxCoeff();
+  return (FeaturesOf(a.points, a.ratios) - FeaturesOf(points, a.ratios)).cwiseAbs().maxCoeff();
 }
 
 // What the header says of one match, by comparing everything with everything.
@@ -83,7 +87,7 @@ void CheckExpected(const PointMatrix& points, const Eigen::VectorXd& ratios) {
     good.resize(std::min(count, std::max(16, count / 4)));
     std::sort(good.begin(), good.end());
   }
-  const auto values = NeighborhoodFeatures(points, ratios);
+  const auto values = FeaturesOf(points, ratios);
   double most = 0.0;
   for (int i = 0; i < count; ++i)
     most = std::max(most, (values.row(i).cast<double>() - Expected(points, good, i)).cwiseAbs().maxCoeff());
@@ -115,7 +119,7 @@ TEST_CASE("neighborhood features: what the header says, however the matches lie"
 
 TEST_CASE("neighborhood features: correct matches move as the good ones around them") {
   const Scene scene = MakeScene();
-  const auto values = NeighborhoodFeatures(scene.points, scene.ratios);
+  const auto values = FeaturesOf(scene.points, scene.ratios);
   REQUIRE(values.rows() == kCorrect + kWrong);
   const auto correct = values.topRows(kCorrect).colwise().mean().eval();
   const auto wrong = values.bottomRows(kWrong).colwise().mean().eval();
@@ -146,22 +150,22 @@ TEST_CASE("neighborhood features: permuted matches have permuted features") {
     permuted.points.row(i) = scene.points.row(order[i]);
     permuted.ratios[i] = scene.ratios[order[i]];
   }
-  const auto values = NeighborhoodFeatures(scene.points, scene.ratios);
-  const auto after = NeighborhoodFeatures(permuted.points, permuted.ratios);
+  const auto values = FeaturesOf(scene.points, scene.ratios);
+  const auto after = FeaturesOf(permuted.points, permuted.ratios);
   for (int i = 0; i < kCorrect + kWrong; ++i)
     CHECK((after.row(i) - values.row(order[i])).cwiseAbs().maxCoeff() < 1e-6f);
 }
 
 TEST_CASE("neighborhood features: few, equal and unrated matches are finite") {
   for (const int count : {0, 1, 8, 9, 17}) {
-    const auto values = NeighborhoodFeatures(PointMatrix::Zero(count, 4), {});
+    const auto values = FeaturesOf(PointMatrix::Zero(count, 4), {});
     CHECK(values.rows() == count);
     CHECK(values.allFinite());
   }
   Scene scene = MakeScene();
-  CHECK(NeighborhoodFeatures(scene.points, {}).allFinite());
+  CHECK(FeaturesOf(scene.points, {}).allFinite());
   scene.ratios.setConstant(std::numeric_limits<double>::quiet_NaN());
-  CHECK(NeighborhoodFeatures(scene.points, scene.ratios).allFinite());
+  CHECK(FeaturesOf(scene.points, scene.ratios).allFinite());
 }
 
 }  // namespace diffsac

@@ -98,6 +98,33 @@ TEST_CASE("two-view features: columns of each kind, side by side in their order"
   }
 }
 
+TEST_CASE("two-view similarities: columns between the others and preference, 0 where there are none") {
+  for (Task task : kTasks) {
+    Problem problem = MakeExample(task).problem;
+    const std::vector<PointFeature> without = {PointFeature::kRatio, PointFeature::kNeighborhood,
+                                               PointFeature::kPreference};
+    std::vector<PointFeature> with = without;
+    with.push_back(PointFeature::kSimilarity);
+    const FeatureSet before = Features(task, without).Compute(problem, Rng(1));
+    const FeatureSet none = Features(task, with).Compute(problem, Rng(1));
+    REQUIRE(none.values.cols() == before.values.cols() + 6);
+    CHECK(Features(task, with).first_preference() == 8 + 6);
+    CHECK((none.values.middleCols(8, 6).array() == 0.0f).all());
+    problem.similarities.resize(problem.points.rows(), 2);
+    Rng rng(2);
+    for (double& value : problem.similarities.reshaped()) value = rng.Normal();
+    const FeatureSet known = Features(task, with).Compute(problem, Rng(1));
+    CHECK((known.values.col(13).array() == 1.0f).all());
+    CHECK(known.values.allFinite());
+    CHECK(known.values.leftCols(8) == before.values.leftCols(8));
+    CHECK(known.values.rightCols(48) == before.values.rightCols(48));
+    // Pixels of another size say the same.
+    const auto similarity = Features(task, {PointFeature::kSimilarity});
+    CHECK(similarity.width() == 6);
+    CHECK(Difference(similarity.Compute(problem, Rng(1)), similarity.Compute(Enlarged(problem, 2.0), Rng(1))) < 1e-3f);
+  }
+}
+
 TEST_CASE("two-view coordinates do not see image size and focal length") {
   for (Task task : kTasks) {
     Problem problem = MakeExample(task).problem;
@@ -238,6 +265,7 @@ TEST_CASE("degenerate two-view points give finite features") {
 TEST_CASE("lines and planes have no ratios and descriptors") {
   CHECK(Has(ErrorOf([] { Features(Task::kLine, {PointFeature::kRatio}); }), "line"));
   CHECK(Has(ErrorOf([] { Features(Task::kPlane, {PointFeature::kDescriptors}); }), "plane"));
+  CHECK(Has(ErrorOf([] { Features(Task::kLine, {PointFeature::kSimilarity}); }), "line"));
 }
 
 }  // namespace diffsac

@@ -134,6 +134,51 @@ TEST_CASE("only matches of the drawn ratio are kept") {
   }
 }
 
+TEST_CASE("thinning leaves few correct matches, of one label at least") {
+  LabelOptions labels;
+  labels.draws = 30;
+  TwoViewTrainingOptions two_view;
+  two_view.thinned = 1.0;
+  two_view.thinned_to = {0.3, 0.4};
+  const auto source = SourceOf("fundamental", two_view, labels);
+  for (std::uint64_t index = 0; index < 5; ++index) {
+    const auto item = source.Make(index);
+    const double correct = static_cast<double>(std::count(item.inliers.begin(), item.inliers.end(), 1.0f));
+    const double share = correct / static_cast<double>(item.inliers.size());
+    CHECK(share > 0.28);
+    CHECK(share < 0.42);
+    CHECK(item.features.values.rows() == static_cast<Eigen::Index>(item.inliers.size()));
+    CHECK(std::count(item.labels.begin(), item.labels.end(), 1.0f) == 3 * 7);
+    for (std::size_t i = 0; i < item.labels.size(); ++i)
+      if (item.labels[i] > 0) CHECK(item.inliers[i % item.inliers.size()] == 1.0f);
+  }
+  // Twelve are enough for a label.
+  two_view.thinned_to = {0.001, 0.001};
+  const auto item = SourceOf("fundamental", two_view, labels).Make(0);
+  CHECK(std::count(item.inliers.begin(), item.inliers.end(), 1.0f) == 12);
+  // What is harder already stays.
+  two_view.thinned_to = {0.99, 0.99};
+  CHECK(SourceOf("fundamental", two_view, labels).Make(0).features.values ==
+        SourceOf("fundamental", {}, labels).Make(0).features.values);
+}
+
+TEST_CASE("the likeliest matches are those that a network is shown") {
+  LabelOptions labels;
+  labels.draws = 30;
+  TwoViewTrainingOptions two_view;
+  two_view.max_points = 40;
+  const auto any = SourceOf("essential", two_view, labels);
+  two_view.likeliest = 40;
+  const auto likeliest = SourceOf("essential", two_view, labels);
+  double of_any = 0.0, of_likeliest = 0.0;
+  for (std::uint64_t index = 0; index < 5; ++index) {
+    REQUIRE(likeliest.Make(index).inliers.size() == 40);
+    of_any += any.Make(index).features.values.col(4).mean();
+    of_likeliest += likeliest.Make(index).features.values.col(4).mean();
+  }
+  CHECK(of_likeliest < of_any - 1.0);
+}
+
 TEST_CASE("the labels of finite data are found once and stay the same") {
   LabelOptions labels;
   labels.draws = 30;

@@ -135,6 +135,10 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
   b.Field(ratio_key, filter.max_ratio, Positive())
       .Help("only matches whose ratio (match_conf.h5) is at most this; 1 keeps all, and so does data without ratios");
+  b.Field("ratios", filter.ratios)
+      .Help("whether matches keep their ratios; false: as matches that nobody rated, ordered and filtered by nothing");
+  b.Field("similarities", filter.similarities)
+      .Help("whether matches keep how their keypoints differ in size and angle (similarities.h5)");
   b.Field("max_points", filter.max_points, AtLeast(0)).Help("at most so many matches a pair; 0 keeps all");
   b.Field("cap", filter.cap)
       .OnlyIf(filter.max_points > 0, "max_points above 0")

@@ -41,7 +41,7 @@ void TakeRows(const std::vector<int>& rows, Eigen::Index count, std::vector<Valu
 std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
   const Problem& problem = pair.problem;
   const Rng rng = Rng(0).Fork("matches/" + pair.id);
-  const bool rated = problem.match_ratio.size() == problem.points.rows();
+  const bool rated = filter.ratios && problem.match_ratio.size() == problem.points.rows();
   std::vector<int> rows;
   for (int i = 0; i < problem.points.rows(); ++i)
     if (!rated || !(problem.match_ratio[i] > filter.max_ratio)) rows.push_back(i);
@@ -59,6 +59,8 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
 
 Example Filtered(const Example& pair, const PairFilter& filter) {
   Example example = WithRows(pair, KeptRows(pair, filter));
+  if (!filter.ratios) example.problem.match_ratio.resize(0);
+  if (!filter.similarities) example.problem.similarities.resize(0, 2);
   if (filter.descriptor_noise > 0.0)
     AddDescriptorNoise(filter.descriptor_noise, Rng(0).Fork("descriptors/" + pair.id), &example.problem.descriptors);
   return example;
@@ -70,6 +72,7 @@ Example WithRows(const Example& example, const std::vector<int>& rows) {
   Example part = example;
   part.problem.points = all.points(rows, Eigen::all);
   if (all.match_ratio.size() == count) part.problem.match_ratio = all.match_ratio(rows);
+  if (all.similarities.rows() == count) part.problem.similarities = all.similarities(rows, Eigen::all);
   if (all.descriptors.rows() == count) part.problem.descriptors = all.descriptors(rows, Eigen::all);
   TakeRows(rows, count, &part.truth.inliers);
   TakeRows(rows, count, &part.truth.assignment);

@@ -16,6 +16,10 @@ inline constexpr auto kEnumNames<PointCap> = NamesOf<PointCap>({{PointCap::kBest
 
 /// Which matches of a pair are used, in which order, and how good their descriptors are.
 struct PairFilter {
+  /// Whether the matches' ratios are known; else the pair is one of data without ratios.
+  bool ratios = true;
+  /// Whether the similarities of the matches' keypoints are known (Problem::similarities).
+  bool similarities = true;
   /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
   double max_ratio = 1.0;
   /// At most so many matches; 0 keeps all.

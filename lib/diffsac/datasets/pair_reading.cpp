@@ -20,7 +20,8 @@ constexpr std::size_t kKeptBytes = std::size_t{512} << 20;
 std::size_t BytesOf(const Example& pair) {
   const Problem& problem = pair.problem;
   return sizeof(Example) +
-         sizeof(double) * static_cast<std::size_t>(problem.points.size() + problem.match_ratio.size()) +
+         sizeof(double) * static_cast<std::size_t>(problem.points.size() + problem.match_ratio.size() +
+                                                   problem.similarities.size()) +
          sizeof(float) * static_cast<std::size_t>(problem.descriptors.size()) +
          sizeof(std::int32_t) * pair.truth.assignment.size();
 }

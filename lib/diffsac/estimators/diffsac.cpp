@@ -59,7 +59,8 @@ bool HasNetwork(Task task) {
 Estimate Run(const Problem& problem, const EstimateOptions& options) {
   if (!HasNetwork(problem.task) || !options.use_network)
     return ClassicalEstimator(WithBudget(RecommendedClassical(problem.task), options)).Run(problem, options.seed);
-  const auto network = NetworkOf(FindModel(ModelFile(problem.task), options.models_folder), problem.task);
+  const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
+  const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
   return DiffsacEstimator(network, LearnedOptionsOf(problem.task, options), 1).Run(problem, options.seed);
 }
 

@@ -49,7 +49,9 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("structures", structures).Help("whether several models are looked for, and how");
   b.Field("inlier_prior_of", inlier_prior_of)
       .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
-      .Help("whose probabilities weigh the points in scores; both: their geometric mean");
+      .Help(
+          "whose probabilities weigh the points in scores; both: their geometric mean; but for network points weigh "
+          "alike where there are no ratios");
 }
 
 LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network,
@@ -148,7 +150,10 @@ std::vector<Prediction> LearnedEstimator::Predict(std::span<const SolverSpace> s
 
 EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Prediction& prediction) const {
   EstimationPriors priors = PriorsOfProblem(space, options_->consensus);
-  if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty())
+  // Where there are no ratios, what a network says in their place makes scores worse (docs/experiments.md).
+  const bool has_source =
+      options_->inlier_prior_of == PriorSource::kNetwork || space.problem().match_ratio.size() == space.points().rows();
+  if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty() && has_source)
     priors.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_->inlier_prior_of);
   if (options_->feature_hypotheses) priors.models = prediction.features.models;
   if (options_->weighted_fit)

@@ -6,7 +6,8 @@
 
 namespace diffsac {
 
-/// Some of the points of a problem as a problem of their own: points, ratios, cameras; descriptors are left out.
+/// Some of the points of a problem as a problem of their own: points, ratios, similarities, cameras; descriptors are
+/// left out.
 class PointRows {
  public:
   PointRows(const SolverSpace& whole, const std::vector<int>& rows)
@@ -27,6 +28,7 @@ class PointRows {
     part.size2 = whole.size2;
     part.points = whole.points(rows, Eigen::all);
     if (whole.match_ratio.size() == whole.points.rows()) part.match_ratio = whole.match_ratio(rows);
+    if (whole.similarities.rows() == whole.points.rows()) part.similarities = whole.similarities(rows, Eigen::all);
     return part;
   }
 

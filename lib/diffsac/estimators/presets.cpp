@@ -81,6 +81,11 @@ DiffsacOptions LearnedProsac(Task task) {
   options.max_encoded_points = 512;
   options.inlier_prior_of = PriorSource::kRatio;
   options.consensus = MarginalisedConsensus(task);
+  if (task == Task::kEssential || task == Task::kFundamental) {
+    // Their networks know matches well enough for the score to listen to them (docs/experiments.md).
+    options.inlier_prior_of = PriorSource::kBoth;
+    options.consensus.inlier_prior_power = 0.5;
+  }
   return options;
 }
 
@@ -95,6 +100,9 @@ ClassicalOptions SeveralStructures(Task task) {
 
 DiffsacOptions PaperDiffsac() { return {}; }
 
-std::string ModelFile(Task task) { return ToString(task) + "/model.safetensors"; }
+std::string ModelFile(Task task, bool rated) {
+  const bool own = !rated && (task == Task::kEssential || task == Task::kFundamental);
+  return (own ? "without_ratio_" : "") + ToString(task) + "/model.safetensors";
+}
 
 }  // namespace diffsac

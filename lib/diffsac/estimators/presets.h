@@ -44,6 +44,7 @@ ClassicalOptions SeveralStructures(Task task);
 DiffsacOptions PaperDiffsac();
 
 /// The file, below a folder of models, of the network that `task` is estimated with ("essential/model.safetensors").
-std::string ModelFile(Task task);
+/// rated: whether the matches have ratios; E and F have another network for those that have none.
+std::string ModelFile(Task task, bool rated);
 
 }  // namespace diffsac

@@ -6,7 +6,9 @@
 #include <string>
 
 #include "diffsac/core/status.h"
+#include "diffsac/generators/local_similarity.h"
 #include "diffsac/generators/structure_sizes.h"
+#include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -61,6 +63,26 @@ Eigen::VectorXd DrawRatios(const SyntheticMatchesOptions& options, const std::ve
   return ratios;
 }
 
+// Of `total` matches, of which those before the uniform ones are given as noise has not moved them yet.
+PointMatrix DrawSimilarities(const SyntheticMatchesOptions& options, const VirtualPair& pair,
+                             const std::vector<Eigen::Matrix3d>& planes, const std::vector<Match>& exact, int total,
+                             Rng rng) {
+  if (!options.similarities) return {};
+  const auto uniform = [&rng](const Range& range) { return rng.Uniform(range.low, range.high); };
+  const double noise = uniform(options.similarity_noise), gross = uniform(options.gross_similarities);
+  const double spread = uniform(options.wrong_scale_spread);
+  const std::size_t count = std::max(exact.size(), static_cast<std::size_t>(total));
+  PointMatrix similarities(static_cast<Eigen::Index>(count), 2);
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool wrong = i >= exact.size() || exact[i].origin == Origin::kWrong || rng.Uniform() < gross;
+    const Eigen::RowVector2d any(spread * rng.Normal(), rng.Uniform(-std::numbers::pi, std::numbers::pi));
+    const Eigen::RowVector2d error(noise * rng.Normal(), noise * rng.Normal());
+    similarities.row(static_cast<Eigen::Index>(i)) =
+        wrong ? any : SimilarityOf(-error, LocalSimilarity(pair, planes, exact[i].pixels));
+  }
+  return similarities;
+}
+
 }  // namespace
 
 void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
@@ -80,6 +102,16 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
   b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0))
       .OnlyIf(match_ratio, "match_ratio: true")
       .Help("a of wrong ones");
+  b.Field("similarities", similarities).Help("whether matches know how their keypoints differ in size and angle");
+  b.Field("similarity_noise", similarity_noise, Within(0.0, 10.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("σ of the logarithm of a correct match's scale, and of its turn in radians; one value a problem");
+  b.Field("gross_similarities", gross_similarities, Within(0.0, 1.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("share of the correct matches whose similarity is any");
+  b.Field("wrong_scale_spread", wrong_scale_spread, Within(0.0, 10.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("σ of the logarithm of a wrong match's scale; its turn is uniform");
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 
@@ -113,6 +145,8 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
   for (const auto& match : exact.others) matches.push_back({match, Origin::kOther});
   for (const auto& match : exact.displaced)
     matches.push_back({Displaced(match, options, pair, displacement), Origin::kWrong});
+  const PointMatrix similarities =
+      DrawSimilarities(options, pair, exact.planes, matches, total, rng.Fork("similarities"));
   Rng noise = rng.Fork("noise");
   const double sigma = noise.Uniform(options.noise_px.low, options.noise_px.high);
   AddNoise(sigma, noise, &matches);
@@ -128,10 +162,11 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
   problem.size1 = pair.first.size;
   problem.size2 = pair.second.size;
   const auto count = static_cast<int>(matches.size());
+  const std::vector<int> order = rng.Fork("shuffle").Permutation(count);
   problem.points.resize(count, 4);
   problem.match_ratio.resize(ratios.size());
+  if (similarities.rows() > 0) problem.similarities = similarities(order, Eigen::all);
   example.truth.inliers.resize(count);
-  const std::vector<int> order = rng.Fork("shuffle").Permutation(count);
   for (int i = 0; i < count; ++i) {
     problem.points.row(i) = matches[order[i]].pixels.transpose();
     if (ratios.size() > 0) problem.match_ratio[i] = ratios[order[i]];

@@ -29,6 +29,15 @@ struct SyntheticMatchesOptions {
   bool match_ratio = true;
   Range correct_ratio_power = {0.7, 1.8};
   Range wrong_ratio_power = {7.0, 12.0};
+  /// Whether matches know how their keypoints differ in size and angle (Problem::similarities). Correct ones have the
+  /// similarity nearest to the true map around them (LocalSimilarity) with Gaussian noise in the logarithm of the scale
+  /// and in the turn, one σ a problem for both; a share of them (one value a problem) is as wrong ones are. Those have
+  /// a scale of any Gaussian logarithm, σ one value a problem, and any turn. The defaults follow SIFT on real pairs
+  /// (docs/generators.md).
+  bool similarities = false;
+  Range similarity_noise = {0.06, 0.14};
+  Range gross_similarities = {0.0, 0.03};
+  Range wrong_scale_spread = {0.5, 1.1};
   void Bind(OptionsBinder& b);
   /// Throws Error unless every problem can hold γ + 1 points.
   void Check(Task task) const;
@@ -47,6 +56,7 @@ struct ExactMatches {
   std::vector<Eigen::Vector4d> others;     ///< correct matches that the model does not explain; they count as outliers
   std::vector<Eigen::Vector4d> displaced;  ///< correct matches to be displaced
   std::vector<std::int32_t> assignment = {};  ///< of the inliers, the structure of each; empty where there is one model
+  std::vector<Eigen::Matrix3d> planes = {};   ///< x2 ~ H x1: those that matches may lie on, as far as they are known
 };
 
 /// How many outliers of a problem are displaced matches.

@@ -192,6 +192,7 @@ class SyntheticPlaneViews : public Dataset {
     ExactMatches exact;
     for (std::size_t k = 0; k < scene.planes.size(); ++k) {
       const auto& matches = scene.planes[k].matches;
+      exact.planes.push_back(scene.planes[k].plane.Homography(scene.pair));
       exact.inliers.insert(exact.inliers.end(), matches.begin(), matches.end());
       exact.assignment.resize(exact.inliers.size(), static_cast<std::int32_t>(k + 1));
     }

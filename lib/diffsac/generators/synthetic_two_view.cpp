@@ -176,6 +176,7 @@ class SyntheticTwoView : public Dataset {
     Rng shares = rng.Fork("plane_share");
     const double share = shares.Uniform(options_.plane_share.low, options_.plane_share.high);
     ExactMatches exact;
+    if (UsesPlane(scene)) exact.planes.push_back(scene.plane.Homography(scene.pair));
     const int on_plane = OnPlane(scene, counts.inliers, share);
     AppendMatches(scene, &Scene::PlaneMatch, on_plane, rng.Fork("plane_inliers"), &exact.inliers);
     AppendMatches(scene, &Scene::GeneralMatch, counts.inliers - on_plane, rng.Fork("space_inliers"), &exact.inliers);

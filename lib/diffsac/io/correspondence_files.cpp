@@ -133,6 +133,7 @@ struct CorrespondenceScene::Impl {
         options(o),
         matches(path, "matches.h5"),
         quality(path, "match_conf.h5"),
+        similarities(path, "similarities.h5"),
         calibration(path, "K1_K2.h5"),
         rotations(path, "R.h5"),
         translations(path, "T.h5"),
@@ -150,21 +151,22 @@ struct CorrespondenceScene::Impl {
     impl.reset();
   }
 
-  std::array<LazyFile*, 12> Files() {
-    return {&matches,     &quality,    &calibration, &rotations,   &translations, &essential,
-            &fundamental, &homography, &sizes,       &descriptors, &labels,       &match_indices};
+  std::array<LazyFile*, 13> Files() {
+    return {&matches,     &quality,    &similarities, &calibration, &rotations, &translations, &essential,
+            &fundamental, &homography, &sizes,        &descriptors, &labels,    &match_indices};
   }
 
   void ReadProblem(const std::string& id, Problem* problem);
   void ReadTruth(const Example& example, GroundTruth* truth);
   RigidMotion ReadCamera(const std::string& image);
   Numbers ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count);
+  PointMatrix ReadSimilarities(const std::string& id, Eigen::Index count);
 
   std::string folder, scene;
   CorrespondenceOptions options;
   std::vector<std::string> pairs;
-  LazyFile matches, quality, calibration, rotations, translations, essential, fundamental, homography, sizes,
-      descriptors, labels, match_indices;
+  LazyFile matches, quality, similarities, calibration, rotations, translations, essential, fundamental, homography,
+      sizes, descriptors, labels, match_indices;
 };
 
 Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count) {
@@ -173,6 +175,16 @@ Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::strin
     throw Error(file.Place(id) + ": expected " + std::to_string(count) + " values, one a match, found " +
                 ShapeText(numbers));
   return numbers;
+}
+
+PointMatrix CorrespondenceScene::Impl::ReadSimilarities(const std::string& id, Eigen::Index count) {
+  const Numbers numbers = similarities.Read(id);
+  if (numbers.shape != std::vector<hsize_t>{static_cast<hsize_t>(count), 2})
+    throw Error(similarities.Place(id) + ": expected " + std::to_string(count) +
+                "x2 (log of the sizes' ratio, turn), found " + ShapeText(numbers));
+  const PointMatrix rows = Eigen::Map<const PointMatrix>(numbers.values.data(), count, 2);
+  if (!rows.allFinite()) throw Error(similarities.Place(id) + ": a value is not finite");
+  return rows;
 }
 
 void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* problem) {
@@ -185,6 +197,7 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* prob
     const Numbers ratios = ReadPerMatch(quality, id, count);
     problem->match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   }
+  if (similarities.exists()) problem->similarities = ReadSimilarities(id, count);
   if (calibration.exists()) {
     const Numbers both = calibration.ReadExactly(id, 18, "1x2x3x3 (K1, K2)");
     problem->cameras = CameraPair{CheckedCalibration(both.values.data(), calibration.Place(id)),

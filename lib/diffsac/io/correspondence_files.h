@@ -25,6 +25,7 @@ struct CorrespondenceOptions {
 ///
 ///   matches.h5       N × 4: x1 y1 x2 y2, pixels                              required
 ///   match_conf.h5    N values, second-nearest-neighbour ratio                optional, like all below
+///   similarities.h5  N × 2: log(size2 / size1) and angle2 − angle1, radians, of the keypoints (Problem::similarities)
 ///   K1_K2.h5         1 × 2 × 3 × 3: K1, then K2
 ///   R.h5, T.h5       3 × 3 and 3 values an image, world-to-camera            both or none
 ///   Egt.h5, Fgt.h5   3 × 3: x2ᵀ F x1 = 0, E in coordinates K⁻¹ x

@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 using Shape = std::vector<hsize_t>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr const char* kFiles[] = {"matches.h5", "match_conf.h5", "K1_K2.h5",       "R.h5",
-                                  "T.h5",       "Egt.h5",        "Fgt.h5",         "Hgt.h5",
-                                  "sizes.h5",   "labels.h5",     "descriptors.h5", "match_indices.h5"};
+constexpr const char* kFiles[] = {"matches.h5",     "match_conf.h5",    "K1_K2.h5",       "R.h5",     "T.h5",
+                                  "Egt.h5",         "Fgt.h5",           "Hgt.h5",         "sizes.h5", "labels.h5",
+                                  "descriptors.h5", "match_indices.h5", "similarities.h5"};
 
 // One flat file that is being written, with a data set for each call.
 class FlatFile {
@@ -137,9 +137,13 @@ void SceneWriter::CheckCounts(const Example& pair) const {
   const Eigen::Index count = problem.points.rows();
   const bool fits = problem.points.cols() == 4 &&
                     (problem.match_ratio.size() == 0 || problem.match_ratio.size() == count) &&
+                    (problem.similarities.size() == 0 ||
+                     (problem.similarities.rows() == count && problem.similarities.cols() == 2)) &&
                     (problem.descriptors.size() == 0 || problem.descriptors.rows() == count) &&
                     (pair.truth.assignment.empty() || static_cast<Eigen::Index>(pair.truth.assignment.size()) == count);
   if (!fits) throw Error(folder_ + ": " + pair.id + ": the points are not Nx4, or other values are not N");
+  if (!problem.similarities.allFinite())
+    throw Error(Path("similarities.h5") + ": " + pair.id + ": a value is not finite");
 }
 
 void SceneWriter::CheckPairs() const {
@@ -172,6 +176,12 @@ void SceneWriter::WriteInputs() const {
       "match_conf.h5", [](const Example& pair) { return pair.problem.match_ratio.size(); },
       [](FlatFile& file, const Example& pair) {
         file.Put(pair.id, pair.problem.match_ratio.data(), {static_cast<hsize_t>(pair.problem.match_ratio.size())});
+      });
+  WritePerMatch(
+      "similarities.h5", [](const Example& pair) { return pair.problem.similarities.rows(); },
+      [](FlatFile& file, const Example& pair) {
+        const PointMatrix& rows = pair.problem.similarities;
+        file.Put(pair.id, rows.data(), {static_cast<hsize_t>(rows.rows()), 2});
       });
   WriteOptional(
       "K1_K2.h5", [](const Example& pair) { return pair.problem.cameras.has_value(); },

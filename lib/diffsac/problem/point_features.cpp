@@ -9,6 +9,7 @@
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/neighborhood_features.h"
 #include "diffsac/problem/preference_features.h"
+#include "diffsac/problem/similarity_features.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -36,13 +37,17 @@ void WriteDescriptors(const Problem& problem, int size, int first, FeatureMatrix
 
 // Which columns the kinds ask for, in their fixed order.
 struct Columns {
-  bool coordinates, ratio, neighborhood, descriptors, preference;
+  bool coordinates, ratio, neighborhood, descriptors, similarity, preference;
 };
 
 Columns ColumnsOf(const PointFeaturesOptions& options) {
   const bool ratio = options.Has(PointFeature::kRatio), descriptors = options.Has(PointFeature::kDescriptors);
-  return {options.Has(PointFeature::kCoordinates) || ratio || descriptors, ratio,
-          options.Has(PointFeature::kNeighborhood), descriptors, options.Has(PointFeature::kPreference)};
+  return {options.Has(PointFeature::kCoordinates) || ratio || descriptors,
+          ratio,
+          options.Has(PointFeature::kNeighborhood),
+          descriptors,
+          options.Has(PointFeature::kSimilarity),
+          options.Has(PointFeature::kPreference)};
 }
 
 }  // namespace
@@ -50,8 +55,8 @@ Columns ColumnsOf(const PointFeaturesOptions& options) {
 void PointFeaturesOptions::Bind(OptionsBinder& b) {
   b.Field("kinds", kinds)
       .Help(
-          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods and "
-          "descriptors are for two views");
+          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods, "
+          "descriptors and similarities are for two views");
   const bool descriptors = Has(PointFeature::kDescriptors), preference = Has(PointFeature::kPreference);
   b.Field("use_calibration", use_calibration)
       .OnlyIf(kinds != std::vector{PointFeature::kPreference}, "other kinds than [preference]")
@@ -77,7 +82,8 @@ void PointFeaturesOptions::Bind(OptionsBinder& b) {
           "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
           "structure takes all columns");
   b.Require(!kinds.empty(), "kinds",
-            "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, preference");
+            "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, similarity, "
+            "preference");
 }
 
 bool PointFeaturesOptions::Has(PointFeature kind) const {
@@ -86,9 +92,10 @@ bool PointFeaturesOptions::Has(PointFeature kind) const {
 
 PointFeatures::PointFeatures(PointFeaturesOptions options, Task task) : options_(std::move(options)), task_(task) {
   const Columns columns = ColumnsOf(options_);
-  if (!IsTwoView(task) && (columns.ratio || columns.neighborhood || columns.descriptors))
+  if (!IsTwoView(task) && (columns.ratio || columns.neighborhood || columns.descriptors || columns.similarity))
     throw Error(
-        "features: coordinates_ratio, neighborhood and coordinates_descriptors are for two views, not for task " +
+        "features: coordinates_ratio, neighborhood, coordinates_descriptors and similarity are for two views, not for "
+        "task " +
         ToString(task));
   if (!IsTwoView(task) && !options_.use_calibration)
     throw Error("features: use_calibration is for two views, not for task " + ToString(task));
@@ -98,6 +105,7 @@ int PointFeatures::width() const {
   const Columns columns = ColumnsOf(options_);
   return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0) +
          (columns.neighborhood ? kNeighborhoodColumns : 0) + (columns.descriptors ? 2 * options_.descriptor_size : 0) +
+         (columns.similarity ? kSimilarityColumns : 0) +
          (columns.preference ? kColumnsPerHypothesis * options_.preference_kept : 0);
 }
 
@@ -137,7 +145,7 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
   if (problem.points.rows() == 0) return features;
   int column = 0;
   PointMatrix coordinates;
-  if (columns.coordinates || columns.neighborhood)
+  if (columns.coordinates || columns.neighborhood || columns.similarity)
     coordinates =
         options_.use_calibration
             ? DispatchDescription(task_, [&]<class Description>() { return Description::FeatureCoordinates(space); })
@@ -152,8 +160,10 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     if (known) features.values.col(column) = ((problem.match_ratio.array() - kRatioMean) / kRatioSpread).cast<float>();
     ++column;
   }
+  GoodNeighbors around;
+  if (columns.neighborhood || columns.similarity) around = FindGoodNeighbors(coordinates, problem.match_ratio);
   if (columns.neighborhood) {
-    features.values.middleCols(column, kNeighborhoodColumns) = NeighborhoodFeatures(coordinates, problem.match_ratio);
+    features.values.middleCols(column, kNeighborhoodColumns) = NeighborhoodFeatures(coordinates, around);
     column += kNeighborhoodColumns;
   }
   if (columns.descriptors) {
@@ -162,6 +172,11 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     else
       WriteDescriptors(problem, options_.descriptor_size, column, &features.values);
     column += 2 * options_.descriptor_size;
+  }
+  if (columns.similarity) {
+    features.values.middleCols(column, kSimilarityColumns) =
+        SimilarityFeatures(coordinates, InCoordinates(problem.similarities, problem.points, coordinates), around);
+    column += kSimilarityColumns;
   }
   if (columns.preference)
     AddPreference(space, sets, {options_.preference_kept, options_.preference_choice}, column, &features);

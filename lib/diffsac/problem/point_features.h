@@ -23,13 +23,16 @@ struct FeatureSet {
 };
 
 /// Columns that may describe a point (PointFeatures).
-enum class PointFeature { kCoordinates, kRatio, kNeighborhood, kDescriptors, kPreference };
+/// A checkpoint names its kinds, so that a new one may stand anywhere; networks take the columns of preference for the
+/// last.
+enum class PointFeature { kCoordinates, kRatio, kNeighborhood, kDescriptors, kSimilarity, kPreference };
 template <>
 inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFeature::kCoordinates, "coordinates"},
                                                                         {PointFeature::kRatio, "coordinates_ratio"},
                                                                         {PointFeature::kNeighborhood, "neighborhood"},
                                                                         {PointFeature::kDescriptors,
                                                                          "coordinates_descriptors"},
+                                                                        {PointFeature::kSimilarity, "similarity"},
                                                                         {PointFeature::kPreference, "preference"}});
 
 /// Where the minimal sets of preference features come from.
@@ -85,6 +88,10 @@ struct PointFeaturesOptions {
 /// `coordinates_descriptors`, two views, 4 + 2 · descriptor_size columns: these and the descriptors of image 1, then of
 /// image 2, each scaled to unit root mean square. Compute throws Error when the problem has no such descriptors (see
 /// descriptors_required).
+///
+/// `similarity`, two views, 6 columns: whether the difference of the keypoints' sizes and angles
+/// (Problem::similarities) agrees with the matches around and with all good ones (problem/similarity_features.h); 0
+/// where the data has none. Like those of neighborhoods they need all matches.
 ///
 /// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
 /// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:

@@ -59,6 +59,11 @@ struct Problem {
   double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
   /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
   Eigen::VectorXd match_ratio = {};
+  /// Two views: N × 2, how the keypoint of image 2 differs from that of image 1: the logarithm of the ratio of their
+  /// sizes, size2 / size1, and the turn angle2 − angle1 in radians, in (−π, π], positive from the x axis towards the y
+  /// axis of the image as OpenCV's KeyPoint::angle: around a right match a step Δ1 in image 1 is about
+  /// Δ2 = size2 / size1 · R(turn) Δ1 in image 2. Finite; empty if unknown.
+  PointMatrix similarities = {};
   /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
   std::optional<CameraPair> cameras = {};
   ImageSize size1 = {};   ///< Two views: of the first image, where it is known.

@@ -9,12 +9,15 @@
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/repeated_structures.h"
+#include "diffsac/estimators/point_prior.h"
 
 namespace diffsac {
 namespace {
 
 // Examples that are passed over for having too few points before the data is called useless.
 constexpr int kAttempts = 64;
+// Correct matches that thinning leaves at least.
+constexpr int kFewestCorrect = 12;
 // Standard deviations of the turns of augmentation, degrees.
 constexpr double kCommonTurnDeg = 10.0, kRelativeTurnDeg = 5.0;
 
@@ -65,15 +68,14 @@ Sets ChooseSets(const Sets& sets, int count, Rng rng) {
   return chosen;
 }
 
-// The points of the sets and random others, `count` of `total`, ascending.
-std::vector<int> RandomSubset(int total, const Sets& sets, int count, Rng rng) {
+// The points of the sets and random others of `among` (ascending), `count` in all, ascending.
+std::vector<int> RandomSubset(const std::vector<int>& among, const Sets& sets, int count, Rng rng) {
   std::vector<int> must;
   for (const auto& set : sets) must.insert(must.end(), set.begin(), set.end());
   std::sort(must.begin(), must.end());
   must.erase(std::unique(must.begin(), must.end()), must.end());
-  const std::vector<int> all = AllRows(total);
   std::vector<int> others;
-  std::set_difference(all.begin(), all.end(), must.begin(), must.end(), std::back_inserter(others));
+  std::set_difference(among.begin(), among.end(), must.begin(), must.end(), std::back_inserter(others));
   std::vector<int> subset = must;
   for (std::size_t i = 0; static_cast<int>(subset.size()) < count && i < others.size(); ++i) {
     std::swap(others[i], others[i + rng.Below(others.size() - i)]);
@@ -81,6 +83,32 @@ std::vector<int> RandomSubset(int total, const Sets& sets, int count, Rng rng) {
   }
   std::sort(subset.begin(), subset.end());
   return subset;
+}
+
+// Rows without so many of the correct matches that `share` of what is left is correct. Those of one of the sets stay,
+// so that there is a label.
+std::vector<int> Thinned(const std::vector<int>& rows, const std::vector<std::uint8_t>& inliers, const Sets& sets,
+                         double share, Rng rng) {
+  std::vector<int> correct;
+  for (const int i : rows)
+    if (inliers[i]) correct.push_back(i);
+  const double wrong = static_cast<double>(rows.size() - correct.size());
+  const auto left = std::max(kFewestCorrect, static_cast<int>(std::lround(share / (1.0 - share) * wrong)));
+  const int drop = static_cast<int>(correct.size()) - left;
+  if (drop <= 0) return rows;
+  std::vector<char> stays(inliers.size(), 1);
+  const std::vector<int> none;
+  const std::vector<int>& kept = sets.empty() ? none : sets[rng.Below(sets.size())];
+  int dropped = 0;
+  for (const int k : rng.Permutation(static_cast<int>(correct.size()))) {
+    if (dropped == drop) break;
+    if (std::find(kept.begin(), kept.end(), correct[k]) != kept.end()) continue;
+    stays[correct[k]] = 0;
+    ++dropped;
+  }
+  std::vector<int> thinned;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(thinned), [&](int i) { return stays[i] != 0; });
+  return thinned;
 }
 
 void Turn(double degrees, int first, FeatureSet* features) {
@@ -125,6 +153,15 @@ void TwoViewTrainingOptions::Bind(OptionsBinder& b) {
       .Help("both images mirrored and turned together, one turned a little more, the images exchanged");
   b.Field("repeats", repeats, Within(0.0, 1.0))
       .Help("share of the items in which groups of correct matches become wrong ones (datasets/repeated_structures.h)");
+  b.Field("thinned", thinned, Within(0.0, 1.0))
+      .Help("share of the items in which correct matches are left out until few of the matches are correct");
+  b.Field("thinned_to", thinned_to, Within(0.001, 0.999))
+      .OnlyIf(thinned > 0.0, "thinned > 0")
+      .Help("so few: the share that is left is drawn between these, its logarithm uniform");
+  b.Field("likeliest", likeliest, AtLeast(0))
+      .OnlyIf(max_points > 0, "max_points > 0")
+      .Help("the matches of max_points are among so many of highest prior, as with `max_encoded_points`; 0: among all");
+  b.Require(thinned_to.size() == 2 && thinned_to[0] <= thinned_to[1], "thinned_to", "two shares, the smaller first");
   b.Require(max_points == 0 || max_points >= 16, "max_points", "0 or at least 16");
 }
 
@@ -199,6 +236,11 @@ TrainingSource::Drawn TrainingSource::Restricted(Drawn drawn, const Rng& rng) co
     rows = PointsWithin(example.problem, two_view_.max_ratios[choice.Below(two_view_.max_ratios.size())],
                         MinimalSetSize(example.problem.task) + 1);
   }
+  if (two_view_.thinned > 0.0 && rng.Fork("thinned").Uniform() < two_view_.thinned) {
+    Rng choice = rng.Fork("thinned_to");
+    const double share = std::exp(choice.Uniform(std::log(two_view_.thinned_to[0]), std::log(two_view_.thinned_to[1])));
+    rows = Thinned(rows, example.truth.inliers, *drawn.sets, share, choice);
+  }
   std::vector<char> present(moved.size(), 0);
   for (const int i : rows) present[i] = !moved[i];
   if (rows.size() < moved.size()) example = WithRows(example, rows);
@@ -216,13 +258,17 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   const bool two_view = IsTwoView(drawn.example.problem.task);
   const int total = static_cast<int>(drawn.example.problem.points.rows());
   const Sets chosen = ChooseSets(*drawn.sets, copies_, rng.Fork("label"));
-  const bool reduce = two_view && two_view_.max_points > 0 && total > two_view_.max_points;
-  const std::vector<int> rows =
-      reduce ? RandomSubset(total, chosen, two_view_.max_points, rng.Fork("subset")) : AllRows(total);
   TrainingItem item;
   item.index = index;
   // Features are those of all matches, as at inference; only then is the subset taken.
-  item.features = features_.Compute(drawn.example.problem, rng.Fork("features"));
+  const SolverSpace space(drawn.example.problem);
+  item.features = features_.Compute(space, rng.Fork("features"));
+  std::vector<int> rows = AllRows(total);
+  if (two_view && two_view_.max_points > 0 && total > two_view_.max_points) {
+    if (two_view_.likeliest > 0)
+      rows = LikeliestPoints(PointPrior(space, item.features, features_), two_view_.likeliest);
+    rows = RandomSubset(rows, chosen, two_view_.max_points, rng.Fork("subset"));
+  }
   item.features.values = decltype(item.features.values)(item.features.values(rows, Eigen::all));
   if (two_view && two_view_.augment && item.features.values.cols() >= 4)
     Augment(features_, rng.Fork("augment"), &item.features);

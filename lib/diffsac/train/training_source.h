@@ -36,6 +36,14 @@ struct TwoViewTrainingOptions {
   bool augment = false;
   /// Share of the items in which groups of correct matches become wrong ones (datasets/repeated_structures.h).
   double repeats = 0.0;
+  /// Share of the items in which correct matches are left out at random until only such a share of the matches, drawn
+  /// between these two with a uniform logarithm, is correct: hard pairs of easy ones. Twelve correct ones stay, and
+  /// what is harder stays as it is.
+  double thinned = 0.0;
+  std::vector<double> thinned_to = {0.03, 0.25};
+  /// The random others of max_points are among so many matches of highest prior, as with the key max_encoded_points of
+  /// an estimator (PointPrior); 0: among all.
+  int likeliest = 0;
   void Bind(OptionsBinder& b);
 };
 
