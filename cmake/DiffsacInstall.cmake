@@ -51,7 +51,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/confi
 install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/learned_prosac.yaml
   ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml
   DESTINATION ${_share}/configs/rows COMPONENT programs)
-foreach(_name essential fundamental homography line plane without_ratio_essential without_ratio_fundamental)
+foreach(_name ${DIFFSAC_NETWORKS} line plane)
   install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
     COMPONENT library)
 endforeach()

@@ -210,12 +210,12 @@ class TestMistakes(unittest.TestCase):
 
     def test_bad_data_is_a_status(self):
         s = self.scene
-        few = diffsac.estimate_fundamental(s.x1[:3], s.x2[:3])
+        few = diffsac.estimate_fundamental(s.x1[:3], s.x2[:3], s.ratio[:3])
         self.assertIs(few.status, diffsac.Status.TOO_FEW_POINTS)
         np.testing.assert_array_equal(few.model, np.zeros((3, 3)))
         self.assertIs(diffsac.estimate_line(np.empty((0, 2)), 1.0).status, diffsac.Status.TOO_FEW_POINTS)
         s.x1[3, 0] = np.nan
-        estimate = diffsac.estimate_essential(s.x1, s.x2, K, K)
+        estimate = diffsac.estimate_essential(s.x1, s.x2, K, K, s.ratio)
         self.assertIs(estimate.status, diffsac.Status.DEGENERATE)
         self.assertIsNone(estimate.pose)
 
@@ -223,10 +223,10 @@ class TestMistakes(unittest.TestCase):
         s = self.scene
         self.refused(
             "model fundamental/model.safetensors: no such file; looked for /none/fundamental/model.safetensors",
-            diffsac.estimate_fundamental, s.x1, s.x2, models_folder=pathlib.Path("/none"),
+            diffsac.estimate_fundamental, s.x1, s.x2, s.ratio, models_folder=pathlib.Path("/none"),
         )  # fmt: skip
         # Another process: this one may have read the network already.
-        broken = "import diffsac, numpy; diffsac.estimate_fundamental(numpy.eye(9, 2), numpy.eye(9, 2))"
+        broken = "import diffsac, numpy; diffsac.estimate_fundamental(numpy.eye(9, 2), numpy.eye(9, 2), numpy.ones(9))"
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder, "fundamental", "model.safetensors")
             path.parent.mkdir()

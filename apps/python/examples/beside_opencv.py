@@ -40,7 +40,7 @@ def main(first: str, second: str, focal: str, center: str) -> None:
     count, R, t, _ = cv2.recoverPose(E, x1[good], x2[good], K, mask=mask)
     show("OpenCV", count, int(good.sum()), R, t, time.perf_counter() - start)
 
-    diffsac.estimate_essential(x1[:8], x2[:8], K, K)  # The network is read once.
+    diffsac.estimate_essential(x1[:8], x2[:8], K, K, ratio[:8])  # The network is read once.
     start = time.perf_counter()
     estimate = diffsac.estimate_essential(x1, x2, K, K, ratio)
     seconds = time.perf_counter() - start
