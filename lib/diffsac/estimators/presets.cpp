@@ -36,7 +36,6 @@ ConsensusOptions MarginalisedConsensus(Task task) {
   consensus.refit_threshold_factor = 1.2;
   consensus.refit_candidates = 10;
   consensus.refine_finalists = 3;
-  consensus.cheirality = task == Task::kFundamental || task == Task::kEssential;
   consensus.final_refinement = FinalRefinement::kMarginalised;
   consensus.inlier_prior_power = 1.0;
   StopWhenConfident(&consensus);
