@@ -253,7 +253,7 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
   CHECK(!scene.Read(0).truth.fundamental);
   const SceneSummary summary = InspectScene(folder / "out/plane", 1.0, kNeverStop);
   CHECK(!summary.has_truth);
-  CHECK(summary.contents == "ratio sizes");
+  CHECK(summary.contents == "ratio similarities sizes");
 }
 
 TEST_CASE("a request to stop leaves whole scenes only") {

@@ -153,6 +153,7 @@ TEST_CASE("export to COLMAP: images the other way round, a pair without matches"
   Example& empty = project.set.pairs[0];
   empty.problem.points.resize(0, 4);
   empty.problem.match_ratio.resize(0);
+  empty.problem.similarities.resize(0, 2);
   empty.problem.descriptors.resize(0, 0);
   empty.truth.assignment.clear();
   project.set.match_indices[0].resize(0, 2);

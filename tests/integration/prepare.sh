@@ -12,7 +12,7 @@ printf '1 0 9\n0 1 0\n0 0 1\n' >"$own/views/H1to2p"
 run_expecting 0 prepare pairs --format homographies --input "$own/views" --output "$own/scenes" --threads 1
 for file in matches match_conf Hgt sizes; do expect_file "$own/scenes/views/$file.h5"; done
 run_expecting 0 prepare inspect "$own/scenes"
-grep -qE '^views +1 .* ok +ratio sizes H$' "$own/out" || { cat "$own/out" >&2; fail "no summary of the scene"; }
+grep -qE '^views +1 .* ok +ratio similarities sizes H$' "$own/out" || { cat "$own/out" >&2; fail "no summary of the scene"; }
 awk '$1 == "views" && $4 > 50 { found = 1 } END { exit !found }' "$own/out" ||
   { cat "$own/out" >&2; fail "the matches do not follow the shift"; }
 

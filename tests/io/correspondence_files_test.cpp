@@ -98,6 +98,7 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
   set.cameras.clear();
   for (Example& pair : set.pairs) {
     pair.problem.match_ratio.resize(0);
+    pair.problem.similarities.resize(0, 2);
     pair.problem.descriptors.resize(0, 0);
     pair.problem.cameras.reset();
     pair.problem.size1 = {};
@@ -135,6 +136,7 @@ TEST_CASE("a pair without matches goes with the others") {
   Example& empty = set.pairs[1];
   empty.problem.points.resize(0, 4);
   empty.problem.match_ratio.resize(0);
+  empty.problem.similarities.resize(0, 2);
   empty.problem.descriptors.resize(0, 8);
   empty.truth.assignment.clear();
   WriteCorrespondences(folder / "scene", set);
