@@ -65,7 +65,8 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
   app->add_option("--json", request->json, "Also everything as JSON in this file");
-  app->add_option("--matches", request->matches, "Also the matches in this file, a line each: x1 y1 x2 y2 ratio, and of "
+  app->add_option("--matches", request->matches,
+                  "Also the matches in this file, a line each: x1 y1 x2 y2 ratio, and of "
                   "the keypoints log(size2 / size1) and angle2 - angle1 in radians");
   app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
   app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));

@@ -48,8 +48,9 @@ void DefineLearned(nb::module_* module, const char* name, const char* doc, Call 
   module->def(
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalSize& size1, const OptionalSize& size2, const OptionalArray& similarities, double max_residual_px, int max_iterations,
-          bool use_network, const OptionalPath& models_folder, std::uint64_t seed) {
+          const OptionalSize& size1, const OptionalSize& size2, const OptionalArray& similarities,
+          double max_residual_px, int max_iterations, bool use_network, const OptionalPath& models_folder,
+          std::uint64_t seed) {
         const Matches matches = MatchesOf(x1, x2, ratio, size1, size2, similarities);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         ImageOptions options = Options(max_residual_px, max_iterations, seed);
@@ -58,8 +59,8 @@ void DefineLearned(nb::module_* module, const char* name, const char* doc, Call 
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
-      "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "use_network"_a = true,
-      "models_folder"_a = nb::none(), "seed"_a = 0, doc);
+      "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0,
+      "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0, doc);
 }
 
 /// Several models of two views.

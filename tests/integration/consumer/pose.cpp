@@ -1,4 +1,5 @@
-// The program of the README: the relative pose of two calibrated images from the lines on stdin that diffsac_pair --matches writes.
+// The program of the README: the relative pose of two calibrated images from the lines on stdin that diffsac_pair
+// --matches writes.
 #include <diffsac/diffsac.h>
 
 #include <iostream>
