@@ -82,6 +82,12 @@ std::vector<SourcePair> PairsAtStep(const ImageSource& source, int distance) {
   return pairs;
 }
 
+// Of what an option compares.
+void RequirePoses(const std::string& option, const std::string& folder, const ImageSource& source) {
+  for (const SourceImage& image : source.images)
+    if (!image.pose) throw Error(folder + ": " + option + " needs poses, and there are none");
+}
+
 bool TurnedWithin(const ImageSource& source, const SourcePair& pair, double least, double greatest) {
   const RigidMotion &pose1 = *source.images[pair.image1].pose, &pose2 = *source.images[pair.image2].pose;
   const double turn = RotationAngleDegrees(pose1.rotation, pose2.rotation);
@@ -92,8 +98,7 @@ void RequireTurn(const std::vector<double>& turn_deg, const std::string& folder,
   if (turn_deg.empty()) return;
   if (turn_deg.size() != 2 || !(turn_deg[0] >= 0.0 && turn_deg[0] <= turn_deg[1]))
     throw Error("--turn: expected two numbers of degrees, the smaller first");
-  for (const SourceImage& image : source->images)
-    if (!image.pose) throw Error(folder + ": --turn needs poses, and there are none");
+  RequirePoses("--turn", folder, *source);
   for (SourceScene& scene : source->scenes)
     std::erase_if(scene.pairs,
                   [&](const SourcePair& pair) { return !TurnedWithin(*source, pair, turn_deg[0], turn_deg[1]); });
@@ -140,8 +145,7 @@ void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSourc
 void RequireMotion(double min_motion, const std::string& folder, ImageSource* source) {
   if (min_motion == 0.0) return;
   if (!(min_motion > 0.0)) throw Error("--min-motion must not be negative");
-  for (const SourceImage& image : source->images)
-    if (!image.pose) throw Error(folder + ": --min-motion needs poses, and there are none");
+  RequirePoses("--min-motion", folder, *source);
   for (SourceScene& scene : source->scenes)
     std::erase_if(scene.pairs, [&](const SourcePair& pair) {
       const RigidMotion &pose1 = *source->images[pair.image1].pose, &pose2 = *source->images[pair.image2].pose;

@@ -6,12 +6,12 @@
 #include <numeric>
 
 #include "diffsac/geometry/vector_clones.h"
+#include "diffsac/problem/neighbor_lanes.h"
 #include "diffsac/problem/plane_tree.h"
 
 namespace diffsac {
 namespace {
 
-constexpr int kLanes = 8;
 // Parts of a leaf's region by which the places in it are put in order.
 constexpr int kParts = 4;
 // No key is a subnormal number, which some modes of the processor take for 0.
@@ -31,39 +31,28 @@ inline double KeyOf(double dx, double dy, std::uint64_t number, std::uint64_t ma
   return std::bit_cast<double>((std::bit_cast<std::uint64_t>(distance) & ~mask) | number);
 }
 
-// One value a lane; what is done to rows is done to whole vectors.
-using Row = double[kLanes];
-
-inline void Order(Row& a, Row& b) {
-  for (int l = 0; l < kLanes; ++l) {
-    const double first = a[l], second = b[l];
-    a[l] = first < second ? first : second;
-    b[l] = first > second ? first : second;
-  }
-}
-
 // Sorting network for eight.
-inline void Sort(Row* v) {
-  Order(v[0], v[2]), Order(v[1], v[3]), Order(v[4], v[6]), Order(v[5], v[7]);
-  Order(v[0], v[4]), Order(v[1], v[5]), Order(v[2], v[6]), Order(v[3], v[7]);
-  Order(v[0], v[1]), Order(v[2], v[3]), Order(v[4], v[5]), Order(v[6], v[7]);
-  Order(v[2], v[4]), Order(v[3], v[5]);
-  Order(v[1], v[4]), Order(v[3], v[6]);
-  Order(v[1], v[2]), Order(v[3], v[4]), Order(v[5], v[6]);
+inline void Sort(LanePlaces* v) {
+  OrderLanes(v[0], v[2]), OrderLanes(v[1], v[3]), OrderLanes(v[4], v[6]), OrderLanes(v[5], v[7]);
+  OrderLanes(v[0], v[4]), OrderLanes(v[1], v[5]), OrderLanes(v[2], v[6]), OrderLanes(v[3], v[7]);
+  OrderLanes(v[0], v[1]), OrderLanes(v[2], v[3]), OrderLanes(v[4], v[5]), OrderLanes(v[6], v[7]);
+  OrderLanes(v[2], v[4]), OrderLanes(v[3], v[5]);
+  OrderLanes(v[1], v[4]), OrderLanes(v[3], v[6]);
+  OrderLanes(v[1], v[2]), OrderLanes(v[3], v[4]), OrderLanes(v[5], v[6]);
 }
 
 // Sorts eight that fall and then rise (or the other way).
-inline void SortBitonic(Row* v) {
-  Order(v[0], v[4]), Order(v[1], v[5]), Order(v[2], v[6]), Order(v[3], v[7]);
-  Order(v[0], v[2]), Order(v[1], v[3]), Order(v[4], v[6]), Order(v[5], v[7]);
-  Order(v[0], v[1]), Order(v[2], v[3]), Order(v[4], v[5]), Order(v[6], v[7]);
+inline void SortBitonic(LanePlaces* v) {
+  OrderLanes(v[0], v[4]), OrderLanes(v[1], v[5]), OrderLanes(v[2], v[6]), OrderLanes(v[3], v[7]);
+  OrderLanes(v[0], v[2]), OrderLanes(v[1], v[3]), OrderLanes(v[4], v[6]), OrderLanes(v[5], v[7]);
+  OrderLanes(v[0], v[1]), OrderLanes(v[2], v[3]), OrderLanes(v[4], v[5]), OrderLanes(v[6], v[7]);
 }
 
 // Puts a leaf's points among the best of each lane.
 DIFFSAC_VECTOR_CLONES
 void Merge(const PlaneTree::Leaf& leaf, Group* group) {
   const std::uint64_t mask = group->mask;
-  Row keys[kEight];
+  LanePlaces keys[kEight];
   for (int k = 0; k < kEight; ++k) {
     const double x = leaf.x[k], y = leaf.y[k];
     const std::uint64_t number = leaf.number[k];
@@ -88,7 +77,7 @@ DIFFSAC_VECTOR_CLONES
 bool MayHold(const PlaneTree::Node& node, const Group& group) {
   const std::uint64_t mask = group.mask, least = node.least;
   const double low_x = node.low[0], high_x = node.high[0], low_y = node.low[1], high_y = node.high[1];
-  Row keys;
+  LanePlaces keys;
   for (int l = 0; l < kLanes; ++l) {
     // To the nearest place in the box.
     const double x = group.x[l], y = group.y[l];

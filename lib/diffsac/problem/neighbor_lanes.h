@@ -20,9 +20,10 @@ inline float LaneStep(double from, double to) {
   return static_cast<float>(most > -kFarthestStep ? most : -kFarthestStep);
 }
 
-inline void OrderLanes(LaneRow& a, LaneRow& b) {
+template <class Value>
+inline void OrderLanes(Value (&a)[kLanes], Value (&b)[kLanes]) {
   for (int l = 0; l < kLanes; ++l) {
-    const float first = a[l], second = b[l];
+    const Value first = a[l], second = b[l];
     a[l] = first < second ? first : second;
     b[l] = first > second ? first : second;
   }
