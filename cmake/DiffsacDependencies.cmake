@@ -15,6 +15,8 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)
 # Focal lengths of photographs.
 pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
+# MATLAB files.
+pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
 # COLMAP's databases.
 find_package(SQLite3 REQUIRED)
 set(HDF5_PREFER_PARALLEL FALSE)

@@ -13,6 +13,7 @@
 #include "data_tools/inspect.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/modelnet_pairs.h"
+#include "data_tools/prepare_segments.h"
 #include "data_tools/run_pairs.h"
 #include "data_tools/tutorial_descriptors.h"
 #include "data_tools/warp_images.h"
@@ -82,6 +83,23 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
                   "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
   app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+}
+
+void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
+  app->add_option("--format", request->format, "images, or a benchmark's folder data: nyu_vp, yud_plus")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(diffsac::kSegmentFormats), std::end(diffsac::kSegmentFormats))))
+      ->capture_default_str();
+  app->add_option("--input", request->input, "Folder of the images, or one image")->required();
+  app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
+  app->add_option("--scene", request->scene, "images: name of the scene (default: the folder's)");
+  app->add_option("--calibration", request->calibration.file, "images: a file with the 3x3 matrix K of all images");
+  app->add_option("--focal", request->calibration.focal, "images: focal length of all images, in pixels (EXIF's)");
+  app->add_option("--center", request->calibration.center, "images: principal point, as 320,240")->delimiter(',');
+  app->add_option("--max-image-size", request->max_image_size, "images: reduce larger ones to this side; 0: never")
+      ->check(CLI::NonNegativeNumber);
+  app->add_flag("--overwrite", request->overwrite, "Make scenes again that are there already");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
 }
 
 void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
@@ -195,6 +213,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   diffsac::PairsRequest pairs;
   AddPairs(app.add_subcommand("pairs", "Images, calibration and truth to correspondence files"), &pairs);
+  diffsac::SegmentsRequest segments;
+  CLI::App* segments_app = app.add_subcommand("segments", "Line segments of images, for vanishing points");
+  AddSegments(segments_app, &segments);
   diffsac::SetsRequest sets;
   CLI::App* sets_app = app.add_subcommand("sets", "The matches of the image sets that a file lists");
   AddSets(sets_app, &sets);
@@ -228,6 +249,7 @@ int main(int argc, char** argv) {
     // Images are spread over threads here.
     cv::setNumThreads(1);
     if (sets_app->parsed()) return diffsac::PrepareSets(sets, stop_requested) ? kExitOk : kExitInterrupted;
+    if (segments_app->parsed()) return diffsac::PrepareSegments(segments, stop_requested) ? kExitOk : kExitInterrupted;
     if (inspect_app->parsed()) return Inspect(inspect);
     if (tutorial_app->parsed()) return Tutorial(tutorial);
     if (warp_app->parsed()) return diffsac::WarpImages(warp, stop_requested) ? kExitOk : kExitInterrupted;

@@ -2,21 +2,25 @@
 
 #include "diffsac/consensus/napsac_sampler.h"
 #include "diffsac/consensus/prosac_sampler.h"
+#include "diffsac/consensus/weighted_sampler.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
 
-void CheckLength(const char* sampler, std::span<const double> quality, Eigen::Index points) {
-  if (static_cast<Eigen::Index>(quality.size()) == points) return;
-  throw Error(std::string("sampler ") + sampler + " needs a matching ratio for each of the " + std::to_string(points) +
-              " points, got " + std::to_string(quality.size()) + " values");
+void CheckLength(const std::string& sampler, const char* what, std::span<const double> values, Eigen::Index points) {
+  if (static_cast<Eigen::Index>(values.size()) == points) return;
+  throw Error("sampler " + sampler + " needs a " + what + " for each of the " + std::to_string(points) +
+              " points, got " + std::to_string(values.size()) + " values");
 }
 
 }  // namespace
 
 void MinimalSamplerOptions::Bind(OptionsBinder& b) {
-  b.Field("sampler", sampler).Help("what draws minimal sets; prosac needs matching ratios, p_napsac uses them");
+  b.Field("sampler", sampler)
+      .Help(
+          "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
+          "(vanishing_point) more often");
   b.Field("prosac_samples", prosac_samples, AtLeast(1.0))
       .OnlyIf(sampler == MinimalSamplerKind::kProsac, "sampler: prosac")
       .Help("after so many draws it is uniform");
@@ -29,7 +33,8 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
 }
 
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
-                                                   int set_size, const Rng& rng, std::span<const double> quality) {
+                                                   int set_size, const Rng& rng, std::span<const double> quality,
+                                                   std::span<const double> weights) {
   const int size = static_cast<int>(points.rows());
   // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the sampler.
   const bool usable = points.size() > 0 && points.allFinite();
@@ -37,16 +42,19 @@ std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& 
     case MinimalSamplerKind::kExhaustive:
       return std::make_unique<ExhaustiveSampler>(size, set_size);
     case MinimalSamplerKind::kProsac:
-      CheckLength("prosac", quality, points.rows());
+      CheckLength("prosac", "matching ratio", quality, points.rows());
       return std::make_unique<ProsacSampler>(quality, set_size, rng, options.prosac_samples);
     case MinimalSamplerKind::kNapsac:
       if (usable) return std::make_unique<NapsacSampler>(points, set_size, options.napsac_neighbors, rng);
       break;
     case MinimalSamplerKind::kProgressiveNapsac:
-      if (!quality.empty()) CheckLength("p_napsac", quality, points.rows());
+      if (!quality.empty()) CheckLength("p_napsac", "matching ratio", quality, points.rows());
       if (usable)
         return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
       break;
+    case MinimalSamplerKind::kWeighted:
+      CheckLength("weighted", "weight", weights, points.rows());
+      return std::make_unique<WeightedSampler>(weights, set_size, rng);
     case MinimalSamplerKind::kUniform:
       break;
   }

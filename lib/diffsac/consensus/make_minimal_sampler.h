@@ -10,15 +10,17 @@
 
 namespace diffsac {
 
-/// The samplers that need no network. prosac needs matching ratios, p_napsac uses them where they are known.
-enum class MinimalSamplerKind { kUniform, kExhaustive, kProsac, kNapsac, kProgressiveNapsac };
+/// The samplers that need no network. prosac needs matching ratios, p_napsac uses them where they are known; weighted
+/// needs a weight for each point (PointWeights in problem/problem.h).
+enum class MinimalSamplerKind { kUniform, kExhaustive, kProsac, kNapsac, kProgressiveNapsac, kWeighted };
 template <>
 inline constexpr auto kEnumNames<MinimalSamplerKind> =
     NamesOf<MinimalSamplerKind>({{MinimalSamplerKind::kUniform, "uniform"},
                                  {MinimalSamplerKind::kExhaustive, "exhaustive"},
                                  {MinimalSamplerKind::kProsac, "prosac"},
                                  {MinimalSamplerKind::kNapsac, "napsac"},
-                                 {MinimalSamplerKind::kProgressiveNapsac, "p_napsac"}});
+                                 {MinimalSamplerKind::kProgressiveNapsac, "p_napsac"},
+                                 {MinimalSamplerKind::kWeighted, "weighted"}});
 
 /// The sampler of minimal sets, by name.
 struct MinimalSamplerOptions {
@@ -30,8 +32,10 @@ struct MinimalSamplerOptions {
 };
 
 /// The sampler for one problem; borrows nothing. quality: one number a point, lower is better (a matching ratio);
-/// empty: unknown. Throws Error when it is needed and absent, or is not one number a point.
+/// empty: unknown. weights: one number a point, in proportion to which `weighted` draws. Throws Error when one of them
+/// is needed and absent, or is not one number a point.
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
-                                                   int set_size, const Rng& rng, std::span<const double> quality = {});
+                                                   int set_size, const Rng& rng, std::span<const double> quality = {},
+                                                   std::span<const double> weights = {});
 
 }  // namespace diffsac

@@ -19,18 +19,22 @@ std::span<const double> Span(const Eigen::VectorXd& values) {
 std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
                                           const Rng& rng) {
   const PointMatrix& points = space.points();
-  const Eigen::VectorXd& quality = space.problem().match_ratio;
+  const Eigen::VectorXd weights = PointWeights(space.problem());
+  // Of points that say more or less, those that say most come first.
+  const Eigen::VectorXd quality = weights.size() > 0 ? Eigen::VectorXd(-weights) : space.problem().match_ratio;
   const int size = static_cast<int>(points.rows());
   if (options.exhaustive && Combinations(size, set_size) <= options.max_iterations)
     return std::make_unique<ExhaustiveSampler>(size, set_size);
   const bool has_quality = quality.size() == size;
   MinimalSamplerOptions sampling = options.sampling;
   if (sampling.sampler == MinimalSamplerKind::kProsac && !has_quality) sampling.sampler = MinimalSamplerKind::kUniform;
+  if (sampling.sampler == MinimalSamplerKind::kWeighted && weights.size() == 0)
+    sampling.sampler = MinimalSamplerKind::kUniform;
   // Two names, because published tables were drawn with them.
   const Rng sets_rng = sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets")
                                                                         : rng.Fork("consensus").Fork("minimal_sets");
   return MakeMinimalSampler(sampling, points, set_size, sets_rng,
-                            has_quality ? Span(quality) : std::span<const double>());
+                            has_quality ? Span(quality) : std::span<const double>(), Span(weights));
 }
 
 template <MinimalModel Model>

@@ -38,8 +38,11 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
       priors.cameras = FocalCameraPrior(prior, options.camera_prior);
     }
   });
-  if (options.inlier_prior_power > 0.0 && problem.match_ratio.size() == problem.points.rows())
-    priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  if (options.inlier_prior_power > 0.0) {
+    priors.inlier_priors = PointWeights(problem);
+    if (priors.inlier_priors.size() == 0 && problem.match_ratio.size() == problem.points.rows())
+      priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  }
   return priors;
 }
 

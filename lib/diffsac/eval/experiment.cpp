@@ -130,6 +130,8 @@ void PaperValue::Bind(OptionsBinder& b) {
   b.Field("misclassification", misclassification).Help("several structures: mean error, per cent");
   b.Field("misclassification_median", misclassification_median).Help("the same, median");
   b.Field("recall", recall).Help("share of the structures that are found");
+  b.Field("recall_auc_half", recall_auc_half).Help("their angles: recall_AUC at half of the threshold, per cent");
+  b.Field("recall_auc", recall_auc).Help("the same at the threshold");
 }
 
 void PaperRow::Bind(OptionsBinder& b) {

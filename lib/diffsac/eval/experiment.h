@@ -47,6 +47,8 @@ struct PaperValue {
   std::optional<double> rotation, translation, median_rotation_deg, median_translation_deg;
   /// Several structures; the error in per cent.
   std::optional<double> misclassification, misclassification_median, recall;
+  /// Its recall_AUC at half of the threshold and at the threshold, in per cent.
+  std::optional<double> recall_auc_half, recall_auc;
   void Bind(OptionsBinder& b);
 };
 struct PaperRow {

@@ -80,6 +80,26 @@ double AreaUnderCurve(std::span<const double> errors, double threshold) {
   return (area + (threshold - last_error) * last_recall) / threshold;
 }
 
+double RecallArea(std::span<const double> errors, double threshold) {
+  if (errors.empty()) return kNaN;
+  std::vector<double> sorted(errors.begin(), errors.end());
+  std::sort(sorted.begin(), sorted.end());
+  const auto recall = [&](std::size_t i) { return static_cast<double>(i + 1) / static_cast<double>(sorted.size()); };
+  const auto below =
+      static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), threshold) - sorted.begin());
+  if (below == 0) return 0.0;
+  double area = 0.0;
+  for (std::size_t i = 1; i < below; ++i) area += 0.5 * (sorted[i] - sorted[i - 1]) * (recall(i) + recall(i - 1));
+  const double last = sorted[below - 1];
+  double at_threshold = 1.0;
+  if (below < sorted.size()) {
+    const double next = sorted[below];
+    at_threshold = (last * recall(below - 1) + next * recall(below)) / (last + next);
+  }
+  area += 0.5 * (threshold - last) * (recall(below - 1) + at_threshold);
+  return area / threshold;
+}
+
 double AccuracyWithin(std::span<const double> errors, double threshold) {
   if (errors.empty()) return kNaN;
   const auto within = std::count_if(errors.begin(), errors.end(), [&](double error) { return error <= threshold; });

@@ -49,6 +49,11 @@ double MeanAverageAccuracy(std::span<const double> errors, double threshold);
 /// (Sarlin et al., SuperGlue, CVPR 2020, `pose_auc`). NaN for no errors.
 double AreaUnderCurve(std::span<const double> errors, double threshold);
 
+/// recall_AUC@c: the area as CONSAC's program computes it for vanishing points (Kluger et al., CVPR 2020): over the
+/// recall from the smallest error on, without the trapezoid before that, and up to c with the recall at c between those
+/// of the errors beside it, weighted by these errors. NaN for no errors; 0 where none is below c.
+double RecallArea(std::span<const double> errors, double threshold);
+
 /// acc@c, the share of errors ≤ c. NaN for no errors.
 double AccuracyWithin(std::span<const double> errors, double threshold);
 

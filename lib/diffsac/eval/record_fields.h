@@ -6,7 +6,7 @@ namespace diffsac {
 
 /// The numbers of a record (ProblemRecord, const or not) by the names of their columns in problems.csv, in their order:
 /// the one list for writing and reading that file and the lines of shards. visit(name, value): value is a double, a
-/// count (int, std::int64_t) or a bool.
+/// count (int, std::int64_t), a bool or, of VisitStructures, a list of doubles.
 template <class Record, class Visit>
 void VisitRecord(Record& record, const Visit& visit) {
   visit("angle_deg", record.error.angle_deg);
@@ -51,6 +51,7 @@ void VisitStructures(Record& record, const Visit& visit) {
   visit("structures_in_sets", record.structures_in_sets);
   visit("structures", record.structures);
   visit("draws", record.report.draws);
+  visit("structure_angles_deg", record.error.structure_angles_deg);
 }
 
 }  // namespace diffsac

@@ -91,7 +91,7 @@ double MeanOf(const std::vector<const ProblemRecord*>& records, const ValueOf& v
 }
 
 void AddStructureMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                         std::vector<MetricValue>* metrics) {
+                         const Tolerance& tolerance, bool angles_known, std::vector<MetricValue>* metrics) {
   const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
   const auto add = [&](const char* name, double value) { metrics->push_back({scene, name, value}); };
   add("misclassification", MeanOf(records, misclassified));
@@ -100,6 +100,14 @@ void AddStructureMetrics(const std::string& scene, const std::vector<const Probl
   add("structures", MeanOf(records, [](const ProblemRecord& r) { return r.structures; }));
   add(kSetsMetric, MeanOf(records, SetsOf));
   add("structures_in_sets", MeanOf(records, [](const ProblemRecord& r) { return r.structures_in_sets; }));
+  std::vector<double> angles;
+  for (const ProblemRecord* record : records)
+    angles.insert(angles.end(), record->error.structure_angles_deg.begin(), record->error.structure_angles_deg.end());
+  if (angles_known) {
+    for (const double c : {0.5 * tolerance.value, tolerance.value})
+      metrics->push_back({scene, MetricName("recall_AUC", c), RecallArea(angles, c)});
+    metrics->push_back({scene, MetricName("structures_within", tolerance), AccuracyWithin(angles, tolerance.value)});
+  }
   add("draws", MedianOf(records, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); }));
 }
 
@@ -140,7 +148,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
       {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
   };
   if (kinds.poses) AddPoseMetrics(scene, records, tolerance, &metrics);
-  if (kinds.structures) AddStructureMetrics(scene, records, &metrics);
+  if (kinds.structures) AddStructureMetrics(scene, records, tolerance, kinds.angles, &metrics);
   return metrics;
 }
 
@@ -165,6 +173,11 @@ bool JudgesStructures(const ExperimentResults& results) {
                      [](const Cell& cell) { return JudgesStructures(cell); });
 }
 
+bool JudgesAngles(const Cell& cell) {
+  return std::any_of(cell.records.begin(), cell.records.end(),
+                     [](const ProblemRecord& record) { return !record.error.structure_angles_deg.empty(); });
+}
+
 std::string AccuracyMetric(const ExperimentResults& results) {
   return JudgesStructures(results) ? "recall" : MetricName("mAA", results.experiment.tolerance());
 }
@@ -176,7 +189,7 @@ std::string AccuracyTitle(const ExperimentResults& results) {
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell)};
+  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell)};
   for (const std::string& scene : Scenes(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)

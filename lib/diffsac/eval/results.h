@@ -117,6 +117,7 @@ std::string MetricName(const std::string& metric, const Tolerance& tolerance);
 struct MetricKinds {
   bool poses = false;       ///< Rotation and translation on their own.
   bool structures = false;  ///< Several structures at once.
+  bool angles = false;      ///< The angles of these.
 };
 
 /// The metrics of one scene's records, in the order of the files (docs/metrics.md).
@@ -134,6 +135,9 @@ bool JudgesPoses(const ExperimentResults& results);
 /// Whether several structures are judged: some problem's recall is known.
 bool JudgesStructures(const Cell& cell);
 bool JudgesStructures(const ExperimentResults& results);
+
+/// Whether the angles of several structures are judged.
+bool JudgesAngles(const Cell& cell);
 
 /// The metric that intervals, differences and curves are of (AccuracyOf): "recall", or "mAA@0.5deg".
 std::string AccuracyMetric(const ExperimentResults& results);

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 8";
+constexpr const char* kFormat = "diffsac shard 9";
 
 // The library's own conversion is undefined for numbers that no integer holds.
 template <class Integer>
@@ -56,6 +56,7 @@ struct AppendValues {
   void operator()(const char*, Count value) const {
     line.push_back(value);
   }
+  void operator()(const char*, const std::vector<double>& values) const { line.push_back(values); }
 };
 
 class TakeValues {
@@ -66,6 +67,7 @@ class TakeValues {
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
   void operator()(const char*, bool& value) const { value = Next().get<bool>(); }
+  void operator()(const char*, std::vector<double>& values) const { values = Next().get<std::vector<double>>(); }
   template <std::integral Count>
   void operator()(const char*, Count& value) const {
     value = Whole<Count>(Next());

@@ -35,7 +35,12 @@ inline constexpr double kRecallTruncation = 3.0;
 /// Share of the true structures that have points and are found, each by a model of its own; NaN where none has points.
 double StructureRecall(const std::vector<ModelParameters>& found, const Example& example);
 
-/// Sets error->misclassified and ->recall where the truth has structures.
+/// Degrees between each true structure and the one found that is matched to it, in the order of the truth: of the first
+/// as many found models as there are true ones the assignment of least sum; kWorstAngleDeg without a partner (Kluger et
+/// al., CVPR 2020, vanishing points). Empty for tasks whose models have no angle.
+std::vector<double> StructureAngles(const std::vector<ModelParameters>& found, const Example& example);
+
+/// Sets error->misclassified, ->recall and ->structure_angles_deg where the truth has structures.
 void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error);
 
 /// What minimal sets hold of the true structures; NaN without sets or structures.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 namespace diffsac {
 
@@ -28,6 +29,9 @@ struct EstimateError {
   double misclassified = std::numeric_limits<double>::quiet_NaN();
   /// The same: share of the true structures that are found.
   double recall = std::numeric_limits<double>::quiet_NaN();
+  /// The same, of lines, planes and vanishing points: degrees between each true structure and the estimate that is
+  /// matched to it, in the order of the truth (docs/metrics.md#angles-of-several-structures).
+  std::vector<double> structure_angles_deg = {};
 };
 
 }  // namespace diffsac

@@ -33,6 +33,9 @@ struct HyperplaneTask : TaskDescriptionOf<M> {
   static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>&, const Example& example) {
     return HyperplaneError(model, example);
   }
+  static double StructureAngle(const ModelParameters& a, const ModelParameters& b, const Example&) {
+    return AngleBetweenDegrees(a, b);
+  }
   static double ChanceShare(const Problem& problem, double threshold) { return SlabShare(problem.points, threshold); }
   static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
     return HyperplaneEquations(space.points(), truth);

@@ -18,6 +18,13 @@ PointMatrix ImagePoints(const Problem& problem) {
   });
 }
 
+Eigen::VectorXd PointWeights(const Problem& problem) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> Eigen::VectorXd {
+    if constexpr (requires { Description::PointWeights(problem); }) return Description::PointWeights(problem);
+    return {};
+  });
+}
+
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem) {
   return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<RigidMotion> {

@@ -19,17 +19,18 @@ struct FocalPosterior;
 /// What is estimated. The tasks are listed, and described, in problem/tasks.h.
 enum class Task : int;
 
-/// "line", "plane", "homography", "fundamental", "essential", "absolute_pose".
+/// "line", "plane", "homography", "fundamental", "essential", "absolute_pose", "shared_focal", "one_focal",
+/// "vanishing_point".
 std::string ToString(Task task);
 /// All of these.
 std::vector<std::string> TaskNames();
 /// Throws Error for an unknown name.
 Task TaskFromString(const std::string& name);
 /// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E, 3 for
-/// poses.
+/// poses, 2 for vanishing points.
 int MinimalSetSize(Task task);
 /// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels),
-/// 5 for absolute poses (X Y Z u v).
+/// 5 for absolute poses (X Y Z u v), 4 for vanishing points (x1 y1 x2 y2, the ends of a segment, pixels).
 int PointDimension(Task task);
 /// Whether the points are matches of two images.
 bool IsTwoView(Task task);
@@ -83,6 +84,9 @@ Status CheckProblem(const Problem& problem);
 
 /// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
 PointMatrix ImagePoints(const Problem& problem);
+
+/// How much each point says, N values in (0, 1]: a segment's relative length; empty for tasks whose points say alike.
+Eigen::VectorXd PointWeights(const Problem& problem);
 
 /// The motion that a model says: of the second camera seen from the first, |t| = 1, chosen by cheirality of the inliers
 /// (E, and F where the calibration is known), or world-to-camera (absolute pose). Nothing for other tasks, and where no

@@ -13,14 +13,25 @@
 #include "diffsac/problem/homography_task.h"
 #include "diffsac/problem/hyperplane_task.h"
 #include "diffsac/problem/shared_focal_task.h"
+#include "diffsac/problem/vanishing_point_task.h"
 
 namespace diffsac {
 
 /// The one list of what can be estimated. A new task is a description of its own (problem/task_description.h), its
 /// header above, its name here and its place in the list: docs/extending.md.
-enum class Task : int { kLine, kPlane, kHomography, kFundamental, kEssential, kAbsolutePose, kSharedFocal, kOneFocal };
+enum class Task : int {
+  kLine,
+  kPlane,
+  kHomography,
+  kFundamental,
+  kEssential,
+  kAbsolutePose,
+  kSharedFocal,
+  kOneFocal,
+  kVanishingPoint
+};
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask,
-                          SharedFocalTask, OneFocalTask>;
+                          SharedFocalTask, OneFocalTask, VanishingPointTask>;
 
 /// Those of which two views with a pose, matched or generated, are problems.
 inline constexpr std::initializer_list<Task> kTwoViewTasks = {Task::kHomography, Task::kFundamental, Task::kEssential,

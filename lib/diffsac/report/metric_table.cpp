@@ -75,7 +75,7 @@ void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_
     Table::Row row;
     row.cells.push_back(method.label);
     for (const MetricColumn& column : shown.columns) {
-      number_row.values.push_back(report.Metric(column.condition, m, column.scene, column.metric));
+      number_row.values.push_back(column.scale * report.Metric(column.condition, m, column.scene, column.metric));
       row.cells.push_back(FixedText(number_row.values.back(), column.digits));
       row.intervals.resize(row.cells.size());
       const std::string interval = RangeOf(report, column, m);

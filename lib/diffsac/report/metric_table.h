@@ -17,6 +17,7 @@ struct MetricColumn {
   int digits = 3;
   bool higher_is_better = true;
   std::optional<double> PaperValue::*paper = nullptr;  ///< The paper's value for it, null where it gives none.
+  double scale = 1.0;                                  ///< What is shown is so many times the metric.
 };
 
 /// What a table of metrics shows: a row for each method.

@@ -100,6 +100,10 @@ struct AppendValues {
   void operator()(const char*, Count value) const {
     *text += "," + std::to_string(value);
   }
+  void operator()(const char*, const std::vector<double>& values) const {
+    *text += ",";
+    for (std::size_t i = 0; i < values.size(); ++i) *text += (i == 0 ? "" : " ") + NumberText(values[i]);
+  }
 };
 
 /// Appends ",NAME".

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -69,6 +70,14 @@ class Line {
     if (*end != '\0') throw Error(std::string(name) + ": '" + text + "' is no number");
     return value;
   }
+  /// Numbers with a blank between them.
+  std::vector<double> Numbers(const char* name) const {
+    std::istringstream text(Text(name));
+    std::vector<double> values;
+    for (double value; text >> value;) values.push_back(value);
+    if (!text.eof()) throw Error(std::string(name) + ": '" + Text(name) + "' is no list of numbers");
+    return values;
+  }
   int Count(const char* name) const {
     const double value = Number(name);
     if (!(value >= 0.0 && value < 2e9)) throw Error(std::string(name) + ": '" + Text(name) + "' is no count");
@@ -88,6 +97,9 @@ struct ReadValues {
   template <std::integral Count>
   void operator()(const char* name, Count& value) const {
     value = line.Count(name);
+  }
+  void operator()(const char* name, std::vector<double>& values) const {
+    if (line.Has(name)) values = line.Numbers(name);  // Runs of before have none.
   }
   /// The column's name, or what it was in files of earlier versions.
   const char* Column(const char* name) const {

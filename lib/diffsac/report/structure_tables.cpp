@@ -33,6 +33,17 @@ std::vector<MetricTable> StructureKinds(const ExperimentResults& results) {
   add("recall of structures" + (scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : "") +
           ", higher is better",
       {"", 0, "mean", "recall", 3, true, &PaperValue::recall}, false);
+  if (std::any_of(results.cells.begin(), results.cells.end(), JudgesAngles)) {
+    const Tolerance c = results.experiment.tolerance();
+    for (const bool half : {true, false}) {
+      const std::string name = MetricName("recall_AUC", half ? 0.5 * c.value : c.value);
+      add(name + " of structures in %, higher is better",
+          {"", 0, all, name, 2, true, half ? &PaperValue::recall_auc_half : &PaperValue::recall_auc, 100.0}, false);
+    }
+    const std::string within = MetricName("structures_within", c);
+    add("structures within " + FixedText(c.value, 1) + "° in %, higher is better",
+        {"", 0, all, within, 1, true, nullptr, 100.0}, false);
+  }
   if (!HasStructureSets(results)) return kinds;
   add("share of the first 20 minimal sets that are of one true structure alone", {"", 0, "mean", kSetsMetric, 3},
       false);

@@ -1,0 +1,100 @@
+#include "diffsac/io/segment_files.h"
+
+#include <Eigen/LU>
+#include <mutex>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/io/hdf5_input.h"
+#include "diffsac/io/hdf5_numbers.h"
+#include "diffsac/io/hdf5_output.h"
+
+namespace diffsac {
+namespace {
+
+using Matrix3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+// 0 rows: any number. cols 0: a list of `rows` numbers.
+Numbers Read(const H5::Group& group, const std::string& name, hsize_t rows, hsize_t cols, const std::string& place) {
+  const std::string where = place + "/" + name;
+  Numbers numbers = ReadNumbers(group.openDataSet(name), where);
+  const bool fits = numbers.shape.size() == (cols == 0 ? 1u : 2u) && (rows == 0 || numbers.shape[0] == rows) &&
+                    (cols == 0 || numbers.shape[1] == cols);
+  if (fits) return numbers;
+  const std::string any = rows == 0 ? "N" : std::to_string(rows);
+  throw Error(where + ": expected " + any + (cols == 0 ? " numbers" : "x" + std::to_string(cols)) + ", found " +
+              ShapeText(numbers));
+}
+
+ImageSegments ReadImage(const H5::Group& group, const std::string& name, const std::string& place) {
+  ImageSegments image;
+  image.name = name;
+  if (!group.nameExists("segments")) throw Error(place + "/segments: there is no such data set");
+  const Numbers segments = Read(group, "segments", 0, 4, place);
+  image.segments =
+      Eigen::Map<const PointMatrix>(segments.values.data(), static_cast<Eigen::Index>(segments.shape[0]), 4);
+  if (group.nameExists("vanishing_points")) {
+    const Numbers points = Read(group, "vanishing_points", 0, 3, place);
+    for (std::size_t i = 0; i + 2 < points.values.size(); i += 3) {
+      const Eigen::Vector3d point(points.values[i], points.values[i + 1], points.values[i + 2]);
+      if (!point.allFinite() || !(point.norm() > 0.0))
+        throw Error(place + "/vanishing_points: row " + std::to_string(i / 3) + " is no point");
+      image.vanishing_points.push_back(point);
+    }
+  }
+  if (group.nameExists("K")) {
+    const Numbers k = Read(group, "K", 3, 3, place);
+    const Eigen::Matrix3d K = Eigen::Map<const Matrix3Rows>(k.values.data());
+    if (!K.allFinite() || K.determinant() == 0.0) throw Error(place + "/K: expected a calibration matrix");
+    image.K = K;
+  }
+  if (group.nameExists("size")) {
+    const Numbers size = Read(group, "size", 2, 0, place);
+    for (const double side : size.values)
+      if (!(side >= 1.0 && side <= 1e9)) throw Error(place + "/size: expected width and height");
+    image.size = {static_cast<int>(size.values[0]), static_cast<int>(size.values[1])};
+  }
+  return image;
+}
+
+void WriteImage(const H5::Group& group, const ImageSegments& image) {
+  WriteNumbers(group, "segments", image.segments.data(), {static_cast<hsize_t>(image.segments.rows()), 4});
+  if (!image.vanishing_points.empty())
+    WriteNumbers(group, "vanishing_points", image.vanishing_points[0].data(), {image.vanishing_points.size(), 3});
+  if (image.K) {
+    const Matrix3Rows K = *image.K;
+    WriteNumbers(group, "K", K.data(), {3, 3});
+  }
+  const double size[] = {static_cast<double>(image.size.width), static_cast<double>(image.size.height)};
+  if (image.size.known()) WriteNumbers(group, "size", size, {2});
+}
+
+}  // namespace
+
+std::vector<ImageSegments> ReadSegments(const std::string& path) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::Exception::dontPrint();
+  try {
+    const H5::H5File file = OpenHdf5(path);
+    std::vector<ImageSegments> images;
+    for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
+      const std::string name = file.getObjnameByIdx(i);
+      images.push_back(ReadImage(file.openGroup(name), name, path + ":/" + name));
+    }
+    return images;
+  } catch (const H5::Exception& e) {
+    throw Error(path + ": not a readable HDF5 file of segments: " + Describe(e));
+  }
+}
+
+void WriteSegments(const std::string& path, const std::vector<ImageSegments>& images) {
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    Hdf5Output output(temporary, path);
+    output.Use([&](H5::H5File& file) {
+      for (const ImageSegments& image : images) WriteImage(file.createGroup(image.name), image);
+    });
+    output.Close();
+  });
+}
+
+}  // namespace diffsac

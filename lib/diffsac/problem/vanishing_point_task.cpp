@@ -1,0 +1,106 @@
+#include "diffsac/problem/vanishing_point_task.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diffsac/problem/shared_focal_task.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+Eigen::Matrix3d UsualCamera(const Eigen::Vector2d& middle, double longer_side) {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K(0, 0) = K(1, 1) = longer_side > 0.0 ? kUsualFocal * longer_side : 1.0;
+  K.topRightCorner<2, 1>() = middle;
+  return K;
+}
+
+Eigen::Vector3d Unit(const Eigen::Vector3d& v) {
+  const double length = v.norm();
+  return length > 0.0 ? Eigen::Vector3d(v / length) : v;
+}
+
+}  // namespace
+
+Eigen::Matrix3d SegmentCamera(const Problem& problem) {
+  if (problem.cameras) return problem.cameras->K1;
+  const ImageSize& size = problem.size1;
+  if (size.known())
+    return UsualCamera(0.5 * Eigen::Vector2d(size.width - 1, size.height - 1), std::max(size.width, size.height));
+  const PointMatrix& points = problem.points;
+  if (points.rows() == 0 || points.cols() != 4 || !points.allFinite()) return Eigen::Matrix3d::Identity();
+  const Eigen::RowVector4d least = points.colwise().minCoeff(), most = points.colwise().maxCoeff();
+  const Eigen::RowVector2d low = least.head<2>().cwiseMin(least.tail<2>());
+  const Eigen::RowVector2d high = most.head<2>().cwiseMax(most.tail<2>());
+  return UsualCamera(0.5 * (low + high).transpose(), (high - low).maxCoeff());
+}
+
+PointMatrix VanishingPointTask::Normalize(const Problem& problem, double* unit) {
+  *unit = kDegrees;
+  const Eigen::Matrix3d inverse = SegmentCamera(problem).inverse();
+  PointMatrix points = problem.points;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    for (const Eigen::Index end : {0, 2}) {
+      const Eigen::Vector3d ray = inverse * Eigen::Vector3d(points(i, end), points(i, end + 1), 1.0);
+      points(i, end) = ray[0] / ray[2];
+      points(i, end + 1) = ray[1] / ray[2];
+    }
+  return points;
+}
+
+PointMatrix VanishingPointTask::FeatureCoordinates(const SolverSpace& space) {
+  // The line, whose sign says nothing, as a direction of double angle; and the middle.
+  const PointMatrix& points = space.points();
+  PointMatrix coordinates(points.rows(), 4);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const double angle = 2.0 * std::atan2(points(i, 3) - points(i, 1), points(i, 2) - points(i, 0));
+    coordinates.row(i) << 0.5 * (points(i, 0) + points(i, 2)), 0.5 * (points(i, 1) + points(i, 3)), std::cos(angle),
+        std::sin(angle);
+  }
+  return coordinates;
+}
+
+PointMatrix VanishingPointTask::ImagePoints(const Problem& problem) {
+  return 0.5 * (problem.points.leftCols(2) + problem.points.rightCols(2));
+}
+
+Eigen::VectorXd VanishingPointTask::PointWeights(const Problem& problem) {
+  Eigen::VectorXd lengths = (problem.points.rightCols(2) - problem.points.leftCols(2)).rowwise().norm();
+  const double longest = lengths.size() > 0 ? lengths.maxCoeff() : 0.0;
+  if (longest > 0.0 && std::isfinite(longest)) lengths /= longest;
+  return lengths;
+}
+
+double VanishingPointTask::ChanceShare(const Problem&, double threshold) { return std::min(1.0, threshold / 90.0); }
+
+EstimateError VanishingPointTask::Error(const ModelParameters* model, const std::vector<std::uint8_t>&,
+                                        const Example& example) {
+  EstimateError error;
+  error.failed = model == nullptr;
+  if (example.truth.model.size() != 3) return error;
+  error.angle_deg = error.failed ? kWorstAngleDeg : StructureAngle(*model, example.truth.model, example);
+  return error;
+}
+
+double VanishingPointTask::StructureAngle(const ModelParameters& a, const ModelParameters& b, const Example& example) {
+  const auto& cameras = example.truth.cameras ? example.truth.cameras : example.problem.cameras;
+  Eigen::Matrix3d to_space = Eigen::Matrix3d::Identity();
+  if (cameras) to_space = cameras->K1.inverse() * SegmentCamera(example.problem);
+  const Eigen::Vector3d first = Unit(to_space * Eigen::Vector3d(a)), second = Unit(to_space * Eigen::Vector3d(b));
+  return std::atan2(first.cross(second).norm(), std::abs(first.dot(second))) * kDegrees;
+}
+
+Eigen::Vector3d VanishingPointTask::PixelPoint(const ModelParameters& model, const Problem& problem) {
+  return Unit(SegmentCamera(problem) * Eigen::Vector3d(model));
+}
+
+ModelParameters VanishingPointTask::ModelOf(const Eigen::Vector3d& pixel_point, const Problem& problem) {
+  return Unit(SegmentCamera(problem).inverse() * pixel_point);
+}
+
+}  // namespace diffsac
