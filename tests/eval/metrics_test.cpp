@@ -22,6 +22,29 @@ TEST_CASE("metrics of the worked example") {
   CHECK(Median(kErrors) == 9.9);
 }
 
+TEST_CASE("the area under the recall as CONSAC's program computes it") {
+  struct Golden {
+    std::vector<double> errors;
+    double at_5, at_10;
+  };
+  // calc_auc of fkluger/consac, util/auc.py, for each; it fails where no error is below the threshold.
+  const Golden all[] = {{{12, 0.3, 90, 4, 0.8, 2.5, 7, 1.2}, 0.459205, 0.606217},
+                        {{0.5, 2, 5, 5, 7, 10, 40}, 0.278571, 0.503571},
+                        {{1, 3, 5}, 0.533333, 0.766667},
+                        {{1, 3, 5, 8}, 0.400000, 0.662500},
+                        {{0.5, 1, 2, 3}, 0.737500, 0.868750},
+                        {{1, 90, 90, 90}, 0.298901, 0.336264},
+                        {{3, 30}, 0.290909, 0.509091},
+                        {{0, 0, 6, 20}, 0.625000, 0.713462},
+                        {{6, 8, 20}, 0.0, 0.257143}};
+  for (const Golden& golden : all) {
+    CHECK(RecallArea(golden.errors, 5.0) == Approx(golden.at_5).margin(6e-7));
+    CHECK(RecallArea(golden.errors, 10.0) == Approx(golden.at_10).margin(6e-7));
+  }
+  CHECK(std::isnan(RecallArea({}, 5.0)));
+  CHECK(RecallArea(std::vector<double>{12, 20, 90}, 10.0) == 0.0);
+}
+
 TEST_CASE("errors at a threshold count as accurate") {
   CHECK(AverageAccuracy(0.0, 0.5) == 1.0);
   CHECK(AverageAccuracy(0.5, 0.5) == Approx(0.1));

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "diffsac/eval/metrics.h"
+#include "diffsac/problem/tasks.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -159,6 +160,66 @@ TEST_CASE("sets of one structure, and the structures that they are of") {
   GroundTruth one = truth;
   one.structures.clear();
   CHECK(std::isnan(StructureSharesOf({{0, 1}}, one).one_structure));
+}
+
+Example VanishingPointsOfThree() {
+  Example example;
+  example.problem.task = Task::kVanishingPoint;
+  example.problem.points = PointMatrix::Random(4, 4);
+  CameraPair cameras;
+  cameras.K1 << 518.85790117450188, 0, 325.58244941119034, 0, 519.46961112127485, 253.73616633400465, 0, 0, 1;
+  cameras.K2 = cameras.K1;
+  example.problem.cameras = cameras;
+  example.truth.structures = {Eigen::Vector3d(1, 0, 0.1), Eigen::Vector3d(0, 1, 0.1), Eigen::Vector3d(0, 0.1, 1)};
+  return example;
+}
+
+// fkluger/consac, util/evaluation.py, single_eval_nyu, on the same numbers.
+TEST_CASE("angles of several vanishing points are those of CONSAC's program") {
+  const Example example = VanishingPointsOfThree();
+  const double pixels[3][2] = {{352.7746, 305.7544}, {5511.0007, 435.0284}, {325.5824, 760.4779}};
+  std::vector<ModelParameters> found;
+  for (const auto& [x, y] : pixels) found.push_back(VanishingPointTask::ModelOf({x, y, 1.0}, example.problem));
+  const auto check = [&](const std::vector<double>& expected) {
+    const std::vector<double> angles = StructureAngles(found, example);
+    REQUIRE(angles.size() == expected.size());
+    for (std::size_t i = 0; i < angles.size(); ++i) CHECK(angles[i] == Approx(expected[i]).margin(1e-5));
+  };
+  check({1.990073, 40.0, 2.985108});
+  found.push_back(example.truth.structures[1]);  // Only as many count as there are true ones.
+  check({1.990073, 40.0, 2.985108});
+  found.resize(2);
+  check({1.990073, 90.0, 2.985108});
+  found.clear();
+  check({90.0, 90.0, 90.0});
+}
+
+TEST_CASE("the sum of the angles is least, not each of them") {
+  Example example = VanishingPointsOfThree();
+  const auto turned = [](double degrees) {
+    const double a = degrees * 3.14159265358979 / 180.0;
+    return ModelParameters(Eigen::Vector3d(std::cos(a), std::sin(a), 0.0));
+  };
+  example.truth.structures = {turned(0), turned(20)};
+  const std::vector<double> angles = StructureAngles({turned(19), turned(22)}, example);
+  CHECK(angles[0] == Approx(19.0));
+  CHECK(angles[1] == Approx(2.0));
+}
+
+TEST_CASE("angles are those of the true camera where the problem has none") {
+  Example example = VanishingPointsOfThree();
+  const auto pixel = [&](int k) -> Eigen::Vector3d {
+    return VanishingPointTask::PixelPoint(example.truth.structures[k], example.problem);
+  };
+  const Eigen::Vector3d first = pixel(0), second = pixel(1);
+  const double angle =
+      VanishingPointTask::StructureAngle(example.truth.structures[0], example.truth.structures[1], example);
+  example.truth.cameras = example.problem.cameras;
+  example.problem.cameras.reset();
+  example.problem.size1 = {640, 480};
+  CHECK(VanishingPointTask::StructureAngle(VanishingPointTask::ModelOf(first, example.problem),
+                                           VanishingPointTask::ModelOf(second, example.problem),
+                                           example) == Approx(angle));
 }
 
 }  // namespace

@@ -10,8 +10,9 @@
 namespace diffsac {
 namespace {
 
-constexpr Task kTasks[] = {Task::kLine,      Task::kPlane,        Task::kHomography,  Task::kFundamental,
-                           Task::kEssential, Task::kAbsolutePose, Task::kSharedFocal, Task::kOneFocal};
+constexpr Task kTasks[] = {Task::kLine,        Task::kPlane,     Task::kHomography,
+                           Task::kFundamental, Task::kEssential, Task::kAbsolutePose,
+                           Task::kSharedFocal, Task::kOneFocal,  Task::kVanishingPoint};
 
 Problem TwoViewProblem(Task task) {
   Problem problem;
@@ -28,8 +29,8 @@ Problem TwoViewProblem(Task task) {
 }  // namespace
 
 TEST_CASE("the names of the enumeration are those of the list") {
-  const char* names[] = {"line",      "plane",         "homography",   "fundamental",
-                         "essential", "absolute_pose", "shared_focal", "one_focal"};
+  const char* names[] = {"line",          "plane",        "homography", "fundamental",    "essential",
+                         "absolute_pose", "shared_focal", "one_focal",  "vanishing_point"};
   CHECK(TaskNames() == std::vector<std::string>(std::begin(names), std::end(names)));
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CHECK(ToString(kTasks[i]) == names[i]);
@@ -37,17 +38,17 @@ TEST_CASE("the names of the enumeration are those of the list") {
   }
   CHECK(Problem().task == Task::kLine);
   CHECK(Has(ErrorOf([] { TaskFromString("circle"); }),
-            "'circle': expected line, plane, homography, fundamental, essential, absolute_pose, shared_focal or "
-            "one_focal"));
+            "'circle': expected line, plane, homography, fundamental, essential, absolute_pose, shared_focal, "
+            "one_focal or vanishing_point"));
 }
 
 TEST_CASE("sizes and kinds follow from the descriptions") {
-  const int sizes[] = {2, 3, 4, 7, 5, 3, 6, 6}, dimensions[] = {2, 3, 4, 4, 4, 5, 4, 4};
+  const int sizes[] = {2, 3, 4, 7, 5, 3, 6, 6, 2}, dimensions[] = {2, 3, 4, 4, 4, 5, 4, 4, 4};
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CAPTURE(ToString(kTasks[i]));
     CHECK(MinimalSetSize(kTasks[i]) == sizes[i]);
     CHECK(PointDimension(kTasks[i]) == dimensions[i]);
-    CHECK(IsTwoView(kTasks[i]) == (dimensions[i] == 4));
+    CHECK(IsTwoView(kTasks[i]) == (dimensions[i] == 4 && kTasks[i] != Task::kVanishingPoint));
     CHECK(ErrorInPixels(kTasks[i]) == (kTasks[i] == Task::kHomography));
   }
 }

@@ -51,6 +51,8 @@ struct EstimationPriors {
   Eigen::VectorXd fit_weights;
   /// The probability of each point to be an inlier, for options.inlier_prior_power (N values; empty: unknown).
   Eigen::VectorXd inlier_priors = {};
+  /// How much each point says (PointWeights in problem/problem.h), for structures.search: chosen. Empty: alike.
+  Eigen::VectorXd point_weights = {};
   std::optional<CameraPrior> cameras = {};
   /// Of how many of the data's units one unit of the points is.
   double unit = 1.0;

@@ -6,21 +6,32 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
   b.Field("search", search)
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
-          "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool");
+          "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool; `chosen`, of "
+          "that "
+          "pool by a network that learned from labels");
   const bool several = Several();
   const char* only = "structures.search other than one";
   b.Field("most", most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
+  const bool chosen = search == StructureSearch::kChosen;
+  const char* by_chance = "structures.search other than one and chosen";
   b.Field("log_false_alarms", log_false_alarms)
-      .OnlyIf(several, only)
+      .OnlyIf(several && !chosen, by_chance)
       .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
   b.Field("least_chance", least_chance, Within(0.0, 1.0))
-      .OnlyIf(several, only)
+      .OnlyIf(several && !chosen, by_chance)
       .Help(
           "a point anywhere is within ε of a model with this probability at least; what uniform points say where that "
           "is more");
   b.Field("rounds", rounds, Within(0, 100))
-      .OnlyIf(several, only)
+      .OnlyIf(several && !chosen, by_chance)
       .Help("of assigning points to the nearest model and refitting models to their points");
+  b.Field("chooser", chooser)
+      .OnlyIf(chosen, "structures.search: chosen")
+      .Help("the file of a network that was trained with `method: structure_chooser`");
+  b.Field("least_value", least_value, Within(0.0, 1.0))
+      .OnlyIf(chosen, "structures.search: chosen")
+      .Help("a structure is taken while the chooser expects it to be worth so much; 0: as many as `most`");
+  b.Require(!chosen || !chooser.empty() || chosen_by != nullptr, "chooser", "a file");
 }
 
 }  // namespace diffsac

@@ -2,9 +2,11 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/structure_chooser.h"
 #include "diffsac/core/options.h"
 
 namespace diffsac {
@@ -18,14 +20,16 @@ namespace diffsac {
 ///                and Fusiello, "Robust multiple structures estimation with J-linkage", ECCV 2008)
 ///   kTLinkage    "t_linkage": by soft preferences (Magri and Fusiello, "T-linkage: a continuous relaxation of
 ///                J-linkage for multi-model fitting", CVPR 2014)
-enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage };
+///   kChosen      "chosen": of the same hypotheses a StructureChooser takes some, in its order
+enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage, kChosen };
 template <>
-inline constexpr auto kEnumNames<StructureSearch> =
-    NamesOf<StructureSearch>({{StructureSearch::kOne, "one"},
-                              {StructureSearch::kSequential, "sequential"},
-                              {StructureSearch::kAtOnce, "at_once"},
-                              {StructureSearch::kJLinkage, "j_linkage"},
-                              {StructureSearch::kTLinkage, "t_linkage"}});
+inline constexpr auto kEnumNames<StructureSearch> = NamesOf<StructureSearch>({{StructureSearch::kOne, "one"},
+                                                                              {StructureSearch::kSequential,
+                                                                               "sequential"},
+                                                                              {StructureSearch::kAtOnce, "at_once"},
+                                                                              {StructureSearch::kJLinkage, "j_linkage"},
+                                                                              {StructureSearch::kTLinkage, "t_linkage"},
+                                                                              {StructureSearch::kChosen, "chosen"}});
 
 /// The group `structures` of a row.
 struct StructureSearchOptions {
@@ -39,11 +43,14 @@ struct StructureSearchOptions {
   double least_chance = 0.0;
   /// Rounds in which each point goes to the model that it is nearest to, and each model is refitted to its points.
   int rounds = 2;
+  std::string chooser;                                     ///< Of kChosen: the file of its network.
+  double least_value = 0.0;                                ///< Of kChosen: a structure is taken of which it is so sure.
+  std::shared_ptr<const StructureChooser> chosen_by = {};  ///< Of kChosen, by whoever read that file.
   void Bind(OptionsBinder& b);
   bool Several() const { return search != StructureSearch::kOne; }
 };
 
-/// Several models with disjoint inliers, that of most points first.
+/// Several models with disjoint inliers, that of most points first; of kChosen the surest first.
 struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;

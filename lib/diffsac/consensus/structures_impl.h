@@ -60,6 +60,9 @@ class StructuresSearch {
       case StructureSearch::kTLinkage:
         TakeClusters();
         break;
+      case StructureSearch::kChosen:
+        Solve();
+        return Chosen();
       case StructureSearch::kAtOnce:
         Solve();
         TakeOneByOne();
@@ -103,6 +106,15 @@ class StructuresSearch {
     found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
     found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
     found_.first_sets = FirstSets(sets, Model::kMinimalSize);
+  }
+
+  StructuresResult Chosen() {
+    models_ = structures_.chosen_by->Choose(points_, priors_.point_weights, priors_.models, structures_.most,
+                                            structures_.least_value);
+    Assign();
+    found_.models = models_;
+    found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
+    return std::move(found_);
   }
 
   /// One search on some of the points. draw: with sets of its own, else of the hypotheses that are known.

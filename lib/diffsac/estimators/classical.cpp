@@ -7,6 +7,7 @@
 #include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimators/vanishing_point_chooser.h"
 
 namespace diffsac {
 namespace {
@@ -82,6 +83,11 @@ ClassicalOptions LoRansacOptions(Task task) {
   if (DispatchTask(task, []<MinimalModel Model>() { return HasRefine<Model>; }))
     options.consensus.final_refinement = FinalRefinement::kRefinement;
   return options;
+}
+
+ClassicalEstimator::ClassicalEstimator(const ClassicalOptions& options) : options_(options) {
+  CheckOptions(options);
+  LoadChooser(&options_.structures);
 }
 
 Estimate ClassicalEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {

@@ -32,7 +32,7 @@ ClassicalOptions LoRansacOptions(Task task);
 /// `magsac_pp` and `exhaustive`, registered with their defaults in classical.cpp. Throws Error for wrong options.
 class ClassicalEstimator : public RobustEstimator {
  public:
-  explicit ClassicalEstimator(const ClassicalOptions& options) : options_(options) { CheckOptions(options); }
+  explicit ClassicalEstimator(const ClassicalOptions& options);
   Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
 
  private:

@@ -38,8 +38,9 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
       priors.cameras = FocalCameraPrior(prior, options.camera_prior);
     }
   });
+  priors.point_weights = PointWeights(problem);
   if (options.inlier_prior_power > 0.0) {
-    priors.inlier_priors = PointWeights(problem);
+    priors.inlier_priors = priors.point_weights;
     if (priors.inlier_priors.size() == 0 && problem.match_ratio.size() == problem.points.rows())
       priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
   }

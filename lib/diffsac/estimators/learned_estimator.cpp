@@ -8,6 +8,7 @@
 #include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimators/vanishing_point_chooser.h"
 
 namespace diffsac {
 namespace {
@@ -58,9 +59,12 @@ LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network,
                                    std::shared_ptr<const LearnedOptions> options, int threads)
     : network_(std::move(network)),
       options_(std::move(options)),
+      structures_(options_->structures),
       threads_(threads),
       model_(ModelFromString(network_->task, options_->model)),
-      features_(FeaturesOf(*network_, options_->preference_draws)) {}
+      features_(FeaturesOf(*network_, options_->preference_draws)) {
+  LoadChooser(&structures_);
+}
 
 Estimate LearnedEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
   return EstimateOne(problem, seed);
@@ -187,13 +191,13 @@ std::unique_ptr<MinimalSampler> LearnedEstimator::MakeSamplerOfRows(const Guidan
 template <MinimalModel Model>
 Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const {
   const EstimationPriors priors = PriorsOf(space, prediction);
-  if (options_->structures.Several()) {
+  if (structures_.Several()) {
     const auto sampler_of = [&](const std::vector<int>& rows, int search) {
       return MakeSamplerOfRows({space, prediction, Model::kMinimalSize, search == 0 ? rng : rng.Fork("search", search)},
                                rows);
     };
     return EstimateOf(FindStructures<Model>(space.points(), space.threshold(), sampler_of, options_->consensus,
-                                            options_->structures, rng.Fork("consensus"), priors));
+                                            structures_, rng.Fork("consensus"), priors));
   }
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
   return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, options_->consensus,

@@ -137,6 +137,7 @@ class LearnedEstimator : public RobustEstimator {
 
   std::shared_ptr<const LearnedModel> network_;
   std::shared_ptr<const LearnedOptions> options_;  ///< The whole of the derived class's, which refers to it.
+  StructureSearchOptions structures_;              ///< Of the options, with its chooser.
   int threads_;
   TaskModel model_;
   PointFeatures features_;

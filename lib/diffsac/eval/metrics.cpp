@@ -94,7 +94,7 @@ double RecallArea(std::span<const double> errors, double threshold) {
   double at_threshold = 1.0;
   if (below < sorted.size()) {
     const double next = sorted[below];
-    at_threshold = (last * recall(below - 1) + next * recall(below)) / (last + next);
+    at_threshold = next > threshold ? (last * recall(below - 1) + next * recall(below)) / (last + next) : recall(below);
   }
   area += 0.5 * (threshold - last) * (recall(below - 1) + at_threshold);
   return area / threshold;

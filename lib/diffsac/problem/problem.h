@@ -85,7 +85,8 @@ Status CheckProblem(const Problem& problem);
 /// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
 PointMatrix ImagePoints(const Problem& problem);
 
-/// How much each point says, N values in (0, 1]: a segment's relative length; empty for tasks whose points say alike.
+/// How much each point says, N values in [0, 1]: a segment's length relative to the image's diagonal; empty for tasks
+/// whose points say alike.
 Eigen::VectorXd PointWeights(const Problem& problem);
 
 /// The motion that a model says: of the second camera seen from the first, |t| = 1, chosen by cheirality of the inliers

@@ -38,7 +38,7 @@ inline constexpr const char* kModelName = nullptr;
 ///   PoseCovariance(model, inliers, space, fit)
 ///                         how certain that motion is (Estimate::pose_covariance); fit: how the model was refined
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
-///   PointWeights(problem) N values in (0, 1], how much each point says: weights in scores
+///   PointWeights(problem) N values in [0, 1], how much each point says: weights in scores
 ///                         (consensus.inlier_prior_power), of draws (sampler `weighted`) and their order (`prosac`)
 ///   StructureAngle(a, b, example)
 ///                         the angle between two models in degrees, for several structures (structures_error.h)

@@ -20,6 +20,24 @@ Eigen::Matrix3d UsualCamera(const Eigen::Vector2d& middle, double longer_side) {
   return K;
 }
 
+struct Box {
+  Eigen::RowVector2d low, high;
+
+  explicit Box(const PointMatrix& points) {
+    const Eigen::RowVector4d least = points.colwise().minCoeff(), most = points.colwise().maxCoeff();
+    low = least.head<2>().cwiseMin(least.tail<2>());
+    high = most.head<2>().cwiseMax(most.tail<2>());
+  }
+};
+
+/// Width and height of the image, or of the segments' box; 0 where there is neither.
+Eigen::Vector2d ExtentOf(const Problem& problem) {
+  if (problem.size1.known()) return {problem.size1.width, problem.size1.height};
+  if (problem.points.rows() == 0) return Eigen::Vector2d::Zero();
+  const Box box(problem.points);
+  return (box.high - box.low).transpose();
+}
+
 Eigen::Vector3d Unit(const Eigen::Vector3d& v) {
   const double length = v.norm();
   return length > 0.0 ? Eigen::Vector3d(v / length) : v;
@@ -34,10 +52,8 @@ Eigen::Matrix3d SegmentCamera(const Problem& problem) {
     return UsualCamera(0.5 * Eigen::Vector2d(size.width - 1, size.height - 1), std::max(size.width, size.height));
   const PointMatrix& points = problem.points;
   if (points.rows() == 0 || points.cols() != 4 || !points.allFinite()) return Eigen::Matrix3d::Identity();
-  const Eigen::RowVector4d least = points.colwise().minCoeff(), most = points.colwise().maxCoeff();
-  const Eigen::RowVector2d low = least.head<2>().cwiseMin(least.tail<2>());
-  const Eigen::RowVector2d high = most.head<2>().cwiseMax(most.tail<2>());
-  return UsualCamera(0.5 * (low + high).transpose(), (high - low).maxCoeff());
+  const Box box(points);
+  return UsualCamera(0.5 * (box.low + box.high).transpose(), (box.high - box.low).maxCoeff());
 }
 
 PointMatrix VanishingPointTask::Normalize(const Problem& problem, double* unit) {
@@ -54,13 +70,15 @@ PointMatrix VanishingPointTask::Normalize(const Problem& problem, double* unit) 
 }
 
 PointMatrix VanishingPointTask::FeatureCoordinates(const SolverSpace& space) {
-  // The line, whose sign says nothing, as a direction of double angle; and the middle.
+  // The middle; and the line, whose sign says nothing, as a direction of double angle, the longer the longer it is.
+  constexpr double kUnit = 0.25;
   const PointMatrix& points = space.points();
   PointMatrix coordinates(points.rows(), 4);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const double angle = 2.0 * std::atan2(points(i, 3) - points(i, 1), points(i, 2) - points(i, 0));
-    coordinates.row(i) << 0.5 * (points(i, 0) + points(i, 2)), 0.5 * (points(i, 1) + points(i, 3)), std::cos(angle),
-        std::sin(angle);
+    const double x = points(i, 2) - points(i, 0), y = points(i, 3) - points(i, 1);
+    const double angle = 2.0 * std::atan2(y, x), size = std::sqrt(std::hypot(x, y) / kUnit);
+    coordinates.row(i) << 0.5 * (points(i, 0) + points(i, 2)), 0.5 * (points(i, 1) + points(i, 3)),
+        size * std::cos(angle), size * std::sin(angle);
   }
   return coordinates;
 }
@@ -70,10 +88,9 @@ PointMatrix VanishingPointTask::ImagePoints(const Problem& problem) {
 }
 
 Eigen::VectorXd VanishingPointTask::PointWeights(const Problem& problem) {
-  Eigen::VectorXd lengths = (problem.points.rightCols(2) - problem.points.leftCols(2)).rowwise().norm();
-  const double longest = lengths.size() > 0 ? lengths.maxCoeff() : 0.0;
-  if (longest > 0.0 && std::isfinite(longest)) lengths /= longest;
-  return lengths;
+  const Eigen::VectorXd lengths = (problem.points.rightCols(2) - problem.points.leftCols(2)).rowwise().norm();
+  const double diagonal = ExtentOf(problem).norm();
+  return diagonal > 0.0 && std::isfinite(diagonal) ? Eigen::VectorXd((lengths / diagonal).cwiseMin(1.0)) : lengths;
 }
 
 double VanishingPointTask::ChanceShare(const Problem&, double threshold) { return std::min(1.0, threshold / 90.0); }

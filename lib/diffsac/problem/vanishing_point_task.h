@@ -17,7 +17,7 @@ struct VanishingPointTask : TaskDescriptionOf<VanishingPoint> {
   static PointMatrix FeatureCoordinates(const SolverSpace& space);
   /// N × 2: the middles of the segments.
   static PointMatrix ImagePoints(const Problem& problem);
-  /// N values in (0, 1]: the segments' lengths, relative to the longest. Longer ones are surer.
+  /// N values in [0, 1]: the segments' lengths, relative to the image's diagonal. Longer ones are surer.
   static Eigen::VectorXd PointWeights(const Problem& problem);
   /// A segment of any direction is within the threshold so often.
   static double ChanceShare(const Problem& problem, double threshold);

@@ -1,0 +1,69 @@
+#include "diffsac/estimators/vanishing_point_chooser.h"
+
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "diffsac/core/status.h"
+#include "diffsac/estimators/learned_model.h"
+#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/problem/tasks.h"
+#include "diffsac/problem/vanishing_point_pool.h"
+
+namespace diffsac {
+namespace {
+
+constexpr const char* kMethod = "structure_chooser";
+
+std::shared_ptr<const SetScorer> LoadScorer(const std::string& file) {
+  const TrainedConfig trained = ReadTrainedConfig(file, kMethod, Task::kVanishingPoint);
+  const auto options = ReadStoredOptions<SetScorerOptions>(trained.config.Sub("network"));
+  RequireWeights(file, std::int64_t{options.layers} * options.width * options.width);
+  SafetensorsFile checkpoint = OpenCheckpoint(file);
+  const auto read = [&](const std::string& name, const std::vector<std::int64_t>& shape, std::span<float> values) {
+    checkpoint.Read(kAverageTensors + name, shape, values);
+  };
+  return std::make_shared<SetScorer>(options, kPoolFeatures, kPoolPairs, read);
+}
+
+}  // namespace
+
+Eigen::VectorXd PoolLengths(const Eigen::VectorXd& weights) {
+  // The diagonal of a 4:3 image in halves of its longer side.
+  return 2.5 * weights;
+}
+
+std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                                           const std::vector<ModelParameters>& hypotheses, int most,
+                                                           double least) const {
+  std::vector<Eigen::Vector3d> solved;
+  for (const ModelParameters& hypothesis : hypotheses)
+    if (hypothesis.size() == 3 && hypothesis.allFinite() && hypothesis.norm() > 0.0) solved.emplace_back(hypothesis);
+  const VanishingPointPool pool = MakeVanishingPointPool(points, PoolLengths(weights), solved);
+  std::vector<ModelParameters> chosen;
+  if (pool.models.empty()) return chosen;
+  const SetScorer::Set set(*scorer_, pool.features, pool.pairs);
+  std::vector<std::uint8_t> taken(pool.models.size(), 0);
+  while (static_cast<int>(chosen.size()) < most && chosen.size() < pool.models.size()) {
+    const Eigen::VectorXf logits = set.Score(taken);
+    int best = -1;
+    for (int i = 0; i < static_cast<int>(taken.size()); ++i)
+      if (taken[i] == 0 && (best < 0 || logits[i] > logits[best])) best = i;
+    if (!(1.0 / (1.0 + std::exp(-static_cast<double>(logits[best]))) >= least)) break;
+    taken[best] = 1;
+    chosen.emplace_back(RefineOnLongest(points, PoolLengths(weights), pool.models[best]));
+  }
+  return chosen;
+}
+
+void LoadChooser(StructureSearchOptions* options) {
+  if (options->search != StructureSearch::kChosen || options->chosen_by != nullptr) return;
+  static std::mutex mutex;
+  static std::map<std::string, std::weak_ptr<const SetScorer>> loaded;
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<const SetScorer> scorer = loaded[options->chooser].lock();
+  if (scorer == nullptr) loaded[options->chooser] = scorer = LoadScorer(options->chooser);
+  options->chosen_by = std::make_shared<VanishingPointChooser>(scorer);
+}
+
+}  // namespace diffsac
