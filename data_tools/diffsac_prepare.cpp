@@ -87,8 +87,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
 
 void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
   app->add_option("--format", request->format, "images, or a benchmark's folder data: nyu_vp, yud_plus")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(std::begin(diffsac::kSegmentFormats), std::end(diffsac::kSegmentFormats))))
+      ->check(CLI::IsMember({"images", "nyu_vp", "yud_plus"}))
       ->capture_default_str();
   app->add_option("--input", request->input, "Folder of the images, or one image")->required();
   app->add_option("--output", request->output, "Folder for the scenes' folders")->required();

@@ -85,6 +85,11 @@ void Say(const SegmentScene& scene, const std::string& path) {
 
 }  // namespace
 
+bool IsSegmentBenchmark(const std::string& format) {
+  return std::find(std::begin(kSegmentBenchmarks), std::end(kSegmentBenchmarks), format) !=
+         std::end(kSegmentBenchmarks);
+}
+
 ImageSegments DetectSegments(const std::string& path, int max_image_size) {
   cv::Mat gray = ReadGrayImage(path);
   ImageSegments image;

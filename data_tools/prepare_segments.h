@@ -23,7 +23,9 @@ struct SegmentsRequest {
   int threads = 0;
 };
 
-inline constexpr const char* kSegmentFormats[] = {"images", "nyu_vp", "yud_plus"};
+/// Benchmarks whose segments come with them.
+inline constexpr const char* kSegmentBenchmarks[] = {"nyu_vp", "yud_plus"};
+bool IsSegmentBenchmark(const std::string& format);
 
 /// The segments that the detector finds, in pixels of the file, longest first. Throws Error naming the file.
 ImageSegments DetectSegments(const std::string& path, int max_image_size);

@@ -262,8 +262,11 @@ class StructuresSearch {
   }
 
   void Finish() {
-    std::vector<std::size_t> sizes(models_.size() + 1, 0), order(models_.size());
-    for (const std::int32_t label : found_.assignment) ++sizes[label];
+    std::vector<double> sizes(models_.size() + 1, 0.0);
+    std::vector<std::size_t> order(models_.size());
+    const bool weighted = priors_.point_weights.size() == points_.rows();
+    for (std::size_t i = 0; i < found_.assignment.size(); ++i)
+      sizes[found_.assignment[i]] += weighted ? priors_.point_weights[static_cast<Eigen::Index>(i)] : 1.0;
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return sizes[a + 1] > sizes[b + 1]; });
