@@ -38,6 +38,9 @@ scene giza Vincent7140/dataset_perso 3db5ced2dc16cdd1d95f37f84958face30c7f347 '/
 scene maryrose vork/maryRose 807bff05487ffeb53e8dd2400c18e72581117df3 /images /poses_bounds.npy
 scene vgg_oxford openMVG/Features_Repeatability 69c4062485aa2e9135f65c93069342cd049cf321 \
   /vgg_oxford_feat_eval/bikes /vgg_oxford_feat_eval/leuven /vgg_oxford_feat_eval/ubc
+# Line segments with vanishing points (data_tools/README.md).
+scene nyu_vp fkluger/nyu_vp 5dadc1c1d28f3c28f266346ac537bc2f2ec59559 /data
+scene yud_plus fkluger/yud_plus a18c79c36775dffd46e7c3eae42cb37a0eafa7a8 /data
 # Training.
 scene dtu jingz666/NeuF ebe501dc192622e74410776a4b79e1ee3a5f01ed /data/DTU/dtu_scan65/image /data/DTU/dtu_scan65/cameras.npz
 scene middlebury ma-mehralian/EKFPnP_matlab_toolbox 77400fef0eabef17c2ffe46f77f83fb0e11c1076 /data/templeRing /data/dino
