@@ -204,7 +204,7 @@ TEST_CASE("Samplers by name: missing or wrong numbers and unknown names are refu
   CHECK_NOTHROW(make(MinimalSamplerKind::kProgressiveNapsac, {}));
   const auto options = ReadOptions<MinimalSamplerOptions>(ConfigFromYaml("sampler: napsac\nnapsac_neighbors: 5\n"));
   CHECK(options.napsac_neighbors == 5);
-  for (const char* bad : {"sampler: nepsac\n", "sampler: weighted\n", "sampler: napsac\nnapsac_neighbors: 0\n",
+  for (const char* bad : {"sampler: nepsac\n", "sampler: heavy\n", "sampler: napsac\nnapsac_neighbors: 0\n",
                           "sampler: uniform\nnapsac_neighbors: 5\n"})
     CHECK_THROWS_AS(ReadOptions<MinimalSamplerOptions>(ConfigFromYaml(bad)), Error);
 }

@@ -7,7 +7,7 @@ for model in models/*/model.safetensors; do
   show "$model"
   expect_line 'network [0-9]+ [0-9]+ finite'
   expect_line 'average [0-9]+ [0-9]+ finite'
-  expect_line '(diffsac|ng_ransac|clnet) (line|plane|essential|fundamental|homography) [0-9]+'
+  expect_line '(diffsac|ng_ransac|clnet|structure_chooser) (line|plane|essential|fundamental|homography|vanishing_point) [0-9]+'
   if grep -q '^optimizer' "$own/out"; then fail "$model: a shipped model with an optimiser's state"; fi
 done
 show models/line/model.safetensors

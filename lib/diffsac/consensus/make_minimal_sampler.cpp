@@ -53,6 +53,7 @@ std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& 
         return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
       break;
     case MinimalSamplerKind::kWeighted:
+      if (weights.empty()) break;
       CheckLength("weighted", "weight", weights, points.rows());
       return std::make_unique<WeightedSampler>(weights, set_size, rng);
     case MinimalSamplerKind::kUniform:

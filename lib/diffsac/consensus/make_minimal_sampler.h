@@ -11,7 +11,7 @@
 namespace diffsac {
 
 /// The samplers that need no network. prosac needs matching ratios, p_napsac uses them where they are known; weighted
-/// needs a weight for each point (PointWeights in problem/problem.h).
+/// draws by the points' weights (PointWeights in problem/problem.h), uniformly where there are none.
 enum class MinimalSamplerKind { kUniform, kExhaustive, kProsac, kNapsac, kProgressiveNapsac, kWeighted };
 template <>
 inline constexpr auto kEnumNames<MinimalSamplerKind> =

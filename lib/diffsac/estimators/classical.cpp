@@ -29,8 +29,6 @@ std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size
   const bool has_quality = quality.size() == size;
   MinimalSamplerOptions sampling = options.sampling;
   if (sampling.sampler == MinimalSamplerKind::kProsac && !has_quality) sampling.sampler = MinimalSamplerKind::kUniform;
-  if (sampling.sampler == MinimalSamplerKind::kWeighted && weights.size() == 0)
-    sampling.sampler = MinimalSamplerKind::kUniform;
   // Two names, because published tables were drawn with them.
   const Rng sets_rng = sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets")
                                                                         : rng.Fork("consensus").Fork("minimal_sets");

@@ -36,6 +36,7 @@ Eigen::VectorXd PoolLengths(const Eigen::VectorXd& weights) {
 std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
                                                            const std::vector<ModelParameters>& hypotheses, int most,
                                                            double least) const {
+  if (points.cols() != VanishingPoint::kDimension || weights.size() != points.rows()) return {};  // Of another task.
   std::vector<Eigen::Vector3d> solved;
   for (const ModelParameters& hypothesis : hypotheses)
     if (hypothesis.size() == 3 && hypothesis.allFinite() && hypothesis.norm() > 0.0) solved.emplace_back(hypothesis);

@@ -41,11 +41,7 @@ struct ChooserTraining : LearnerOptions {
   ChooserLearning learning;
   PointFeaturesOptions unused;  ///< A trainer's items have features of points.
 
-  explicit ChooserTraining(Task task) {
-    if (task != Task::kVanishingPoint)
-      throw Error("method structure_chooser learns task vanishing_point, not " + ToString(task));
-    unused.kinds = {PointFeature::kCoordinates};
-  }
+  explicit ChooserTraining(Task) { unused.kinds = {PointFeature::kCoordinates}; }
   const PointFeaturesOptions& features() const override { return unused; }
   void Bind(OptionsBinder& b) override {
     b.Field("network", network).Help("what must be the same in training and in inference");
@@ -140,6 +136,8 @@ class StructureChooserLearner : public Learner {
         network_(Make()),
         averaged_(Make()) {
     averaged_->eval();
+    if (options.task != Task::kVanishingPoint)
+      throw Error("method structure_chooser learns task vanishing_point, not " + ToString(options.task));
   }
 
   torch::nn::Module& network() override { return *network_; }
