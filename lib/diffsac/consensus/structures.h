@@ -50,7 +50,8 @@ struct StructureSearchOptions {
   bool Several() const { return search != StructureSearch::kOne; }
 };
 
-/// Several models with disjoint inliers, that of most points (of most weight, where they have weights) first; of kChosen the surest first.
+/// Several models with disjoint inliers, that of most points (of most weight, where they have weights) first; of
+/// kChosen the surest first.
 struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;

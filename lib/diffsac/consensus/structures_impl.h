@@ -109,6 +109,7 @@ class StructuresSearch {
   }
 
   StructuresResult Chosen() {
+    if (structures_.chosen_by == nullptr) return std::move(found_);
     models_ = structures_.chosen_by->Choose(points_, priors_.point_weights, priors_.models, structures_.most,
                                             structures_.least_value);
     Assign();
