@@ -95,6 +95,7 @@ TEST_CASE("a search by a chooser says what it needs") {
   CHECK(Has(error(Row("nothing.safetensors"), Task::kVanishingPoint), "nothing.safetensors"));
   CHECK(Has(error("{type: ransac, structures: {search: sequential, chooser: a}}", Task::kVanishingPoint), "chooser"));
   const TemporaryFolder folder;
+  WriteRooms(folder.path());
   Config config = TinyConfig(folder.path());
   SetYaml(&config, "task=line");
   CHECK(Has(ErrorOf([&] { Train(OneThread(config, folder / "run"), kNever); }), "vanishing_point"));
