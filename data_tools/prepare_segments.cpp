@@ -1,9 +1,9 @@
 #include "data_tools/prepare_segments.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -15,24 +15,19 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/lab/progress.h"
+#include "diffsac/problem/coordinates.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
 
-Eigen::Matrix3d CameraOfFocal(double focal, const ImageSize& size) {
-  Eigen::Matrix3d K = Eigen::Vector3d(focal, focal, 1.0).asDiagonal();
-  K.topRightCorner<2, 1>() << 0.5 * (size.width - 1), 0.5 * (size.height - 1);
-  return K;
-}
-
 ImageSegments ReadPhotograph(const std::string& path, const SegmentsRequest& request) {
   ImageSegments image = DetectSegments(path, request.max_image_size);
   if (const auto camera = CameraOf(request.calibration)) {
     image.K = camera->K;
   } else if (const auto focal = ExifFocalPx(path, image.size)) {
-    image.K = CameraOfFocal(*focal, image.size);
+    image.K = CentredCamera(*focal, image.size);
   }
   return image;
 }

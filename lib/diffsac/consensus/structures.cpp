@@ -7,8 +7,7 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
           "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool; `chosen`, of "
-          "that "
-          "pool by a network that learned from labels");
+          "that pool by a network that learned from labels");
   const bool several = Several();
   const char* only = "structures.search other than one";
   b.Field("most", most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");

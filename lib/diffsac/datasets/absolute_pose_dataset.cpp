@@ -44,35 +44,24 @@ struct AbsolutePosesOptions {
 
 constexpr const char* kFile = "scene_points.h5";
 
-// 0 in `shape` stands for any number.
-Numbers Read(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
-             const std::string& place) {
-  const std::string where = place + "/" + name;
-  if (!group.nameExists(name)) throw Error(where + ": there is no such data set");
-  Numbers numbers = ReadNumbers(group.openDataSet(name), where);
-  bool fits = numbers.shape.size() == shape.size();
-  for (std::size_t i = 0; fits && i < shape.size(); ++i) fits = shape[i] == 0 || numbers.shape[i] == shape[i];
-  if (!fits) throw Error(where + ": found " + ShapeText(numbers));
-  return numbers;
-}
-
 Example ReadImage(const H5::Group& group, double inlier_threshold_px, const std::string& place) {
   Example example;
   Problem& problem = example.problem;
   problem.task = Task::kAbsolutePose;
   problem.inlier_threshold = inlier_threshold_px;
-  const Numbers points = Read(group, "points", {0, 5}, place), ratios = Read(group, "ratios", {0}, place);
+  const Numbers points = ReadNumbersOfShape(group, "points", {0, 5}, place),
+                ratios = ReadNumbersOfShape(group, "ratios", {0}, place);
   if (ratios.shape[0] != points.shape[0]) throw Error(place + "/ratios: expected one for each row of points");
   const auto count = static_cast<Eigen::Index>(points.shape[0]);
   problem.points = Eigen::Map<const PointMatrix>(points.values.data(), count, 5);
   problem.match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
-  const Numbers k = Read(group, "K", {3, 3}, place);
+  const Numbers k = ReadNumbersOfShape(group, "K", {3, 3}, place);
   problem.cameras.emplace();
   problem.cameras->K1 = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(k.values.data());
   problem.cameras->K2 = problem.cameras->K1;
   if (!AbsolutePoseTask::Accepts(problem)) throw Error(place + "/K: expected a calibration matrix");
   if (!group.nameExists("pose")) return example;
-  const Numbers pose = Read(group, "pose", {3, 4}, place);
+  const Numbers pose = ReadNumbersOfShape(group, "pose", {3, 4}, place);
   example.truth.model = Eigen::Map<const Eigen::VectorXd>(pose.values.data(), 12);
   example.truth.inliers = AbsolutePoseTask::InliersOf(problem, example.truth.model);
   return example;

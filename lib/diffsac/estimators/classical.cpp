@@ -20,9 +20,9 @@ std::span<const double> Span(const Eigen::VectorXd& values) {
 std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size, const ClassicalOptions& options,
                                           const Rng& rng) {
   const PointMatrix& points = space.points();
-  const Eigen::VectorXd weights = PointWeights(space.problem());
   // Of points that say more or less, those that say most come first.
-  const Eigen::VectorXd quality = weights.size() > 0 ? Eigen::VectorXd(-weights) : space.problem().match_ratio;
+  const Eigen::VectorXd weights = PointWeights(space.problem()), by_weight = -weights;
+  const Eigen::VectorXd& quality = weights.size() > 0 ? by_weight : space.problem().match_ratio;
   const int size = static_cast<int>(points.rows());
   if (options.exhaustive && Combinations(size, set_size) <= options.max_iterations)
     return std::make_unique<ExhaustiveSampler>(size, set_size);

@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
 
 Eigen::Matrix3d GuessedCamera(const ImageSize& size) {
-  Eigen::Matrix3d camera = Eigen::Matrix3d::Identity();
-  camera(0, 0) = camera(1, 1) = kUsualFocal * std::max(size.width, size.height);
-  camera(0, 2) = 0.5 * (size.width - 1);
-  camera(1, 2) = 0.5 * (size.height - 1);
-  return camera;
+  return CentredCamera(kUsualFocal * std::max(size.width, size.height), size);
 }
 
 /// A focal length is as far from the prior's as (s₁ − s₂)/s₂ of a matrix is from 0, at one standard deviation.

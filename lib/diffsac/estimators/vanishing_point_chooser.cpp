@@ -40,9 +40,10 @@ std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& po
   std::vector<Eigen::Vector3d> solved;
   for (const ModelParameters& hypothesis : hypotheses)
     if (hypothesis.size() == 3 && hypothesis.allFinite() && hypothesis.norm() > 0.0) solved.emplace_back(hypothesis);
-  const VanishingPointPool pool = MakeVanishingPointPool(points, PoolLengths(weights), solved);
-  std::vector<ModelParameters> chosen;
-  if (pool.models.empty()) return chosen;
+  const Eigen::VectorXd lengths = PoolLengths(weights);
+  const VanishingPointPool pool = MakeVanishingPointPool(points, lengths, solved);
+  if (pool.models.empty()) return {};
+  std::vector<Eigen::Vector3d> chosen;
   const SetScorer::Set set(*scorer_, pool.features, pool.pairs);
   std::vector<std::uint8_t> taken(pool.models.size(), 0);
   while (static_cast<int>(chosen.size()) < most && chosen.size() < pool.models.size()) {
@@ -52,9 +53,9 @@ std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& po
       if (taken[i] == 0 && (best < 0 || logits[i] > logits[best])) best = i;
     if (!(1.0 / (1.0 + std::exp(-static_cast<double>(logits[best]))) >= least)) break;
     taken[best] = 1;
-    chosen.emplace_back(RefineOnLongest(points, PoolLengths(weights), pool.models[best]));
+    chosen.push_back(pool.models[best]);
   }
-  return chosen;
+  return RefineOnLongest(points, lengths, chosen);
 }
 
 void LoadChooser(StructureSearchOptions* options) {

@@ -104,6 +104,19 @@ std::size_t CountOf(const H5::Attribute& source, const std::string& place) {
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place) { return ReadFrom(source, place); }
 Numbers ReadNumbers(const H5::Attribute& source, const std::string& place) { return ReadFrom(source, place); }
 
+Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
+                           const std::string& place) {
+  const std::string where = place + "/" + name;
+  if (!group.nameExists(name)) throw Error(where + ": there is no such data set");
+  Numbers numbers = ReadNumbers(group.openDataSet(name), where);
+  bool fits = numbers.shape.size() == shape.size();
+  for (std::size_t i = 0; fits && i < shape.size(); ++i) fits = shape[i] == 0 || numbers.shape[i] == shape[i];
+  if (fits) return numbers;
+  std::string expected;
+  for (const hsize_t size : shape) expected += (expected.empty() ? "" : "x") + (size == 0 ? "N" : std::to_string(size));
+  throw Error(where + ": found " + ShapeText(numbers) + ", expected " + expected + " numbers");
+}
+
 std::string ReadText(const H5::Attribute& source, const std::string& place) {
   if (source.getTypeClass() != H5T_STRING || CountOf(source, place) != 1) throw Error(place + ": expected a text");
   const H5::StrType type = source.getStrType();

@@ -32,6 +32,11 @@ const char* WhyRefused(hid_t data_set, hsize_t* count);
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
 Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
 
+/// A data set of the group that must have this shape, in which 0 stands for any number; `place` names the group. Throws
+/// Error, where there is none or it has another, as ReadNumbers does else.
+Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
+                           const std::string& place);
+
 /// The text of an attribute. Throws Error, starting with `place`, where it is no text, or not a single one: the
 /// library's own H5::Attribute::read writes several of them over what follows the first.
 std::string ReadText(const H5::Attribute& source, const std::string& place);

@@ -14,27 +14,14 @@ namespace {
 
 using Matrix3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// 0 rows: any number. cols 0: a list of `rows` numbers.
-Numbers Read(const H5::Group& group, const std::string& name, hsize_t rows, hsize_t cols, const std::string& place) {
-  const std::string where = place + "/" + name;
-  Numbers numbers = ReadNumbers(group.openDataSet(name), where);
-  const bool fits = numbers.shape.size() == (cols == 0 ? 1u : 2u) && (rows == 0 || numbers.shape[0] == rows) &&
-                    (cols == 0 || numbers.shape[1] == cols);
-  if (fits) return numbers;
-  const std::string any = rows == 0 ? "N" : std::to_string(rows);
-  throw Error(where + ": expected " + any + (cols == 0 ? " numbers" : "x" + std::to_string(cols)) + ", found " +
-              ShapeText(numbers));
-}
-
 ImageSegments ReadImage(const H5::Group& group, const std::string& name, const std::string& place) {
   ImageSegments image;
   image.name = name;
-  if (!group.nameExists("segments")) throw Error(place + "/segments: there is no such data set");
-  const Numbers segments = Read(group, "segments", 0, 4, place);
+  const Numbers segments = ReadNumbersOfShape(group, "segments", {0, 4}, place);
   image.segments =
       Eigen::Map<const PointMatrix>(segments.values.data(), static_cast<Eigen::Index>(segments.shape[0]), 4);
   if (group.nameExists("vanishing_points")) {
-    const Numbers points = Read(group, "vanishing_points", 0, 3, place);
+    const Numbers points = ReadNumbersOfShape(group, "vanishing_points", {0, 3}, place);
     for (std::size_t i = 0; i + 2 < points.values.size(); i += 3) {
       const Eigen::Vector3d point(points.values[i], points.values[i + 1], points.values[i + 2]);
       if (!point.allFinite() || !(point.norm() > 0.0))
@@ -43,13 +30,13 @@ ImageSegments ReadImage(const H5::Group& group, const std::string& name, const s
     }
   }
   if (group.nameExists("K")) {
-    const Numbers k = Read(group, "K", 3, 3, place);
+    const Numbers k = ReadNumbersOfShape(group, "K", {3, 3}, place);
     const Eigen::Matrix3d K = Eigen::Map<const Matrix3Rows>(k.values.data());
     if (!K.allFinite() || K.determinant() == 0.0) throw Error(place + "/K: expected a calibration matrix");
     image.K = K;
   }
   if (group.nameExists("size")) {
-    const Numbers size = Read(group, "size", 2, 0, place);
+    const Numbers size = ReadNumbersOfShape(group, "size", {2}, place);
     for (const double side : size.values)
       if (!(side >= 1.0 && side <= 1e9)) throw Error(place + "/size: expected width and height");
     image.size = {static_cast<int>(size.values[0]), static_cast<int>(size.values[1])};

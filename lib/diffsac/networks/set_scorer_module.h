@@ -17,9 +17,9 @@ class SetScorerModule : public torch::nn::Module {
  public:
   SetScorerModule(const SetScorerOptions& options, int features, int pairs, const Rng& rng);
 
-  /// [B, H, width] of [B, H, features], and [B, heads · layers, H, H] of [B, H, H, pairs]: once for each set.
   /// The same in Eigen, with the weights as they are now.
   std::shared_ptr<const SetScorer> Copy() const;
+  /// [B, H, width] of [B, H, features], and [B, heads · layers, H, H] of [B, H, H, pairs]: once for each set.
   torch::Tensor Embed(const torch::Tensor& values) { return input_(values); }
   torch::Tensor Bias(const torch::Tensor& pairs);
   /// Logits [B, H]. there: [B, H], true for elements, false for padding; taken: [B, H], 1 for those that were taken.

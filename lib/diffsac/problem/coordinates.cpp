@@ -36,6 +36,12 @@ PointMatrix CentredCoordinates(const PointMatrix& points) {
   return scale > 0.0 ? PointMatrix(centred / scale) : centred;
 }
 
+Eigen::Matrix3d CentredCamera(double focal, const ImageSize& size) {
+  Eigen::Matrix3d K = Eigen::Vector3d(focal, focal, 1.0).asDiagonal();
+  K.topRightCorner<2, 1>() << 0.5 * (size.width - 1), 0.5 * (size.height - 1);
+  return K;
+}
+
 PointMatrix MatchCoordinates(const Problem& problem, bool use_calibration) {
   if (problem.cameras && use_calibration)
     return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);

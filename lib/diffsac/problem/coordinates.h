@@ -8,6 +8,9 @@ namespace diffsac {
 /// half of the points are equal; 1 where all are).
 PointMatrix CentredCoordinates(const PointMatrix& points);
 
+/// The calibration of an image of this size with a focal length in pixels about its middle.
+Eigen::Matrix3d CentredCamera(double focal, const ImageSize& size);
+
 /// Matches without the images' sizes and focal lengths: K⁻¹ x in each image where the calibration is known (and used);
 /// else (x − centre of the image) / (1.2 · longer side), the usual focal length, where both sizes are; else each
 /// image's points as CentredCoordinates.

@@ -17,7 +17,7 @@ using Rows = VanishingPointPool::Rows;
 
 constexpr float kDegree = static_cast<float>(std::numbers::pi / 180.0);
 
-// How the pool is made; chosen on NYU-VP's validation images (docs/experiments.md).
+// How the pool is made; chosen on NYU-VP's validation images (docs/several.md).
 constexpr float kSupportDegrees[] = {1.0f, 2.0f};
 constexpr int kInTurn = 12, kBest = 32, kOrthogonalOf = 6;
 constexpr float kApartInTurn = 2.0f, kApartBest = 3.0f, kApartOrthogonal = 5.0f, kApartInPool = 1.0f;
@@ -30,11 +30,18 @@ float Cosine(float degrees) { return std::cos(degrees * kDegree); }
 
 Eigen::ArrayXf Support(const Eigen::ArrayXf& squares, float square) { return (1.0f - squares / square).max(0.0f); }
 
-std::vector<float> Scores(const SegmentColumns& segments, const Models& models, float degrees) {
-  std::vector<float> scores;
-  for (const Eigen::Vector3f& model : models)
-    scores.push_back((Support(segments.Squares(model), SquaredSine(degrees)) * segments.length).sum());
-  return scores;
+/// Appends the scores of the models that have none yet.
+void AddScores(const SegmentColumns& segments, const Models& models, std::vector<float>* scores) {
+  for (std::size_t i = scores->size(); i < models.size(); ++i)
+    scores->push_back((Support(segments.Squares(models[i]), SquaredSine(kScoreDegrees)) * segments.length).sum());
+}
+
+/// The place of the largest value among those that are open; -1 where none is.
+Eigen::Index BestOf(const Eigen::VectorXf& values, const std::vector<bool>& open) {
+  Eigen::Index best = -1;
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (open[i] && (best < 0 || values[i] > values[best])) best = i;
+  return best;
 }
 
 std::vector<int> BestFirst(const std::vector<float>& scores) {
@@ -64,11 +71,9 @@ std::vector<int> InTurn(const Rows& support, const Models& models, const Eigen::
   Eigen::VectorXf left = lengths;
   while (static_cast<int>(kept.size()) < kInTurn) {
     const Eigen::VectorXf scores = support * left;
-    int best = -1;
-    for (int i = 0; i < scores.size(); ++i)
-      if (alive[i] && (best < 0 || scores[i] > scores[best])) best = i;
+    const Eigen::Index best = BestOf(scores, alive);
     if (best < 0 || !(scores[best] > 1e-9f)) break;
-    kept.push_back(best);
+    kept.push_back(static_cast<int>(best));
     for (std::size_t i = 0; i < models.size(); ++i)
       if (std::abs(models[i].dot(models[best])) > Cosine(kApartInTurn)) alive[i] = false;
     left.array() *= 1.0f - support.row(best).transpose().array();
@@ -79,10 +84,11 @@ std::vector<int> InTurn(const Rows& support, const Models& models, const Eigen::
 /// Indices of hypotheses worth refining.
 std::vector<int> Candidates(const SegmentColumns& segments, const Models& models) {
   std::vector<int> candidates;
-  Rows support(static_cast<Eigen::Index>(models.size()), segments.count());
+  Rows squares(static_cast<Eigen::Index>(models.size()), segments.count());
+  for (std::size_t i = 0; i < models.size(); ++i)
+    squares.row(static_cast<Eigen::Index>(i)) = segments.Squares(models[i]);
   for (const float degrees : kSupportDegrees) {
-    for (std::size_t i = 0; i < models.size(); ++i)
-      support.row(static_cast<Eigen::Index>(i)) = Support(segments.Squares(models[i]), SquaredSine(degrees));
+    const Rows support = (1.0f - squares.array() / SquaredSine(degrees)).max(0.0f);
     const std::vector<int> in_turn = InTurn(support, models, segments.length);
     const Eigen::VectorXf sums = support * segments.length.matrix();
     const std::vector<int> best = Apart(models, BestFirst({sums.data(), sums.data() + sums.size()}), kApartBest, kBest);
@@ -162,7 +168,7 @@ class ModelFeatures {
     PutSpread(s, v, s.length * *members);
     Put(0.5f * (std::log(total + 0.02f) - 4.0f));
     Put(0.5f * (std::log(static_cast<float>(s.count())) - 6.0f));
-    out_ += 3;  // Those of the whole pool: PoolFeatures.
+    out_ += 3;  // Those of the whole pool: AddRivalry.
     for (const float length : lengths) Put(Log(length / (total + 1e-9f)));
     for (const float value : {v[0] * v[0], v[1] * v[1], v[2] * v[2], v[1] * v[2], std::abs(v[0]), std::abs(v[1]),
                               std::abs(v[2]), v[0] * v[1], v[0] * v[2]})
@@ -198,13 +204,11 @@ constexpr int kOfPool = 25;  // The first of the features that compare a model w
 void AddRivalry(const Rows& members, const Eigen::ArrayXf& lengths, Rows* features) {
   const Eigen::Index count = members.rows();
   Eigen::VectorXf left = lengths;
-  std::vector<bool> done(count, false);
+  std::vector<bool> open(count, true);
   for (Eigen::Index place = 0; place < count; ++place) {
     const Eigen::VectorXf scores = members * left;
-    Eigen::Index best = -1;
-    for (Eigen::Index i = 0; i < count; ++i)
-      if (!done[i] && (best < 0 || scores[i] > scores[best])) best = i;
-    done[best] = true;
+    const Eigen::Index best = BestOf(scores, open);
+    open[best] = false;
     (*features)(best, kOfPool) = Log(scores[best]);
     (*features)(best, kOfPool + 1) = 0.5f * (std::log1p(static_cast<float>(place)) - 3.0f);
     left.array() *= 1.0f - members.row(best).transpose().array();
@@ -241,11 +245,14 @@ VanishingPointPool MakeVanishingPointPool(const PointMatrix& points, const Eigen
   const Eigen::ArrayXf weights = segments.length.pow(kLengthPower);
   Models refined;
   for (const int i : Candidates(segments, drawn)) refined.push_back(Refined(segments, weights, drawn[i]));
-  AddOrthogonal(Scores(segments, refined, kScoreDegrees), &refined);
+  std::vector<float> scores;
+  AddScores(segments, refined, &scores);
+  AddOrthogonal(scores, &refined);
+  AddScores(segments, refined, &scores);
 
   VanishingPointPool pool;
   Models models;
-  for (const int i : Apart(refined, BestFirst(Scores(segments, refined, kScoreDegrees)), kApartInPool, kPoolSize)) {
+  for (const int i : Apart(refined, BestFirst(scores), kApartInPool, kPoolSize)) {
     models.push_back(refined[i]);
     pool.models.push_back(refined[i].cast<double>().normalized());
   }
@@ -262,12 +269,14 @@ VanishingPointPool MakeVanishingPointPool(const PointMatrix& points, const Eigen
   return pool;
 }
 
-Eigen::Vector3d RefineOnLongest(const PointMatrix& points, const Eigen::VectorXd& lengths,
-                                const Eigen::Vector3d& model) {
+std::vector<ModelParameters> RefineOnLongest(const PointMatrix& points, const Eigen::VectorXd& lengths,
+                                             const std::vector<Eigen::Vector3d>& models) {
   const SegmentColumns segments(points, lengths);
-  return Refined(segments, segments.length.pow(kFinalLengthPower), model.cast<float>().normalized())
-      .cast<double>()
-      .normalized();
+  const Eigen::ArrayXf weights = segments.length.pow(kFinalLengthPower);
+  std::vector<ModelParameters> refined;
+  for (const Eigen::Vector3d& model : models)
+    refined.emplace_back(Refined(segments, weights, model.cast<float>().normalized()).cast<double>().normalized());
+  return refined;
 }
 
 }  // namespace diffsac

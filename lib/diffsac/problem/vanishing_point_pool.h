@@ -30,9 +30,9 @@ inline constexpr int kPoolPairs = 9;
 VanishingPointPool MakeVanishingPointPool(const PointMatrix& points, const Eigen::VectorXd& lengths,
                                           const std::vector<Eigen::Vector3d>& hypotheses);
 
-/// A vanishing point refined on all segments, which count by the cube of their lengths: long ones are sure of their
+/// Vanishing points refined on all segments, which count by the cube of their lengths: long ones are sure of their
 /// direction, and are what people mean.
-Eigen::Vector3d RefineOnLongest(const PointMatrix& points, const Eigen::VectorXd& lengths,
-                                const Eigen::Vector3d& model);
+std::vector<ModelParameters> RefineOnLongest(const PointMatrix& points, const Eigen::VectorXd& lengths,
+                                             const std::vector<Eigen::Vector3d>& models);
 
 }  // namespace diffsac

@@ -6,19 +6,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "diffsac/geometry/pose.h"
+#include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/shared_focal_task.h"
 
 namespace diffsac {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-
-Eigen::Matrix3d UsualCamera(const Eigen::Vector2d& middle, double longer_side) {
-  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
-  K(0, 0) = K(1, 1) = longer_side > 0.0 ? kUsualFocal * longer_side : 1.0;
-  K.topRightCorner<2, 1>() = middle;
-  return K;
-}
 
 struct Box {
   Eigen::RowVector2d low, high;
@@ -48,25 +43,21 @@ Eigen::Vector3d Unit(const Eigen::Vector3d& v) {
 Eigen::Matrix3d SegmentCamera(const Problem& problem) {
   if (problem.cameras) return problem.cameras->K1;
   const ImageSize& size = problem.size1;
-  if (size.known())
-    return UsualCamera(0.5 * Eigen::Vector2d(size.width - 1, size.height - 1), std::max(size.width, size.height));
+  if (size.known()) return CentredCamera(kUsualFocal * std::max(size.width, size.height), size);
   const PointMatrix& points = problem.points;
   if (points.rows() == 0 || points.cols() != 4 || !points.allFinite()) return Eigen::Matrix3d::Identity();
   const Box box(points);
-  return UsualCamera(0.5 * (box.low + box.high).transpose(), (box.high - box.low).maxCoeff());
+  const double longer_side = (box.high - box.low).maxCoeff(),
+               focal = longer_side > 0.0 ? kUsualFocal * longer_side : 1.0;
+  Eigen::Matrix3d K = Eigen::Vector3d(focal, focal, 1.0).asDiagonal();
+  K.topRightCorner<2, 1>() = 0.5 * (box.low + box.high).transpose();
+  return K;
 }
 
 PointMatrix VanishingPointTask::Normalize(const Problem& problem, double* unit) {
   *unit = kDegrees;
-  const Eigen::Matrix3d inverse = SegmentCamera(problem).inverse();
-  PointMatrix points = problem.points;
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    for (const Eigen::Index end : {0, 2}) {
-      const Eigen::Vector3d ray = inverse * Eigen::Vector3d(points(i, end), points(i, end + 1), 1.0);
-      points(i, end) = ray[0] / ray[2];
-      points(i, end + 1) = ray[1] / ray[2];
-    }
-  return points;
+  const Eigen::Matrix3d K = SegmentCamera(problem);
+  return NormalizedCoordinates(problem.points, K, K);
 }
 
 PointMatrix VanishingPointTask::FeatureCoordinates(const SolverSpace& space) {

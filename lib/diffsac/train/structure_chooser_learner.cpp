@@ -49,15 +49,15 @@ struct ChooserTraining : LearnerOptions {
   }
 };
 
-std::vector<ModelParameters> DrawHypotheses(const SolverSpace& space, int count, const Rng& rng) {
-  const Eigen::VectorXd weights = PointWeights(space.problem());
+std::vector<Eigen::Vector3d> DrawHypotheses(const SolverSpace& space, const Eigen::VectorXd& weights, int count,
+                                            const Rng& rng) {
   WeightedSampler sampler({weights.data(), static_cast<std::size_t>(weights.size())}, VanishingPoint::kMinimalSize,
                           rng);
   const std::vector<int> sets = DrawSets(sampler, VanishingPoint::kMinimalSize, count);
-  std::vector<ModelParameters> models;
+  std::vector<Eigen::Vector3d> models;
   VanishingPoint::Parameters model;
   for (std::size_t i = 0; i + 1 < sets.size(); i += 2)
-    if (VanishingPoint::SolveMinimal(space.points(), sets.data() + i, &model) > 0) models.emplace_back(model);
+    if (VanishingPoint::SolveMinimal(space.points(), sets.data() + i, &model) > 0) models.push_back(model);
   return models;
 }
 
@@ -69,9 +69,8 @@ struct JudgedPool {
 
   JudgedPool(const Example& example, int draws, const Rng& rng) {
     const SolverSpace space(example.problem);
-    std::vector<Eigen::Vector3d> hypotheses;
-    for (const ModelParameters& model : DrawHypotheses(space, draws, rng)) hypotheses.emplace_back(model);
-    pool = MakeVanishingPointPool(space.points(), PoolLengths(PointWeights(example.problem)), hypotheses);
+    const Eigen::VectorXd weights = PointWeights(example.problem);
+    pool = MakeVanishingPointPool(space.points(), PoolLengths(weights), DrawHypotheses(space, weights, draws, rng));
     structures = static_cast<int>(example.truth.structures.size());
     for (const ModelParameters& truth : example.truth.structures)
       for (const Eigen::Vector3d& model : pool.models) {
