@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 
+#include "data_tools/colmap_text.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
@@ -16,17 +18,6 @@ namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Which parameters a camera model has, by name.
-const std::map<std::string, std::vector<std::string>>& CameraModels() {
-  static const std::map<std::string, std::vector<std::string>> models = {
-      {"SIMPLE_PINHOLE", {"f", "cx", "cy"}},
-      {"PINHOLE", {"fx", "fy", "cx", "cy"}},
-      {"SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
-      {"RADIAL", {"f", "cx", "cy", "k1", "k2"}},
-      {"OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}}};
-  return models;
-}
 
 // Little-endian numbers one after the other.
 class BinaryReader {
@@ -70,69 +61,74 @@ class BinaryReader {
 };
 
 // CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
-std::map<std::int32_t, LensCamera> ReadCameras(const std::string& path) {
+std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
   BinaryReader reader(path);
-  std::map<std::int32_t, LensCamera> cameras;
+  std::map<std::int64_t, LensCamera> cameras;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     const auto id = reader.Take<std::int32_t>(), number = reader.Take<std::int32_t>();
-    const std::string model = ColmapModelName(number).value_or(std::to_string(number));
-    const int count = ColmapParameterCount(model);
-    if (count == 0) throw Error(path + ": the camera model " + model + " is not supported");
-    ImageSize size;
-    size.width = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
-    size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
-    std::vector<double> parameters;
-    for (int i = 0; i < count; ++i) parameters.push_back(reader.Take<double>());
-    cameras[id] = CameraOfColmap(model, parameters, size, path);
+    const int count = ColmapParameterCount(number);
+    if (count == 0) throw Error(path + ": the camera model " + std::to_string(number) + " is not supported");
+    ColmapCamera camera;
+    camera.model = number;
+    camera.has_prior_focal_length = true;
+    camera.size.width = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
+    camera.size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
+    for (int i = 0; i < count; ++i) camera.parameters.push_back(reader.Take<double>());
+    cameras[id] = CameraOfColmap(camera, path);
   }
   return cameras;
 }
 
-}  // namespace
-
-int ColmapParameterCount(const std::string& model) {
-  const auto found = CameraModels().find(model);
-  return found == CameraModels().end() ? 0 : static_cast<int>(found->second.size());
+// CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
+std::map<std::int64_t, LensCamera> ReadCamerasText(const std::string& path) {
+  std::map<std::int64_t, LensCamera> cameras;
+  ColmapLines reader(path);
+  while (reader.Next()) {
+    const auto words = reader.Words();
+    if (words.empty()) continue;
+    if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
+    const std::optional<int> model = ColmapModelNumber(words[1]);
+    if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
+    ColmapCamera camera;
+    camera.model = *model;
+    camera.has_prior_focal_length = true;
+    const int count = ColmapParameterCount(*model);
+    if (words.size() != 4 + static_cast<std::size_t>(count))
+      reader.Fail("expected " + std::to_string(count) + " parameters");
+    for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
+    camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
+                   PixelCount(reader.Number(words[3]), reader.Place())};
+    cameras[reader.Whole(words[0])] = CameraOfColmap(camera, reader.Place());
+  }
+  return cameras;
 }
 
-LensCamera CameraOfColmap(const std::string& model, const std::vector<double>& parameters, const ImageSize& size,
-                          const std::string& place) {
-  std::map<std::string, double> p;
-  const std::vector<std::string>& names = CameraModels().at(model);
-  for (std::size_t i = 0; i < names.size(); ++i) p[names[i]] = parameters[i];
-  const auto get = [&](const char* name, const char* other = "") {
-    const auto found = p.count(name) > 0 ? p.find(name) : p.find(other);
-    return found == p.end() ? 0.0 : found->second;
-  };
-  LensCamera camera;
-  camera.K << get("fx", "f"), 0.0, get("cx") - 0.5, 0.0, get("fy", "f"), get("cy") - 0.5, 0.0, 0.0, 1.0;
-  camera.k1 = get("k1");
-  camera.k2 = get("k2");
-  camera.p1 = get("p1");
-  camera.p2 = get("p2");
-  camera.size = size;
-  const bool finite =
-      std::all_of(parameters.begin(), parameters.end(), [](double value) { return std::isfinite(value); });
-  if (!finite || !(camera.K(0, 0) > 0.0) || !(camera.K(1, 1) > 0.0))
-    throw Error(place + ": expected finite camera parameters, and positive focal lengths");
-  return camera;
-}
-
-std::optional<RigidMotion> PoseOfColmap(const double* values) {
-  const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
-  // Beyond a norm of infinity no rotation is left either.
-  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
-  RigidMotion pose;
-  pose.rotation = quaternion.normalized().toRotationMatrix();
-  pose.translation << values[4], values[5], values[6];
-  if (!pose.translation.allFinite()) return {};
-  return pose;
+// IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
+std::vector<SourceImage> ReadImagesText(const std::string& path, const std::string& images,
+                                        const std::map<std::int64_t, LensCamera>& cameras) {
+  std::vector<SourceImage> result;
+  ColmapLines reader(path);
+  while (reader.Next()) {
+    const auto words = reader.Words();
+    if (words.empty()) continue;
+    if (words.size() != 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+    double v[7];
+    for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
+    const auto pose = PoseOfColmap(v);
+    if (!pose) reader.Fail("expected a pose of finite numbers, with a rotation");
+    const auto camera = cameras.find(reader.Whole(words[8]));
+    if (camera == cameras.end()) reader.Fail("cameras.txt has no camera " + std::string(words[8]));
+    const std::string file = (fs::path(images) / std::string(words[9])).string();
+    result.push_back({ImageName(file), file, camera->second, pose});
+    reader.Next();
+  }
+  return result;
 }
 
 // IMAGE_ID (int) QW QX QY QZ TX TY TZ (double) CAMERA_ID (int) NAME, and points: X Y (double) POINT3D_ID (64 bit).
-std::vector<SourceImage> ReadColmapBinary(const std::string& model, const std::string& images) {
+std::vector<SourceImage> ReadImagesBinary(const std::string& model, const std::string& images) {
   constexpr std::uint64_t kPointBytes = 24;
-  const auto cameras = ReadCameras((fs::path(model) / "cameras.bin").string());
+  const auto cameras = ReadCamerasBinary((fs::path(model) / "cameras.bin").string());
   const std::string path = (fs::path(model) / "images.bin").string();
   BinaryReader reader(path);
   std::vector<SourceImage> result;
@@ -149,6 +145,54 @@ std::vector<SourceImage> ReadColmapBinary(const std::string& model, const std::s
     result.push_back({ImageName(file), file, camera->second, pose});
   }
   return result;
+}
+
+}  // namespace
+
+LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
+  const ColmapLens lens(colmap, place);
+  LensCamera camera;
+  camera.K = lens.K();
+  camera.size = colmap.size;
+  camera.colmap = colmap;
+  const std::string model = ColmapModelName(colmap.model).value();
+  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
+  const std::vector<double>& p = colmap.parameters;
+  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
+    for (double* value : into) *value = p.at(first++);
+  };
+  if (model == "SIMPLE_RADIAL") {
+    extra(3, {&camera.k1});
+  } else if (model == "RADIAL") {
+    extra(3, {&camera.k1, &camera.k2});
+  } else if (model == "OPENCV") {
+    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
+  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
+    camera.lens = lens;
+  }
+  return camera;
+}
+
+std::optional<RigidMotion> PoseOfColmap(const double* values) {
+  const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
+  // Beyond a norm of infinity no rotation is left either.
+  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
+  RigidMotion pose;
+  pose.rotation = quaternion.normalized().toRotationMatrix();
+  pose.translation << values[4], values[5], values[6];
+  if (!pose.translation.allFinite()) return {};
+  return pose;
+}
+
+std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
+  return path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+}
+
+std::vector<SourceImage> ReadColmapModel(const std::string& folder, const std::string& images) {
+  const std::string binary = FindColmapModel(folder, ".bin");
+  if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images);
+  const fs::path model = ColmapModelFolder(folder);
+  return ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()));
 }
 
 }  // namespace diffsac

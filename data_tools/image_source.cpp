@@ -107,8 +107,13 @@ Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
   return K;
 }
 
+bool GivenCalibration::IsGiven() const {
+  return !file.empty() || focal != 0.0 || !center.empty() || !files.empty() || !cameras.empty();
+}
+
 std::optional<LensCamera> CameraOf(const GivenCalibration& given) {
   LensCamera camera;
+  if (!given.files.empty() || !given.cameras.empty()) throw Error("expected one calibration for all images");
   if (!given.file.empty()) {
     if (given.focal != 0.0 || !given.center.empty()) throw Error("--calibration excludes --focal and --center");
     camera.K = ReadCalibrationMatrix(given.file);

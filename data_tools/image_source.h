@@ -61,9 +61,13 @@ struct PairChoice {
 
 /// Calibration of images that come without one.
 struct GivenCalibration {
-  std::string file;            ///< One 3 × 3 matrix for all images.
-  double focal = 0.0;          ///< Pixels; with `center` instead of a file.
-  std::vector<double> center;  ///< cx, cy, pixels.
+  std::string file;                     ///< One 3 × 3 matrix for all images.
+  double focal = 0.0;                   ///< Pixels; with `center` instead of a file.
+  std::vector<double> center;           ///< cx, cy, pixels.
+  std::vector<std::string> files = {};  ///< A 3 × 3 matrix for each image, instead of the above (ImageCameras).
+  std::string cameras = {};             ///< COLMAP's cameras.txt, or the folder of a model of it, likewise.
+  /// Whether there is anything.
+  bool IsGiven() const;
 };
 
 // The readers below throw Error with one line that names the file (and its line) when the source as a whole cannot be
@@ -79,9 +83,8 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
 ImageSource ReadStrecha(const std::string& folder);
 
 /// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
-/// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; the camera models SIMPLE_PINHOLE, PINHOLE,
-/// SIMPLE_RADIAL, RADIAL and OPENCV. All pairs. COLMAP's first pixel has its centre at (0.5, 0.5), which the
-/// calibration takes back.
+/// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
+/// COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration takes back.
 ImageSource ReadColmap(const std::string& folder);
 
 /// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or
@@ -132,7 +135,7 @@ RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& 
 std::string StepName(const std::string& name, int step);
 /// K of a file. Throws Error unless it is a calibration matrix.
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
-/// The camera of a given calibration, none when nothing is given. Throws Error.
+/// The camera of a calibration that is given for all images alike, none when nothing is given. Throws Error.
 std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);
 /// Makes all pairs of the images the only scene, named like the folder, and checks the source (CheckSource).
 void AddAllPairs(const std::string& folder, ImageSource* source);

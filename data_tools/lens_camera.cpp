@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <cmath>
 
 namespace diffsac {
 namespace {
@@ -16,8 +17,11 @@ Eigen::Vector2d Shift(const LensCamera& camera, const Eigen::Vector2d& point) {
 
 }  // namespace
 
+bool LensCamera::IsStraight() const { return !lens && k1 == 0.0 && k2 == 0.0 && p1 == 0.0 && p2 == 0.0; }
+
 Eigen::Vector2d LensCamera::Undistort(const Eigen::Vector2d& pixel) const {
-  if (k1 == 0.0 && k2 == 0.0 && p1 == 0.0 && p2 == 0.0) return pixel;
+  if (lens) return lens->Undistort(pixel).value_or(Eigen::Vector2d::Constant(std::nan("")));
+  if (IsStraight()) return pixel;
   const Eigen::Vector2d seen = (K.inverse() * pixel.homogeneous()).hnormalized();
   // A fixed point, which usual lenses reach in a few rounds.
   Eigen::Vector2d point = seen;
@@ -31,6 +35,7 @@ Eigen::Vector2d LensCamera::Undistort(const Eigen::Vector2d& pixel) const {
 }
 
 Eigen::Vector2d LensCamera::Distort(const Eigen::Vector2d& pixel) const {
+  if (lens) return lens->Distort(pixel);
   const Eigen::Vector2d point = (K.inverse() * pixel.homogeneous()).hnormalized();
   return (K * (point + Shift(*this, point)).homogeneous()).hnormalized();
 }

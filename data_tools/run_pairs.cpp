@@ -9,8 +9,7 @@ namespace {
 // Options that the format would not look at are mistakes.
 void CheckRequest(const PairsRequest& request, const ImageFormat& format) {
   const GivenCalibration& given = request.calibration;
-  const bool has_calibration = !given.file.empty() || given.focal != 0.0 || !given.center.empty();
-  if (has_calibration && !format.takes_calibration)
+  if (given.IsGiven() && !format.takes_calibration)
     throw Error("--calibration, --focal and --center are for images without one; " + request.format + " has its own");
   if (format.takes_sequence && request.sequence.empty())
     throw Error("--sequence is needed for " + request.format + " (00, 01, ...)");

@@ -11,10 +11,6 @@ namespace {
 
 constexpr int kQuality = 80;  // Of the JPEG.
 
-bool IsDistorted(const LensCamera& camera) {
-  return camera.k1 != 0.0 || camera.k2 != 0.0 || camera.p1 != 0.0 || camera.p2 != 0.0;
-}
-
 // `scale`: pixels of the small image per pixel of the file.
 cv::Mat WithoutDistortion(const cv::Mat& small, const LensCamera& camera, double scale) {
   cv::Mat from(small.size(), CV_32FC2);
@@ -37,7 +33,7 @@ std::string ThumbnailOf(const SourceImage& image) {
   if (picture.empty()) return "";
   const double scale = std::min(1.0, static_cast<double>(kThumbnailSize) / std::max(picture.cols, picture.rows));
   if (scale < 1.0) cv::resize(picture, picture, {}, scale, scale, cv::INTER_AREA);
-  if (image.camera && IsDistorted(*image.camera)) picture = WithoutDistortion(picture, *image.camera, scale);
+  if (image.camera && !image.camera->IsStraight()) picture = WithoutDistortion(picture, *image.camera, scale);
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality});
   return {bytes.begin(), bytes.end()};

@@ -106,12 +106,23 @@ std::optional<std::string> ColmapModelName(int model) {
   return info == nullptr ? std::nullopt : std::optional<std::string>(info->name);
 }
 
+std::optional<int> ColmapModelNumber(std::string_view name) {
+  for (int model = 0; InfoOf(model) != nullptr; ++model)
+    if (InfoOf(model)->name == name) return model;
+  return std::nullopt;
+}
+
+int ColmapParameterCount(int model) {
+  const ModelInfo* info = InfoOf(model);
+  return info == nullptr ? 0 : info->focal_lengths + 2 + info->extra;
+}
+
 ColmapLens::ColmapLens(const ColmapCamera& camera, const std::string& place) : model_(camera.model) {
   const ModelInfo* info = InfoOf(camera.model);
   if (info == nullptr)
     throw Error(place + ": unknown camera model " + std::to_string(camera.model) + " (COLMAP 3.8 has 0 to 10)");
   const std::vector<double>& p = camera.parameters;
-  const auto expected = static_cast<std::size_t>(info->focal_lengths + 2 + info->extra);
+  const auto expected = static_cast<std::size_t>(ColmapParameterCount(camera.model));
   if (p.size() != expected)
     throw Error(place + ": expected " + std::to_string(expected) + " parameters for " + info->name + ", found " +
                 std::to_string(p.size()));

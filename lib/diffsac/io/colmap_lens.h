@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "diffsac/io/colmap_database.h"
 
@@ -10,6 +11,10 @@ namespace diffsac {
 
 /// "SIMPLE_RADIAL", ..., by COLMAP's number; none for a model that COLMAP 3.8 does not have.
 std::optional<std::string> ColmapModelName(int model);
+/// And back.
+std::optional<int> ColmapModelNumber(std::string_view name);
+/// How many parameters a camera model has; 0 for a model that there is not.
+int ColmapParameterCount(int model);
 
 /// A camera of COLMAP's as a pinhole camera behind a lens, for all eleven models of COLMAP 3.8: SIMPLE_PINHOLE,
 /// PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE, FULL_OPENCV, FOV, SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE,
