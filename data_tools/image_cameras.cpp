@@ -33,7 +33,10 @@ bool EndsIn(const fs::path& path, const fs::path& end) {
 ImageCameras::ImageCameras(const GivenCalibration& calibration, const std::vector<std::string>& paths)
     : given_(calibration), paths_(paths), cameras_(paths.size()) {
   CheckAlone(given_);
-  if (!given_.cameras.empty()) return ReadColmap();
+  if (!given_.cameras.empty()) {
+    ReadColmap();
+    return;
+  }
   if (given_.files.empty()) {
     // A focal length alone waits for the image's size.
     if (given_.focal > 0.0 && given_.center.empty() && given_.file.empty()) return;
