@@ -1,19 +1,29 @@
-// Estimates the model of two images: keypoints, matches, one row of an experiment, a text and a picture.
+// Estimates the model of two images, or of every pair of a folder of photographs: keypoints, matches, one row of an
+// experiment; a text and a picture, or a table, a page and a COLMAP database.
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <csignal>
+#include <filesystem>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
 
+#include "data_tools/calibration_options.h"
 #include "data_tools/exif_focal.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/match_two_images.h"
+#include "data_tools/photograph_results.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
+#include "diffsac/core/nearest_word.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/selection.h"
 #include "diffsac/lab/run_directory.h"
+#include "diffsac/lab/run_lock.h"
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/report/command_line.h"
@@ -22,11 +32,29 @@
 namespace {
 
 using namespace diffsac;
+namespace fs = std::filesystem;
 
 constexpr int kExitNoModel = 1;
 
+constexpr const char* kFooter = R"(Examples:
+  diffsac_pair first.jpg second.jpg                        pose and focal length; matches.png
+  diffsac_pair first.jpg second.jpg --focal 2900           pose; the principal point is the image's middle
+  diffsac_pair first.jpg second.jpg --calibration K1.txt,K2.txt --json pair.json
+  diffsac_pair photos --output pairs                       all pairs of a folder: poses.csv, report.html, database.db
+  diffsac_pair 'photos/IMG_*.jpg' --cameras sparse/0       the cameras of a COLMAP model
+  diffsac_pair --list pairs.txt                            a line for each pair: a.jpg b.jpg
+  diffsac_pair --method                                    says which estimators there are
+Exit status: 0 a model (of many pairs, of one at least), 1 none, 2 bad input, 130 interrupted.
+More: docs/two_view.md)";
+
+std::atomic<bool> stop_requested{false};
+
+void RequestStop(int) { stop_requested = true; }
+
 struct Request {
   std::vector<std::string> images;
+  std::string list, output = "pairs";
+  bool overwrite = false;
   std::string task, config_path, method, picture = "matches.png", json, matches;
   std::vector<std::string> assignments;
   GivenCalibration calibration;
@@ -34,86 +62,168 @@ struct Request {
   double threshold_px = 0.0;  // 0: the task's
   EstimatorContext context;
   std::uint64_t seed = 0;
+  bool only_rows = false;
 };
 
-void AddOptions(CLI::App* app, Request* request) {
-  app->add_option("images", request->images, "Two image files")->required()->expected(2);
-  app->add_option(
-         "--task", request->task,
-         "essential (the default with a calibration), shared_focal (the default without: R, t and the focal length "
-         "of both images, which EXIF data hint at), fundamental or homography")
+void AddInput(CLI::App* app, Request* request) {
+  app->add_option("images", request->images,
+                  "Two images; or photographs of which every pair is estimated: a folder, three images or more, "
+                  "patterns in quotes ('photos/*.jpg')");
+  app->add_option("--list", request->list,
+                  "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
+                  "names (default: all pairs)");
+  AddCalibrationOptions(app, &request->calibration);
+  app->add_option_function<std::string>(
+         "--features", [request](const std::string& name) { request->features.kind = FeatureKindFromString(name); },
+         "sift, rootsift or orb (default: rootsift)")
+      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
+  app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
+      ->capture_default_str();
+  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never")
+      ->capture_default_str();
+}
+
+void AddEstimator(CLI::App* app, Request* request) {
+  app->add_option("--task", request->task,
+                  "essential, shared_focal (R, t and the focal length of both images, which EXIF data hint at), "
+                  "fundamental or homography (default: essential with a calibration, shared_focal without)")
       ->check(CLI::IsMember({"essential", "shared_focal", "fundamental", "homography"}));
-  app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of both images");
-  app->add_option("--focal", request->calibration.focal, "Focal length of both images, in pixels");
-  app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
   app->add_option("--config", request->config_path,
                   "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
   app->add_option("--method", request->method,
-                  "The estimator: learned_prosac (the default; draws by a network, no reverse process runs), "
-                  "prosac_marginalised (no network), ...");
-  app->add_option("--set", request->assignments, "key.path=value, overrides the configuration")
+                  "The estimator, a row of --config; without a value: says which there are (default: the first, "
+                  "learned_prosac, which draws by a network and runs no reverse process; shared_focal: "
+                  "prosac_marginalised, without a network)")
+      ->expected(0, 1);
+  app->add_option("--set", request->assignments, "key.path=value, overrides the configuration (default: nothing)")
       ->allow_extra_args(false);
-  app->add_option("--checkpoint", request->context.checkpoint_override, "Replaces the estimator's network");
+  app->add_option("--checkpoint", request->context.checkpoint_override,
+                  "Replaces the estimator's network (default: the row's)");
   app->add_option("--threshold-px", request->threshold_px,
-                  "The most that an inlier's residual can be (1; homographies 3)")
+                  "The most that an inlier's residual can be (default: 1; homographies 3)")
       ->check(CLI::PositiveNumber);
-  app->add_option_function<std::string>(
-         "--features", [request](const std::string& name) { request->features.kind = FeatureKindFromString(name); },
-         "sift, rootsift (the default) or orb")
-      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
-  app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all");
-  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
-  app->add_option("--picture", request->picture, "Where the picture goes; empty: none")->capture_default_str();
-  app->add_option("--json", request->json, "Also everything as JSON in this file");
+  app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX")->capture_default_str();
+  app->add_option("--threads", request->context.threads, "Threads; 0: all cores")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app->add_option("--seed", request->seed, "Of the search; every pair has the same")->capture_default_str();
+}
+
+void AddOutput(CLI::App* app, Request* request) {
+  app->add_option("--picture", request->picture, "Two images: where the picture goes; empty: none")
+      ->capture_default_str();
+  app->add_option("--json", request->json, "Two images: also everything as JSON in this file (default: none)");
   app->add_option("--matches", request->matches,
-                  "Also the matches in this file, a line each: x1 y1 x2 y2 ratio, and of "
-                  "the keypoints log(size2 / size1) and angle2 - angle1 in radians");
-  app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
-  app->add_option("--threads", request->context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
-  app->add_option("--seed", request->seed, "Of the search");
+                  "Two images: also the matches in this file, a line each: x1 y1 x2 y2 ratio, and of the keypoints "
+                  "log(size2 / size1) and angle2 - angle1 in radians (default: none)");
+  app->add_option("--output", request->output, "Photographs: the folder of the results")->capture_default_str();
+  app->add_flag("--overwrite", request->overwrite, "Photographs: replaces results that are there (default: no)");
+}
+
+bool IsOnePair(const Request& request) { return request.list.empty() && AreTwoFiles(request.images); }
+
+// What belongs to the other kind of run is a mistake.
+void CheckUse(const CLI::App& app, Request* request) {
+  request->only_rows = app.count("--method") > 0 && request->method.empty();
+  if (request->only_rows) return;
+  if (request->list.empty() && request->images.empty()) throw Error("expected two images, or a folder of photographs");
+  std::error_code code;
+  if (request->list.empty() && request->images.size() == 1 && fs::is_regular_file(request->images[0], code))
+    throw Error(request->images[0] + ": expected two images, or a folder of photographs");
+  const bool one = IsOnePair(*request);
+  const std::vector<std::string> of_two = {"--picture", "--json", "--matches"}, of_many = {"--output", "--overwrite"};
+  for (const std::string& option : one ? of_many : of_two)
+    if (app.count(option) > 0)
+      throw Error(option + (one ? " is for folders and lists of photographs" : " is for two images"));
 }
 
 std::string TaskOf(const Request& request) {
-  const bool calibrated = !request.calibration.file.empty() || request.calibration.focal > 0.0;
-  if (request.task == "essential" && !calibrated)
-    throw Error("an essential matrix needs --calibration, or --focal and --center");
+  const bool calibrated = request.calibration.IsGiven();
+  if (request.task == "essential" && !calibrated && !request.only_rows)
+    throw Error("an essential matrix needs --calibration, --cameras or --focal");
   if (request.task == "shared_focal" && calibrated)
-    throw Error("shared_focal finds the focal length: it takes no --calibration and no --focal");
+    throw Error("shared_focal finds the focal length: it takes no --calibration, --cameras and --focal");
   if (!request.task.empty()) return request.task;
   return calibrated ? "essential" : "shared_focal";
 }
 
-/// Of one focal length for both images, where EXIF data say that there are two.
-void WarnOfZoom(const Problem& problem) {
+/// One focal length for both images, where EXIF data say that there are two.
+bool IsZoomed(const Problem& problem) {
   const std::optional<FocalPrior>&first = problem.hint1.focal, &second = problem.hint2.focal;
-  if (!first || !second || std::abs(std::log(first->focal / second->focal)) <= 2.0 * kExifLogSigma) return;
-  LogWarning("EXIF data say that the focal lengths are " + std::to_string(std::lround(first->focal)) + " and " +
-             std::to_string(std::lround(second->focal)) +
+  return first && second && std::abs(std::log(first->focal / second->focal)) > 2.0 * kExifLogSigma;
+}
+
+void WarnOfZoom(const Problem& problem) {
+  if (!IsZoomed(problem)) return;
+  LogWarning("EXIF data say that the focal lengths are " + std::to_string(std::lround(problem.hint1.focal->focal)) +
+             " and " + std::to_string(std::lround(problem.hint2.focal->focal)) +
              " pixels, and shared_focal takes one for both images: --task fundamental takes none");
 }
 
-std::unique_ptr<RobustEstimator> EstimatorOf(const Request& request, const std::string& task) {
+std::string RowsText(const ExperimentOptions& experiment) {
+  std::string text;
+  for (const EstimatorRow& row : experiment.methods) text += (text.empty() ? "" : ", ") + row.name;
+  return text;
+}
+
+ExperimentOptions AllRows(const Request& request, const std::string& task) {
   EvalRequest rows;
   rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml") : request.config_path;
   rows.assignments = request.assignments;
-  if (!request.method.empty()) rows.methods = {request.method};
-  const ExperimentOptions experiment = ReadRequest(rows);
+  rows.seed = static_cast<std::int64_t>(request.seed);
+  ExperimentOptions experiment = ReadRequest(rows);
   if (experiment.methods.empty()) throw Error(rows.config_path + ": no methods");
-  return MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
+  return experiment;
 }
 
-int Run(const Request& request) {
+/// The experiment with the one row that runs.
+ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
+  ExperimentOptions experiment = AllRows(request, task);
+  std::vector<std::string> names;
+  for (const EstimatorRow& row : experiment.methods) names.push_back(row.name);
+  const std::string name = request.method.empty() ? names.front() : request.method;
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw Error("--method " + name + ": no such row; did you mean " + NearestWord(name, names) +
+                "? There are: " + RowsText(experiment));
+  SelectEstimators({name}, &experiment);
+  experiment.threads = request.context.threads;
+  return experiment;
+}
+
+int ListRows(const Request& request) {
   const std::string task = TaskOf(request);
-  const auto method = EstimatorOf(request, task);
-  MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration);
-  const double threshold = request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
-  SetTask(TaskFromString(task), threshold, &matched.pair);
+  std::cout << "--task " << task << ":\n";
+  for (const EstimatorRow& row : AllRows(request, task).methods)
+    std::cout << "  " << row.name << (row.label.empty() || row.label == row.name ? "" : ": " + row.label) << "\n";
+  return kExitOk;
+}
+
+double ThresholdOf(const Request& request, const std::string& task) {
+  return request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
+}
+
+void RequireFolderOf(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  std::error_code code;
+  if (!folder.empty() && !fs::is_directory(folder, code)) throw Error(file + ": there is no folder " + folder.string());
+}
+
+int RunTwo(const Request& request) {
+  const std::string task = TaskOf(request);
+  for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
+  const ExperimentOptions experiment = ChosenRow(request, task);
+  const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
+  if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
+  MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration,
+                                         request.context.threads);
+  SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
   if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
   const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
+  const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};
   std::cout << PairText(matched.pair, estimate, times);
   if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(matched.pair.problem));
-  if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times));
+  if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times, run));
   if (!request.picture.empty()) {
     DrawInliers(request.images[0], request.images[1], matched.pair.problem.points, estimate.inliers,
                 matched.pair.id + ", " + task, request.picture);
@@ -124,15 +234,83 @@ int Run(const Request& request) {
   return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
 }
 
+std::string KeypointsFolder(const Request& request) { return (fs::path(request.output) / ".keypoints").string(); }
+
+/// Keypoints that are left in a folder are those of a run that was interrupted: the next one goes on with them.
+void RefuseResults(const Request& request) {
+  std::error_code code;
+  const bool finished =
+      fs::exists(fs::path(request.output) / kPosesFile, code) && !fs::exists(KeypointsFolder(request), code);
+  if (finished && !request.overwrite)
+    throw Error(request.output + ": holds results already; --overwrite replaces them, --output DIR writes elsewhere");
+}
+
+int EndInterrupted(const Request& request, const std::string& what) {
+  LogWarning("interrupted: " + what + "; the same command goes on with the keypoints that are kept in " +
+             KeypointsFolder(request));
+  return kExitInterrupted;
+}
+
+int RunMany(const Request& request) {
+  const std::string task = TaskOf(request);
+  Photographs photographs = ListPhotographs(request.images, request.list);
+  std::vector<std::string> paths;
+  for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
+  const ImageCameras cameras(request.calibration, paths);
+  ExperimentOptions experiment = ChosenRow(request, task);
+  experiment.name = photographs.source.scenes.front().name;
+  experiment.title = experiment.name + ", " + task;
+  const auto method = MakeEstimator(experiment.methods.front().config, experiment.task, request.context);
+  RefuseResults(request);
+  const RunLock lock(request.output);
+  MakeWritableFolder(request.output);
+  cv::setNumThreads(1);  // one image a thread
+  FeatureStore store(photographs.source, request.features, "", KeypointsFolder(request));
+  const int threads = request.context.threads;
+  if (!PreparePhotographs(cameras, threads, stop_requested, &store, &photographs.source))
+    return EndInterrupted(request, "no pair was matched");
+  const double threshold_px = ThresholdOf(request, task);
+  const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, threads};
+  std::vector<EstimatedPair> pairs =
+      EstimatePairs(photographs.source, store, cameras.given(), estimation, stop_requested);
+  const auto is_done = [](const EstimatedPair& pair) { return pair.done; };
+  const auto done = std::count_if(pairs.begin(), pairs.end(), is_done), asked = std::ssize(pairs);
+  if (done == 0) return EndInterrupted(request, "no pair was matched");
+  const auto zoomed = std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
+    return pair.done && IsZoomed(pair.example.problem);
+  });
+  if (task == "shared_focal" && zoomed > 0)
+    LogWarning("EXIF data say of " + std::to_string(zoomed) +
+               " pairs that their focal lengths differ, and shared_focal takes one for both images: --task fundamental "
+               "takes none");
+  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
+    return pair.done && pair.estimate.status == Status::kOk;
+  });
+  WritePhotographResults(photographs, store, std::move(pairs), experiment, threshold_px, request.output, std::cout);
+  if (done < asked)
+    return EndInterrupted(request, std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
+  store.RemoveCache();
+  return any ? kExitOk : kExitNoModel;
+}
+
+int Run(const Request& request) {
+  if (request.only_rows) return ListRows(request);
+  return IsOnePair(request) ? RunTwo(request) : RunMany(request);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   KeepFreedMemory();
   CLI::App app{
-      "The model of two images: their motion with the focal length, or a fundamental, essential or homography matrix"};
+      "The model of two images, or of every pair of photographs: their motion with the focal length, or a fundamental, "
+      "essential or homography matrix"};
   Request request;
-  app.set_version_flag("--version", VersionText("diffsac_pair"));
-  AddOptions(&app, &request);
+  app.set_version_flag("--version", VersionText(kPairProgram));
+  app.footer(kFooter);
+  AddInput(&app, &request);
+  AddEstimator(&app, &request);
+  AddOutput(&app, &request);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -142,7 +320,12 @@ int main(int argc, char** argv) {
     return kExitBadInput;
   }
   try {
+    CheckUse(app, &request);
     InitLogging("", false);
+    if (!IsOnePair(request)) {
+      std::signal(SIGINT, RequestStop);
+      std::signal(SIGTERM, RequestStop);
+    }
     return Run(request);
   } catch (const std::exception& error) {
     std::cerr << "diffsac_pair: " << diffsac::MessageOf(error) << std::endl;

@@ -26,6 +26,7 @@ class ImageNames {
       index_[source.images[i].name] = static_cast<int>(i);
       index_[fs::path(source.images[i].path).filename().string()] = static_cast<int>(i);
     }
+    for (std::size_t i = 0; i < source.images.size(); ++i) index_[source.images[i].path] = static_cast<int>(i);
   }
 
   // kLeftOut for an image that is known but cannot be used; false for an unknown one.
@@ -48,21 +49,42 @@ class ImageNames {
   std::map<std::string, int> index_;
 };
 
-std::vector<SourcePair> ReadPairList(const std::string& path, const ImageSource& source) {
+// A file of the list's folder where there is one, as it stands where not.
+std::string PathInList(const std::string& list, const std::string& name) {
+  const fs::path beside = (fs::path(list).parent_path() / name).lexically_normal();
+  std::error_code code;
+  return fs::exists(beside, code) ? beside.string() : fs::path(name).lexically_normal().string();
+}
+
+// A line of a list of pairs.
+struct ListedPair {
+  std::string place;  // file and line
+  std::string names[2];
+};
+
+std::vector<ListedPair> ReadListedPairs(const std::string& path) {
   const std::string text = ReadFile(path);
-  const ImageNames names(source);
-  std::vector<SourcePair> pairs;
-  std::set<std::pair<int, int>> seen;
+  std::vector<ListedPair> pairs;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
-    const auto words = SplitWords(line, " \t,");
+    const auto words = SplitWords(line, " \t,\r");
     if (words.empty() || words[0].starts_with('#')) continue;
     const std::string place = path + ":" + std::to_string(number);
     if (words.size() != 2) throw Error(place + ": expected the names of two images");
+    pairs.push_back({place, {std::string(words[0]), std::string(words[1])}});
+  }
+  return pairs;
+}
+
+std::vector<SourcePair> ReadPairList(const std::string& path, const ImageSource& source) {
+  const ImageNames names(source);
+  std::vector<SourcePair> pairs;
+  std::set<std::pair<int, int>> seen;
+  for (const auto& [place, words] : ReadListedPairs(path)) {
     int index[2];
     for (int i = 0; i < 2; ++i)
-      if (!names.Find(std::string(words[i]), &index[i]))
-        throw Error(place + ": there is no image " + std::string(words[i]));
+      if (!names.Find(PathInList(path, words[i]), &index[i]) && !names.Find(words[i], &index[i]))
+        throw Error(place + ": there is no image " + words[i]);
     if (index[0] == kLeftOut || index[1] == kLeftOut) continue;
     if (index[0] == index[1]) throw Error(place + ": an image cannot be paired with itself");
     if (!seen.insert({index[0], index[1]}).second) throw Error(place + ": this pair stands there twice");
@@ -117,6 +139,16 @@ std::vector<SourcePair> RandomPairs(const std::vector<SourcePair>& pairs, int co
 }
 
 }  // namespace
+
+std::vector<std::string> ImagesOfList(const std::string& path) {
+  std::vector<std::string> images;
+  std::set<std::string> seen;
+  for (const ListedPair& pair : ReadListedPairs(path))
+    for (const std::string& name : pair.names)
+      if (const std::string image = PathInList(path, name); seen.insert(image).second) images.push_back(image);
+  if (images.empty()) throw Error(path + ": it names no images");
+  return images;
+}
 
 void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source) {
   if (choice.IsAll()) return;

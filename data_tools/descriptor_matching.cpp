@@ -5,11 +5,18 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <vector>
+
+#include "diffsac/geometry/vector_clones.h"
+#include "diffsac/network/kernels.h"
 
 namespace diffsac {
 namespace {
 
 constexpr Eigen::Index kBlockRows = 256;
+// A panel of the second image's rows and what a block of the first one's makes of it stay in the second cache.
+constexpr int kPanel = 512, kBlock = 96;
+static_assert(kPanel % kKernelLanes == 0);
 
 double SquaredDistance(const DescriptorMatrix& first, int i, const DescriptorMatrix& second, int j) {
   return (first.row(i).cast<double>() - second.row(j).cast<double>()).squaredNorm();
@@ -38,16 +45,27 @@ struct Nearest {
   std::vector<int> of_second;
 };
 
-// Between rows of unit length the nearest has the largest inner product, which a matrix product gives fast.
+// Between rows of unit length the nearest has the largest inner product, which a matrix product gives fast. Products
+// are the network's kernels, for the processor that there is: they round a little differently from one to another.
 class InnerProducts {
  public:
-  InnerProducts(const DescriptorMatrix& first, const DescriptorMatrix& second) : first_(first), second_(second) {}
-  void Block(Eigen::Index start, Eigen::Index rows, DescriptorMatrix* similarity) const {
-    similarity->noalias() = first_.middleRows(start, rows) * second_.transpose();
+  InnerProducts(const DescriptorMatrix& first, const DescriptorMatrix& second)
+      : first_(first), second_(second), panel_(second.cols(), kPanel), zeros_(kPanel, 0.0f) {}
+
+  void SetPanel(Eigen::Index start, Eigen::Index columns) {
+    panel_.setZero();
+    panel_.leftCols(columns) = second_.middleRows(start, columns).transpose();
+  }
+  void Block(Eigen::Index start, Eigen::Index rows, float* similarity) const {
+    kernels_.linear(first_.row(start).data(), static_cast<int>(rows), static_cast<int>(first_.cols()), kPanel,
+                    {panel_.data(), zeros_.data()}, similarity);
   }
 
  private:
   const DescriptorMatrix &first_, &second_;
+  DescriptorMatrix panel_;
+  std::vector<float> zeros_;
+  const Kernels& kernels_ = BestKernels();
 };
 
 using Bits = std::vector<std::uint64_t>;
@@ -76,37 +94,64 @@ int Hamming(const PackedRows& first, Eigen::Index i, const PackedRows& second, E
 
 class NegativeHamming {
  public:
-  NegativeHamming(const PackedRows& first, const PackedRows& second, Eigen::Index num_second)
-      : first_(first), second_(second), num_second_(num_second) {}
-  void Block(Eigen::Index start, Eigen::Index rows, DescriptorMatrix* similarity) const {
-    similarity->resize(rows, num_second_);
+  NegativeHamming(const DescriptorMatrix& first, const DescriptorMatrix& second) : first_(first), second_(second) {}
+
+  void SetPanel(Eigen::Index start, Eigen::Index columns) {
+    start_ = start;
+    columns_ = columns;
+  }
+  void Block(Eigen::Index start, Eigen::Index rows, float* similarity) const {
     for (Eigen::Index r = 0; r < rows; ++r)
-      for (Eigen::Index j = 0; j < num_second_; ++j)
-        (*similarity)(r, j) = -static_cast<float>(Hamming(first_, start + r, second_, j));
+      for (Eigen::Index j = 0; j < columns_; ++j)
+        similarity[r * kPanel + j] = -static_cast<float>(Hamming(first_, start + r, second_, start_ + j));
   }
 
  private:
-  const PackedRows &first_, &second_;
-  Eigen::Index num_second_;
+  PackedRows first_, second_;
+  Eigen::Index start_ = 0, columns_ = 0;
 };
 
+DIFFSAC_BOUND_CLONES float Largest(const float* values, int count) {
+  float largest = values[0];
+  for (int j = 1; j < count; ++j) largest = values[j] > largest ? values[j] : largest;
+  return largest;
+}
+
+/// What row `i` is to the other image's rows: where it is the most similar one so far.
+DIFFSAC_BOUND_CLONES void SeeRow(const float* similarity, int count, int i, float* best, int* best_index) {
+  for (int j = 0; j < count; ++j) {
+    const bool better = similarity[j] > best[j];
+    best[j] = better ? similarity[j] : best[j];
+    best_index[j] = better ? i : best_index[j];
+  }
+}
+
+/// The columns from `first` on, a few at a time: most hold nothing that is among the two nearest.
+void SeeColumns(const float* similarity, int count, int first, TwoNearest* nearest) {
+  constexpr int kFew = 64;
+  for (int start = 0; start < count; start += kFew) {
+    const int few = std::min(kFew, count - start);
+    if (!(Largest(similarity + start, few) > nearest->next)) continue;
+    for (int j = start; j < start + few; ++j) nearest->See(similarity[j], first + j);
+  }
+}
+
 template <class Similarity>
-Nearest FindNearest(const Similarity& source, Eigen::Index num_first, Eigen::Index num_second) {
+Nearest FindNearest(Similarity source, Eigen::Index num_first, Eigen::Index num_second) {
   Nearest nearest{std::vector<TwoNearest>(num_first), std::vector<int>(num_second, -1)};
   std::vector<float> best_of_second(num_second, -std::numeric_limits<float>::infinity());
-  DescriptorMatrix similarity;
-  for (Eigen::Index start = 0; start < num_first; start += kBlockRows) {
-    const Eigen::Index rows = std::min(kBlockRows, num_first - start);
-    source.Block(start, rows, &similarity);
-    for (Eigen::Index r = 0; r < rows; ++r) {
-      const auto i = static_cast<int>(start + r);
-      const float* row = similarity.row(r).data();
-      for (int j = 0; j < static_cast<int>(num_second); ++j) {
-        nearest.of_first[i].See(row[j], j);
-        if (row[j] > best_of_second[j]) {
-          best_of_second[j] = row[j];
-          nearest.of_second[j] = i;
-        }
+  std::vector<float> similarity(static_cast<std::size_t>(kBlock) * kPanel);
+  for (Eigen::Index column = 0; column < num_second; column += kPanel) {
+    const auto columns = static_cast<int>(std::min<Eigen::Index>(kPanel, num_second - column));
+    source.SetPanel(column, columns);
+    for (Eigen::Index start = 0; start < num_first; start += kBlock) {
+      const Eigen::Index rows = std::min<Eigen::Index>(kBlock, num_first - start);
+      source.Block(start, rows, similarity.data());
+      for (Eigen::Index r = 0; r < rows; ++r) {
+        const float* row = similarity.data() + r * kPanel;
+        SeeColumns(row, columns, static_cast<int>(column), &nearest.of_first[start + r]);
+        SeeRow(row, columns, static_cast<int>(start + r), best_of_second.data() + column,
+               nearest.of_second.data() + column);
       }
     }
   }
@@ -126,8 +171,7 @@ double Ratio(const DescriptorMatrix& first, int i, const DescriptorMatrix& secon
 Nearest FindNearest(const DescriptorMatrix& first, const DescriptorMatrix& second, DescriptorDistance distance) {
   if (distance == DescriptorDistance::kEuclidean)
     return FindNearest(InnerProducts(first, second), first.rows(), second.rows());
-  const PackedRows bits1(first), bits2(second);
-  return FindNearest(NegativeHamming(bits1, bits2, second.rows()), first.rows(), second.rows());
+  return FindNearest(NegativeHamming(first, second), first.rows(), second.rows());
 }
 
 }  // namespace

@@ -43,10 +43,15 @@ bool IsCutJpeg(const std::string& bytes) {
 
 }  // namespace
 
-// Calibrations refer to the pixels as stored, so the orientation flag is ignored.
-cv::Mat ReadGrayImage(const std::string& path) {
+void RequireImage(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) throw Error(path + ": no such file");
+  if (!cv::haveImageReader(path)) throw Error(path + ": not an image, or truncated");
+}
+
+// Calibrations refer to the pixels as stored, so the orientation flag is ignored.
+cv::Mat ReadGrayImage(const std::string& path) {
+  RequireImage(path);
   // First, for libjpeg would say a line of its own about it.
   if (IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
   cv::Mat image;

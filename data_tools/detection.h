@@ -24,6 +24,8 @@ struct Detection {
   Eigen::RowVector2d Frame(std::size_t i) const;
 };
 
+/// Throws Error naming the path where there is no file, or one that does not begin as an image does. Takes no time.
+void RequireImage(const std::string& path);
 /// The grey values of a file as they are stored: calibrations refer to those, so the orientation flag is ignored.
 /// Throws Error naming the file.
 cv::Mat ReadGrayImage(const std::string& path);

@@ -26,7 +26,8 @@ class FeatureStore {
   /// not prepared, empty for the others. False when `stop` turned true.
   bool PrepareAll(const std::vector<int>& images, int threads, const std::atomic<bool>& stop,
                   std::vector<std::string>* problems);
-  /// After Prepare.
+  /// After Prepare, as Load.
+  const ImageSize& SizeOf(int image) const { return sizes_[image]; }
   ImageFeatures Load(int image) const;
   DescriptorDistance distance() const;
   void RemoveCache() const { cache_.Remove(); }
@@ -38,7 +39,7 @@ class FeatureStore {
   FeatureOptions options_;
   FeatureCache cache_;
   std::unique_ptr<ImportedFeatures> imported_;
-  std::vector<ImageSize> sizes_;  // of images that were imported
+  std::vector<ImageSize> sizes_;
 };
 
 }  // namespace diffsac

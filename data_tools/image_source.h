@@ -111,6 +111,10 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
 /// source whose pairs have a truth of their own, an unknown name, no pairs.
 void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source);
 
+/// The image files that a list of pairs names (PairChoice::pairs_file), each once: of the list's folder where there is
+/// such a file. Throws Error.
+std::vector<std::string> ImagesOfList(const std::string& path);
+
 /// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none. Throws
 /// Error: a source without poses, no pairs left in a scene.
 void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);

@@ -28,12 +28,22 @@ std::vector<DescriptorMatch> WithoutRepeats(const std::vector<DescriptorMatch>& 
   return kept;
 }
 
+// Where a camera without distortion sees each keypoint; NaN where none could.
+PointMatrix StraightPositions(const SourceImage& image, const ImageFeatures& features) {
+  PointMatrix positions = features.positions;
+  if (!image.camera || image.camera->IsStraight()) return positions;
+  for (Eigen::Index i = 0; i < positions.rows(); ++i)
+    positions.row(i) = image.camera->Undistort(positions.row(i).transpose()).transpose();
+  return positions;
+}
+
 void FillProblem(const SourceImage& image1, const SourceImage& image2, const ImageFeatures& first,
-                 const ImageFeatures& second, const std::vector<DescriptorMatch>& matches, Problem* into) {
-  const auto position = [](const SourceImage& image, const ImageFeatures& features, int row) -> Eigen::RowVector2d {
-    const Eigen::Vector2d pixel = features.positions.row(row);
-    return (image.camera ? image.camera->Undistort(pixel) : pixel).transpose();
-  };
+                 const ImageFeatures& second, std::vector<DescriptorMatch>* kept, Problem* into) {
+  const PointMatrix positions1 = StraightPositions(image1, first), positions2 = StraightPositions(image2, second);
+  std::vector<DescriptorMatch>& matches = *kept;
+  std::erase_if(matches, [&](const DescriptorMatch& match) {
+    return !positions1.row(match.first).allFinite() || !positions2.row(match.second).allFinite();
+  });
   Problem& problem = *into;
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
@@ -41,7 +51,7 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   MatchIndices rows(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
     const DescriptorMatch& match = matches[i];
-    problem.points.row(i) << position(image1, first, match.first), position(image2, second, match.second);
+    problem.points.row(i) << positions1.row(match.first), positions2.row(match.second);
     problem.match_ratio[i] = match.ratio;
     rows.row(i) << match.first, match.second;
   }
@@ -62,7 +72,7 @@ MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const I
   example.image1 = image1.name;
   example.image2 = image2.name;
   example.id = example.image1 + "-" + example.image2;
-  FillProblem(image1, image2, first, second, matched.matches, &example.problem);
+  FillProblem(image1, image2, first, second, &matched.matches, &example.problem);
   if (image1.pose && image2.pose) example.truth.motion = RelativeMotion(*image1.pose, *image2.pose);
   example.truth.homography = pair.homography;
   CompleteTruth(example.problem, &example.truth);

@@ -2,8 +2,10 @@
 
 #include <chrono>
 
-#include "data_tools/exif_focal.h"
+#include "data_tools/detection.h"
+#include "data_tools/image_cameras.h"
 #include "data_tools/match_pair.h"
+#include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -21,30 +23,28 @@ ImageFeatures FeaturesOf(const std::string& path, const FeatureOptions& options)
   return features;
 }
 
-CameraHint HintOf(const std::string& path, const ImageSize& size) {
-  CameraHint hint;
-  if (const auto focal = ExifFocalPx(path, size)) hint.focal = FocalPrior{*focal, kExifLogSigma};
-  return hint;
-}
-
 }  // namespace
 
 MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
-                             const GivenCalibration& calibration) {
+                             const GivenCalibration& calibration, int threads) {
   options.Check();
-  ImageSource source;
-  const std::optional<LensCamera> camera = CameraOf(calibration);
-  for (const std::string& path : {path1, path2}) source.images.push_back({ImageName(path), path, camera, {}});
+  const std::vector<std::string> paths = {path1, path2};
+  for (const std::string& path : paths) RequireImage(path);
+  const ImageCameras cameras(calibration, paths);
   MatchedImages matched;
   auto start = Clock::now();
-  const ImageFeatures first = FeaturesOf(path1, options), second = FeaturesOf(path2, options);
+  std::vector<ImageFeatures> features(2);
+  ParallelFor(2, threads, [&](std::int64_t i) { features[i] = FeaturesOf(paths[i], options); });
   matched.ms_keypoints = MillisecondsSince(start);
   start = Clock::now();
-  matched.pair = MatchPair(source, {0, 1, {}}, first, second, DistanceOf(options.kind)).example;
+  ImageSource source;
+  for (std::size_t i = 0; i < 2; ++i)
+    source.images.push_back({ImageName(paths[i]), paths[i], cameras.Of(i, features[i].size), {}});
+  matched.pair = MatchPair(source, {0, 1, {}}, features[0], features[1], DistanceOf(options.kind)).example;
   matched.ms_matching = MillisecondsSince(start);
-  if (!camera) {
-    matched.pair.problem.hint1 = HintOf(path1, first.size);
-    matched.pair.problem.hint2 = HintOf(path2, second.size);
+  if (!cameras.given()) {
+    matched.pair.problem.hint1 = ExifHint(path1, features[0].size);
+    matched.pair.problem.hint2 = ExifHint(path2, features[1].size);
   }
   return matched;
 }

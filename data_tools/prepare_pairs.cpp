@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <list>
-#include <map>
 #include <set>
 #include <sstream>
 
 #include "data_tools/feature_store.h"
 #include "data_tools/match_pair.h"
+#include "data_tools/pair_features.h"
 #include "data_tools/thumbnail.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
@@ -110,7 +110,6 @@ class Preparation {
   void LeaveOut(const std::string& problem);
   bool MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const;
   bool WriteScene(const SourceScene& scene);
-  void WriteThumbnailsOf(const std::vector<Example>& pairs, const std::string& folder) const;
   bool IsKept(const MatchedPair& matched) const;
   CorrespondenceSet Collect(const SourceScene& scene, std::vector<MatchedPair>* matched,
                             std::vector<std::size_t>* kept) const;
@@ -160,34 +159,13 @@ bool Preparation::PrepareImages(const std::vector<SourceScene>& scenes) {
   return true;
 }
 
-// Pairs block by block: of the images, only those that the block and later pairs need are in memory.
 bool Preparation::MatchScene(const SourceScene& scene, std::vector<MatchedPair>* matched) const {
-  const std::vector<SourcePair>& pairs = scene.pairs;
-  const auto count = static_cast<std::int64_t>(pairs.size());
-  std::map<int, std::int64_t> last_use;
-  for (std::int64_t i = 0; i < count; ++i) last_use[pairs[i].image1] = last_use[pairs[i].image2] = i;
-  const int threads = options_.threads > 0 ? options_.threads : HardwareThreads();
-  const std::int64_t block = 8 * threads;
-  std::map<int, ImageFeatures> loaded;
-  Progress progress(scene.name, count);
-  for (std::int64_t start = 0; start < count && !stop_; start += block) {
-    const std::int64_t end = std::min(count, start + block);
-    std::vector<int> missing;
-    for (std::int64_t i = start; i < end; ++i)
-      for (int image : {pairs[i].image1, pairs[i].image2})
-        if (loaded.try_emplace(image).second) missing.push_back(image);
-    ParallelFor(static_cast<std::int64_t>(missing.size()), options_.threads,
-                [&](std::int64_t k) { loaded.at(missing[k]) = store_.Load(missing[k]); });
-    ParallelFor(end - start, options_.threads, [&](std::int64_t k) {
-      if (stop_) return;
-      const SourcePair& pair = pairs[start + k];
-      (*matched)[start + k] =
-          MatchPair(source_, pair, loaded.at(pair.image1), loaded.at(pair.image2), store_.distance());
-      progress.Advance();
-    });
-    std::erase_if(loaded, [&](const auto& entry) { return last_use.at(entry.first) < end; });
-  }
-  return !stop_;
+  Progress progress(scene.name, static_cast<std::int64_t>(scene.pairs.size()));
+  return ForEachPair(store_, scene.pairs, options_.threads, stop_,
+                     [&](std::int64_t i, const ImageFeatures& first, const ImageFeatures& second) {
+                       (*matched)[i] = MatchPair(source_, scene.pairs[i], first, second, store_.distance());
+                       progress.Advance();
+                     });
 }
 
 bool Preparation::IsKept(const MatchedPair& matched) const {
@@ -219,25 +197,6 @@ CorrespondenceSet Preparation::Collect(const SourceScene& scene, std::vector<Mat
   return set;
 }
 
-// Of the images that the pairs name.
-void Preparation::WriteThumbnailsOf(const std::vector<Example>& pairs, const std::string& folder) const {
-  RemoveFile((fs::path(folder) / kThumbnailsFile).string());
-  if (!options_.thumbnails) return;
-  std::set<std::string> named;
-  for (const Example& pair : pairs) named.insert({pair.image1, pair.image2});
-  std::vector<std::string> names;
-  std::vector<const SourceImage*> images;
-  for (const SourceImage& image : source_.images) {
-    if (!named.contains(image.name)) continue;
-    names.push_back(image.name);
-    images.push_back(&image);
-  }
-  std::vector<std::string> bytes(images.size());
-  ParallelFor(static_cast<std::int64_t>(images.size()), options_.threads,
-              [&](std::int64_t i) { bytes[i] = ThumbnailOf(*images[i]); });
-  WriteThumbnails(folder, names, [&](std::size_t i) { return bytes[i]; });
-}
-
 bool Preparation::WriteScene(const SourceScene& asked) {
   SourceScene scene = asked;
   std::erase_if(scene.pairs, [&](const SourcePair& pair) { return broken_[pair.image1] || broken_[pair.image2]; });
@@ -259,7 +218,8 @@ bool Preparation::WriteScene(const SourceScene& asked) {
   // Before the first word of the new recipe is there, the old files must be incomplete.
   RemoveFile((fs::path(folder) / "matches.h5").string());
   WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(asked, options_));
-  WriteThumbnailsOf(set.pairs, folder);
+  RemoveFile((fs::path(folder) / kThumbnailsFile).string());
+  if (options_.thumbnails) WriteThumbnailsOf(source_, set.pairs, options_.threads, folder);
   WriteCorrespondences(folder, set);
   LogInfo(folder + ": " + std::to_string(kept.size()) + " of " + std::to_string(asked.pairs.size()) + " pairs");
   result_.written += 1;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
+#include "diffsac/core/parallel.h"
 #include "diffsac/io/thumbnails.h"
 
 namespace diffsac {
@@ -37,6 +39,23 @@ std::string ThumbnailOf(const SourceImage& image) {
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality});
   return {bytes.begin(), bytes.end()};
+}
+
+void WriteThumbnailsOf(const ImageSource& source, const std::vector<Example>& pairs, int threads,
+                       const std::string& folder) {
+  std::set<std::string> named;
+  for (const Example& pair : pairs) named.insert({pair.image1, pair.image2});
+  std::vector<std::string> names;
+  std::vector<const SourceImage*> images;
+  for (const SourceImage& image : source.images) {
+    if (!named.contains(image.name)) continue;
+    names.push_back(image.name);
+    images.push_back(&image);
+  }
+  std::vector<std::string> bytes(images.size());
+  ParallelFor(static_cast<std::int64_t>(images.size()), threads,
+              [&](std::int64_t i) { bytes[i] = ThumbnailOf(*images[i]); });
+  WriteThumbnails(folder, names, [&](std::size_t i) { return bytes[i]; });
 }
 
 }  // namespace diffsac

@@ -74,6 +74,8 @@ void RecordStructures(const Example& example, const Estimate& estimate, ProblemR
   record->structures = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
 }
 
+}  // namespace
+
 ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
   record.index = example.index;
@@ -91,6 +93,8 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.done = true;
   return record;
 }
+
+namespace {
 
 /// What is kept of one problem.
 struct Outcome {

@@ -23,6 +23,9 @@ struct RunInputs {
 /// whatever else runs or stands in the list beside it.
 std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem);
 
+/// The line of problems.csv of an estimate.
+ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate);
+
 /// Runs every method on the same problems of every condition. Methods without batches run in parallel over problems,
 /// batched ones batch after batch. Results depend on the experiment alone, times excepted. When `*stop` turns true the
 /// running problems or batch are finished and the rest is left out (`partial`).

@@ -34,6 +34,10 @@ void SqliteDatabase::Close::operator()(sqlite3* handle) const { sqlite3_close_v2
 
 SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(path) {
   std::error_code code;
+  if (access == Access::kCreate) {
+    Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+    return;
+  }
   if (!fs::is_regular_file(path, code)) throw Error(path + ": no such file");
   if (access == Access::kWrite) {
     Open(path, SQLITE_OPEN_READWRITE);
@@ -110,6 +114,10 @@ void SqliteStatement::Bind(int parameter, std::span<const std::byte> blob) {
   // A null pointer would bind NULL instead of a blob without bytes.
   const void* data = blob.empty() ? static_cast<const void*>("") : blob.data();
   Check(sqlite3_bind_blob64(statement_.get(), parameter, data, blob.size(), SQLITE_TRANSIENT));
+}
+
+void SqliteStatement::BindText(int parameter, const std::string& text) {
+  Check(sqlite3_bind_text(statement_.get(), parameter, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT));
 }
 
 bool SqliteStatement::Step() {

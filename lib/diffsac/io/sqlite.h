@@ -12,11 +12,11 @@ struct sqlite3_stmt;
 
 namespace diffsac {
 
-/// An SQLite database that exists. All here throw Error with one line that starts with the file's path: no such file,
+/// An SQLite database. All here throw Error with one line that starts with the file's path: no such file,
 /// no database, damaged, locked by another program for more than two seconds, ...
 class SqliteDatabase {
  public:
-  enum class Access { kRead, kWrite };
+  enum class Access { kRead, kWrite, kCreate };  ///< kCreate: as kWrite, and a file that is not there is made.
   SqliteDatabase(const std::string& path, Access access);
 
   const std::string& path() const { return path_; }
@@ -47,6 +47,7 @@ class SqliteStatement {
   /// Parameter 1, 2, ... of the next run. A blob is copied.
   void Bind(int parameter, std::int64_t value);
   void Bind(int parameter, std::span<const std::byte> blob);
+  void BindText(int parameter, const std::string& text);
 
   /// To the next row; false after the last one, and then the statement can run again.
   bool Step();

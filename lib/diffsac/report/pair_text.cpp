@@ -33,10 +33,13 @@ double SpreadDegrees(const Eigen::MatrixXd& covariance, int first) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi;
 }
 
+/// With a digit behind the point, unless that would be a long number.
+std::string PixelText(double value) { return Format(std::abs(value) < 1e7 ? "%.1f" : "%.4g", value); }
+
 std::string FocalText(const FocalEstimate& focal) {
   const auto text = [&](const std::string& name, int image) {
-    return Format("  %s = %.1f px, 68 %% within %.1f and %.1f", name.c_str(), focal.focal_px[image],
-                  focal.low_px[image], focal.high_px[image]);
+    return "  " + name + " = " + PixelText(focal.focal_px[image]) + " px, 68 % within " +
+           PixelText(focal.low_px[image]) + " and " + PixelText(focal.high_px[image]);
   };
   const bool shared = focal.focal_px[0] == focal.focal_px[1];
   const std::string lengths = shared ? text("f", 0) : text("f1", 0) + "\n" + text("f2", 1);
@@ -92,6 +95,20 @@ Json FocalJson(const FocalEstimate& focal) {
       {"observable", focal.observable}, {"prior_px", focal.prior_focal_px}, {"prior_log_sigma", focal.prior_log_sigma}};
 }
 
+/// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio where that is known.
+Json CorrespondencesJson(const Problem& problem) {
+  const auto rounded = [](double value) { return FiniteJson(std::round(1e4 * value) / 1e4); };
+  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index c = 0; c < problem.points.cols(); ++c) row.push_back(rounded(problem.points(i, c)));
+    if (has_ratio) row.push_back(rounded(problem.match_ratio[i]));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 Json PoseJson(const RigidMotion& pose) {
   return {{"R", MatrixJson(pose.rotation)}, {"t", {pose.translation[0], pose.translation[1], pose.translation[2]}}};
 }
@@ -133,12 +150,19 @@ std::string MatchesText(const Problem& problem) {
   return text;
 }
 
-std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times) {
+std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times, const PairRun& run) {
   const EstimateRecord record = RecordOf(pair, estimate);
   const EstimateReport& report = estimate.report;
   Json model = Json::array();
   for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
+  const std::optional<CameraPair>& cameras = pair.problem.cameras;
   const Json json = {{"pair", pair.id},
+                     {"image1", run.image1},
+                     {"image2", run.image2},
+                     {"method", run.method},
+                     {"seed", run.seed},
+                     {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
+                     {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
                      {"task", ToString(pair.problem.task)},
                      {"status", std::string(ToString(record.status))},
                      {"may_be_chance", estimate.MayBeChance()},
@@ -156,7 +180,8 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                        {"features", report.ms_features},
                        {"network", report.ms_network},
                        {"consensus", report.ms_consensus},
-                       {"estimate", report.ms_total}}}};
+                       {"estimate", report.ms_total}}},
+                     {"correspondences", CorrespondencesJson(pair.problem)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "diffsac/estimators/robust_estimator.h"
@@ -20,7 +21,15 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
 /// (Problem::similarities) theirs follow.
 std::string MatchesText(const Problem& problem);
 
-/// The same as one JSON object, with the inliers' rows.
-std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times);
+/// What was run on two images.
+struct PairRun {
+  std::string image1, image2;  ///< Files.
+  std::string method;          ///< The row.
+  std::uint64_t seed = 0;
+};
+
+/// The same as one JSON object, with the images, method and seed, K where it is known, the matches and the rows of the
+/// inliers.
+std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times, const PairRun& run = {});
 
 }  // namespace diffsac
