@@ -142,7 +142,7 @@ std::string TaskOf(const Request& request) {
   if (request.task == "essential" && !calibrated && !request.only_rows)
     throw Error("an essential matrix needs --calibration, --cameras or --focal");
   if (request.task == "shared_focal" && calibrated)
-    throw Error("shared_focal finds the focal length: it takes no --calibration, --cameras and --focal");
+    throw Error("shared_focal finds the focal length: it takes no --calibration, --cameras or --focal");
   if (!request.task.empty()) return request.task;
   return calibrated ? "essential" : "shared_focal";
 }

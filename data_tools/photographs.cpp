@@ -78,7 +78,9 @@ Photographs ListPhotographs(const std::vector<std::string>& inputs, const std::s
   for (std::size_t i = 0; i < paths.size(); ++i)
     photographs.source.images.push_back({names.at(static_cast<std::int64_t>(i) + 1), paths[i], {}, {}});
   AddAllPairs(photographs.folder, &photographs.source);
-  if (!list.empty()) ChoosePairs({.pairs_file = list}, photographs.folder, &photographs.source);
+  PairChoice choice;
+  choice.pairs_file = list;
+  ChoosePairs(choice, photographs.folder, &photographs.source);
   return photographs;
 }
 

@@ -87,6 +87,26 @@ TEST_CASE("the text and the JSON have the pose's standard deviations and the foc
   CHECK_FALSE(json.at("focal").at("observable").get<bool>());
 }
 
+TEST_CASE("the JSON has the images, the method, the seed, K and the matches; no text has a number of 300 digits") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  const Problem& problem = answered.pair.problem;
+  const PairRun run{"photos/a.jpg", "photos/b.jpg", "learned_prosac", 7};
+  const auto json = nlohmann::json::parse(PairJson(answered.pair, answered.estimate, {}, run));
+  CHECK(json.at("image1") == "photos/a.jpg");
+  CHECK(json.at("image2") == "photos/b.jpg");
+  CHECK(json.at("method") == "learned_prosac");
+  CHECK(json.at("seed") == 7);
+  CHECK(json.at("K1")[0][2].get<double>() == problem.cameras->K1(0, 2));
+  CHECK(json.at("matches") == 60);
+  REQUIRE(json.at("correspondences").size() == 60);
+  for (int c = 0; c < 4; ++c)
+    CHECK(json.at("correspondences")[3][c].get<double>() == Approx(problem.points(3, c)).margin(1e-4));
+  const Answered plain = AnsweredPair(TaskFromString("fundamental"), 60);
+  CHECK(nlohmann::json::parse(PairJson(plain.pair, plain.estimate, {}, run)).at("K2").is_null());
+  answered.estimate.focal = FocalEstimate{{1e300, 1e300}, {650, 650}, {1e300, 1e300}, false, 800, 0.1};
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}), Contains("f = 1e+300 px, 68 % within 650.0 and 1e+300"));
+}
+
 TEST_CASE("matches are written with all digits") {
   const Answered answered = AnsweredPair(TaskFromString("essential"), 60);
   const Problem& problem = answered.pair.problem;
