@@ -18,7 +18,6 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
-#include "diffsac/core/nearest_word.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/selection.h"
@@ -183,7 +182,7 @@ ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
   for (const EstimatorRow& row : experiment.methods) names.push_back(row.name);
   const std::string name = request.method.empty() ? names.front() : request.method;
   if (std::find(names.begin(), names.end(), name) == names.end())
-    throw Error("--method " + name + ": no such row; did you mean " + NearestWord(name, names) +
+    throw Error("--method " + name + ": no such row; there are " + RowsText(experiment)); did you mean " + NearestWord(name, names) +
                 "? There are: " + RowsText(experiment));
   SelectEstimators({name}, &experiment);
   experiment.threads = request.context.threads;

@@ -15,6 +15,8 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)
 # Focal lengths of photographs.
 pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
+# Sizes of cameras' sensors, by name; without it EXIF data that only name the camera give no focal length.
+pkg_check_modules(LENSFUN IMPORTED_TARGET lensfun)
 # MATLAB files.
 pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
 # COLMAP's databases.

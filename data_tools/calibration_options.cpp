@@ -19,8 +19,8 @@ void AddCalibrationOptions(CLI::App* app, GivenCalibration* calibration) {
       ->allow_extra_args(false);
   app->add_option("--cameras", calibration->cameras,
                   "COLMAP's cameras of the images: the folder of a model, or a file cameras.txt; any camera model, and "
-                  "its distortion is taken out");
-  app->add_option("--focal", calibration->focal, "Focal length of all images, in pixels");
+                  "its distortion is taken out (default: none)");
+  app->add_option("--focal", calibration->focal, "Focal length of all images, in pixels (default: unknown)");
   app->add_option("--center", calibration->center, "Principal point, as 320,240 (default: each image's middle)")
       ->delimiter(',');
 }

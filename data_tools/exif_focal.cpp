@@ -6,6 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "data_tools/sensor_sizes.h"
+
 namespace diffsac {
 namespace {
 
@@ -41,6 +43,16 @@ class ExifFields {
     }
   }
 
+  /// Of the first directory; empty where there is none.
+  std::string Text(ExifTag tag) const {
+    const ExifEntry* entry = data_ ? exif_content_get_entry(data_->ifd[EXIF_IFD_0], tag) : nullptr;
+    if (entry == nullptr || entry->data == nullptr || entry->format != EXIF_FORMAT_ASCII) return "";
+    std::string text(reinterpret_cast<const char*>(entry->data), entry->size);
+    text.resize(std::min(text.find('\0'), text.size()));
+    text.resize(text.find_last_not_of(' ') + 1);
+    return text;
+  }
+
  private:
   std::unique_ptr<ExifData, Unref> data_;
 };
@@ -69,11 +81,15 @@ double FocalPx(const ExifFields& fields, const ImageSize& size) {
   if (taken && std::abs(Shape(width, height) / Shape(size.width, size.height) - 1.0) > kSameShape) return 0.0;
   if (const double film_mm = fields.Number(EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM); film_mm > 0.0)
     return film_mm / kFilmDiagonalMm * std::hypot(size.width, size.height);
+  const double focal_mm = fields.Number(EXIF_TAG_FOCAL_LENGTH);
+  if (focal_mm > 0.0)
+    if (const auto crop = CropFactor(fields.Text(EXIF_TAG_MAKE), fields.Text(EXIF_TAG_MODEL)))
+      return focal_mm * *crop / kFilmDiagonalMm * std::hypot(size.width, size.height);
   const double per_unit = fields.Number(EXIF_TAG_FOCAL_PLANE_X_RESOLUTION);
   if (!taken || !(per_unit > 0.0)) return 0.0;
   const double per_mm = per_unit / MillimetresOf(fields.Number(EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT));
   const double reduced = Longer(size.width, size.height) / Longer(width, height);
-  return fields.Number(EXIF_TAG_FOCAL_LENGTH) * per_mm * reduced;
+  return focal_mm * per_mm * reduced;
 }
 
 }  // namespace

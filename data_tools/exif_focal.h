@@ -11,10 +11,11 @@ namespace diffsac {
 /// the orientation flag says, since sides are compared by their length.
 ///
 /// From FocalLengthIn35mmFilm, which is by the diagonal (CIPA DCG-001): f₃₅ · diagonal / 43.27 mm; else from
-/// FocalLength and FocalPlaneXResolution, in pixels of the image as it was taken. A reduced image has a reduced focal
-/// length. Nothing: no JPEG, no EXIF data or damaged ones, no such fields or zeros in them, an image that was cropped
-/// (of another shape than PixelXDimension and PixelYDimension say), and what no lens has (below a fifth of the longer
-/// side, above fifty of them). Never throws: a focal length is a hint.
+/// FocalLength and the size of the sensor that Make and Model name (CropFactor); else from FocalLength and
+/// FocalPlaneXResolution, in pixels of the image as it was taken. The order is COLMAP's. A reduced image has a reduced
+/// focal length. Nothing: no JPEG, no EXIF data or damaged ones, no such fields or zeros in them, an image that was
+/// cropped (of another shape than PixelXDimension and PixelYDimension say), and what no lens has (below a fifth of the
+/// longer side, above fifty of them). Never throws: a focal length is a hint.
 std::optional<double> ExifFocalPx(const std::string& path, const ImageSize& size);
 
 /// How far a camera's focal length is from what EXIF says, as a standard deviation of its logarithm: fields are whole

@@ -9,7 +9,6 @@
 #include "data_tools/image_test_util.h"
 #include "data_tools/match_two_images.h"
 #include "data_tools/photograph_results.h"
-#include "datasets/data_test_util.h"
 #include "diffsac/core/files.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/io/colmap_database.h"
@@ -20,6 +19,7 @@
 namespace diffsac {
 namespace {
 
+using Catch::Contains;
 namespace fs = std::filesystem;
 
 const Task kEssential = TaskFromString("essential");
@@ -87,8 +87,8 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
   Run run;
   std::vector<EstimatedPair> pairs;
   const std::string said = run.Go(2, &pairs);
-  CHECK(Has(said, "photos: 6 pairs, "));
-  CHECK(Has(said, "colmap mapper --database_path " + run.output + "/database.db --image_path "));
+  CHECK_THAT(said, Contains("photos: 6 pairs, "));
+  CHECK_THAT(said, Contains("colmap mapper --database_path " + run.output + "/database.db --image_path "));
   REQUIRE(pairs.size() == 6);
   MatchedImages alone = MatchTwoImages(run.photos + "/v-1.png", run.photos + "/v-2.png", {}, run.calibration);
   SetTask(kEssential, 1.0, &alone.pair);
@@ -136,21 +136,21 @@ TEST_CASE("photographs: the files agree with each other") {
               .abs()
               .maxCoeff() < 1e-4);
   }
-  CHECK(Has(ReadFile(run.output + "/report.html"), "photos/v_0-v_1"));
+  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("photos/v_0-v_1"));
   const ExperimentOptions again = ReadExperiment(ConfigFromFile(run.output + "/config.yaml"));
   CHECK(again.methods.at(0).name == "prosac");
 }
 
 TEST_CASE("photographs: an image that cannot be read is left out, and one of another size than its camera") {
   Run run;
-  WriteRaw(run.photos + "/text.jpg", "no image");
-  CHECK(Has(run.Go(), "photos: 6 pairs, "));
+  WriteFileAtomically(run.photos + "/text.jpg", "no image");
+  CHECK_THAT(run.Go(), Contains("photos: 6 pairs, "));
   run.calibration = {};
   run.calibration.cameras = run.folder / "cameras.txt";
-  WriteRaw(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");
+  WriteFileAtomically(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");
   WriteImage(run.photos + "/v-3.png", Texture(200, 240, 1));
   std::vector<EstimatedPair> pairs;
-  CHECK(Has(run.Go(2, &pairs), "photos: 3 pairs, "));
+  CHECK_THAT(run.Go(2, &pairs), Contains("photos: 3 pairs, "));
   for (const EstimatedPair& pair : pairs) CHECK(pair.example.image2 != "v_3");
   CHECK(ColmapDatabase(run.output + "/database.db").CameraOf(1).parameters ==
         std::vector<double>{300.0, 160.0, 120.0, -0.05});
@@ -191,7 +191,7 @@ TEST_CASE("photographs: what was done before an interruption is kept") {
   std::ostringstream out;
   WritePhotographResults(photographs, store, pairs, run.experiment, 1.0, run.output, out);
   CHECK(Lines(ReadFile(run.output + "/poses.csv")).size() == 5);
-  CHECK(Has(ReadFile(run.output + "/report.html"), "Partial results"));
+  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("Partial results"));
   run.stop = true;
   const std::vector<EstimatedPair> none =
       EstimatePairs(photographs.source, store, true, {*method, kEssential, 1.0, 5, 1}, run.stop);

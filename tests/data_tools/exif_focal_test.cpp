@@ -5,12 +5,13 @@
 
 #include "core/temporary_folder.h"
 #include "data_tools/exif_test_util.h"
+#include "data_tools/sensor_sizes.h"
 
 namespace diffsac {
 namespace {
 
 constexpr std::uint16_t kFilm = 0xA405, kFocal = 0x920A, kXResolution = 0xA20E, kResolutionUnit = 0xA210,
-                        kWidth = 0xA002, kHeight = 0xA003;
+                        kWidth = 0xA002, kHeight = 0xA003, kMake = 0x010F, kModel = 0x0110;
 const ImageSize kSize{40, 30};
 
 std::string Jpeg() {
@@ -58,6 +59,25 @@ TEST_CASE("EXIF's focal length by the sensor's resolution, in every unit, of red
   CHECK(FocalOf(exif).value() == Approx(25.0));
   exif.shorts[kFilm] = 30;
   CHECK(FocalOf(exif).value() == Approx(30.0 * 50.0 / std::hypot(36.0, 24.0)));
+}
+
+TEST_CASE("EXIF's focal length by the sensor that the camera's name says, where nothing on film is said") {
+  ExifBytes exif;
+  exif.rationals = {{kFocal, {50, 1}}};
+  exif.texts = {{kMake, "NIKON CORPORATION"}, {kModel, "NIKON D90"}};
+  if (!CropFactor("NIKON CORPORATION", "NIKON D90")) return CHECK_FALSE(FocalOf(exif));  // A build without lensfun.
+  // 23.6 mm wide.
+  CHECK(FocalOf(exif).value() == Approx(50.0 / 23.6 * 40.0).epsilon(0.03));
+  CHECK(FocalOf(exif, {30, 40}) == FocalOf(exif));
+  exif.texts[kModel] = "NIKON D90  ";
+  CHECK(FocalOf(exif));
+  exif.shorts[kFilm] = 30;
+  CHECK(FocalOf(exif).value() == Approx(30.0 * 50.0 / std::hypot(36.0, 24.0)));
+  exif.shorts.clear();
+  exif.texts[kModel] = "no such camera";
+  CHECK_FALSE(FocalOf(exif));
+  exif.texts.erase(kMake);
+  CHECK_FALSE(FocalOf(exif));
 }
 
 TEST_CASE("zeros, a cropped image and impossible lenses are no focal length") {

@@ -11,27 +11,33 @@
 
 namespace diffsac {
 
-/// EXIF data as TIFF holds it (CIPA DC-008): one directory with the pointer to a second one, whose fields are these,
-/// of 16 bits, or of a numerator and a denominator.
+/// EXIF data as TIFF holds it (CIPA DC-008): one directory with the texts and the pointer to a second one, whose fields
+/// are the others, of 16 bits, or of a numerator and a denominator.
 class ExifBytes {
  public:
   std::map<std::uint16_t, std::uint16_t> shorts = {};
   std::map<std::uint16_t, std::pair<std::uint32_t, std::uint32_t>> rationals = {};
   bool big_endian = false;
+  std::map<std::uint16_t, std::string> texts = {};
 
   std::string ToString() const {
-    const std::size_t count = shorts.size() + rationals.size();
-    std::string out = big_endian ? "MM" : "II";
-    out += Bytes(42, 2) + Bytes(8, 4);
-    out += Bytes(1, 2) + Bytes(kExifPointer, 2) + Bytes(kLong, 2) + Bytes(1, 4) + Bytes(kSecond, 4) + Bytes(0, 4);
-    out += Bytes(static_cast<std::uint32_t>(count), 2);
-    std::string values;
+    const std::size_t count = shorts.size() + rationals.size(), second = 26 + 12 * texts.size();
+    const std::size_t behind = second + 2 + 12 * count + 4;
+    std::string out = big_endian ? "MM" : "II", values;
+    const auto place = [&] { return static_cast<std::uint32_t>(behind + values.size()); };
+    out += Bytes(42, 2) + Bytes(8, 4) + Bytes(static_cast<std::uint32_t>(texts.size()) + 1, 2);
+    for (const auto& [tag, text] : texts) {
+      const auto size = static_cast<std::uint32_t>(text.size()) + 1;
+      out += Bytes(tag, 2) + Bytes(kAscii, 2) + Bytes(size, 4) + Bytes(place(), 4);
+      values += text + std::string(size % 2 == 0 ? 1 : 2, '\0');
+    }
+    out += Bytes(kExifPointer, 2) + Bytes(kLong, 2) + Bytes(1, 4) + Bytes(static_cast<std::uint32_t>(second), 4);
+    out += Bytes(0, 4) + Bytes(static_cast<std::uint32_t>(count), 2);
     std::map<std::uint16_t, std::string> entries;
     for (const auto& [tag, value] : shorts)
       entries[tag] = Bytes(tag, 2) + Bytes(kShort, 2) + Bytes(1, 4) + Bytes(value, 2) + Bytes(0, 2);
     for (const auto& [tag, value] : rationals) {
-      const std::size_t place = kSecond + 2 + 12 * count + 4 + values.size();
-      entries[tag] = Bytes(tag, 2) + Bytes(kRational, 2) + Bytes(1, 4) + Bytes(static_cast<std::uint32_t>(place), 4);
+      entries[tag] = Bytes(tag, 2) + Bytes(kRational, 2) + Bytes(1, 4) + Bytes(place(), 4);
       values += Bytes(value.first, 4) + Bytes(value.second, 4);
     }
     for (const auto& [tag, entry] : entries) out += entry;
@@ -39,7 +45,7 @@ class ExifBytes {
   }
 
  private:
-  static constexpr std::uint32_t kShort = 3, kLong = 4, kRational = 5, kExifPointer = 0x8769, kSecond = 26;
+  static constexpr std::uint32_t kAscii = 2, kShort = 3, kLong = 4, kRational = 5, kExifPointer = 0x8769;
 
   std::string Bytes(std::uint32_t value, int size) const {
     std::string bytes;
