@@ -182,8 +182,7 @@ ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
   for (const EstimatorRow& row : experiment.methods) names.push_back(row.name);
   const std::string name = request.method.empty() ? names.front() : request.method;
   if (std::find(names.begin(), names.end(), name) == names.end())
-    throw Error("--method " + name + ": no such row; there are " + RowsText(experiment)); did you mean " + NearestWord(name, names) +
-                "? There are: " + RowsText(experiment));
+    throw Error("--method " + name + ": no such row; there are " + RowsText(experiment));
   SelectEstimators({name}, &experiment);
   experiment.threads = request.context.threads;
   return experiment;
