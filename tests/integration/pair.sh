@@ -50,7 +50,7 @@ grep -qx old "$own/kept.png" || fail "an error wrote over a picture"
 expect_error 'needs --calibration' pair "$own/a.pgm" "$own/b.pgm" --task essential
 expect_error 'takes no --calibration' pair "$own/a.pgm" "$own/b.pgm" --task shared_focal --focal 300 --center 100,75
 expect_error 'positive --focal' pair "$own/a.pgm" "$own/b.pgm" --focal 0 --center 100,75
-expect_error 'no such row; there are learned_prosac, prosac_marginalised' pair "$own/a.pgm" "$own/b.pgm" --method shiped
+expect_error 'no such row; there are prosac_marginalised' pair "$own/a.pgm" "$own/b.pgm" --method shiped
 expect_error 'images' pair "$own/a.pgm"
 expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line
 expect_error 'nowhere' pair "$own/a.pgm" "$own/b.pgm" --config "$own/nowhere.yaml"
