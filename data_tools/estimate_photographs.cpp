@@ -19,21 +19,6 @@ MatchIndices IndicesOf(const std::vector<DescriptorMatch>& matches) {
   return indices;
 }
 
-// One K and images of several sizes: most likely some of them were turned, or taken by another camera.
-void WarnOfSizes(const ImageSource& source, const FeatureStore& store, const std::vector<int>& images) {
-  std::set<std::pair<int, int>> sizes;
-  for (const int i : images) {
-    const auto& camera = source.images[i].camera;
-    if (!camera || camera->size.known()) continue;
-    const ImageSize& size = store.SizeOf(i);
-    // A focal length alone takes each image's own middle.
-    if (camera->K(0, 2) != 0.5 * (size.width - 1)) sizes.insert({size.width, size.height});
-  }
-  if (sizes.size() > 1)
-    LogWarning("one calibration for images of " + std::to_string(sizes.size()) +
-               " sizes: --calibration takes one for each, and --focal alone takes each image's middle");
-}
-
 }  // namespace
 
 bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::atomic<bool>& stop, FeatureStore* store,
@@ -61,7 +46,10 @@ bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::ato
   if (pairs.empty())
     throw Error("no pair of images is left" +
                 (source->left_out.empty() ? std::string() : ": " + source->left_out[0].problem));
-  WarnOfSizes(*source, *store, images);
+  std::vector<ImageSize> sizes;
+  for (const int image : images)
+    if (!left_out.contains(image)) sizes.push_back(store->SizeOf(image));
+  cameras.WarnOfSizes(sizes);
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include "data_tools/colmap_model.h"
 #include "data_tools/colmap_text.h"
 #include "data_tools/exif_focal.h"
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -75,6 +76,15 @@ std::optional<LensCamera> ImageCameras::Of(std::size_t image, const ImageSize& s
   if (camera && camera->size.known() && !(camera->size == size))
     throw Error(paths_[image] + ": is " + SizeText(size) + ", but its camera is for " + SizeText(camera->size));
   return camera;
+}
+
+void ImageCameras::WarnOfSizes(const std::vector<ImageSize>& sizes) const {
+  const bool shared = !given_.file.empty() || !given_.center.empty();
+  const auto other = [&](const ImageSize& size) { return !(size == sizes.front()); };
+  const auto found = std::find_if(sizes.begin(), sizes.end(), other);
+  if (!shared || found == sizes.end()) return;
+  LogWarning("one calibration for images of " + SizeText(sizes.front()) + " and " + SizeText(*found) +
+             " pixels: --calibration K1.txt,K2.txt gives each its own, and --focal alone takes each image's middle");
 }
 
 CameraHint ExifHint(const std::string& path, const ImageSize& size) {

@@ -23,6 +23,9 @@ class ImageCameras {
   /// COLMAP's model does not have it, or its camera has another size.
   std::optional<LensCamera> Of(std::size_t image, const ImageSize& size) const;
 
+  /// Warns of one K for images of several sizes: most likely some of them were turned, or another camera took them.
+  void WarnOfSizes(const std::vector<ImageSize>& sizes) const;
+
  private:
   void ReadColmap();
 

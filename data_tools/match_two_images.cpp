@@ -36,6 +36,7 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
   std::vector<ImageFeatures> features(2);
   ParallelFor(2, threads, [&](std::int64_t i) { features[i] = FeaturesOf(paths[i], options); });
   matched.ms_keypoints = MillisecondsSince(start);
+  cameras.WarnOfSizes({features[0].size, features[1].size});
   start = Clock::now();
   ImageSource source;
   for (std::size_t i = 0; i < 2; ++i)

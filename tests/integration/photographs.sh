@@ -45,6 +45,13 @@ for row in csv.DictReader(open(sys.argv[1])):
     assert abs(sum(float(row[t]) ** 2 for t in ("tx", "ty", "tz")) - 1) < 1e-6 and row["focal1_px"] == "300", row
 END
 
+# One K for an image that was turned: a warning.
+gray_blobs 150 200 140 3 0 >"$own/turned.pgm"
+run_expecting 0 pair "$photos/v-0.pgm" "$photos/v-1.pgm" --calibration "$K" --method prosac_marginalised --picture ""
+! grep -q 'one calibration' "$own/err" || fail "a warning of images of one size"
+run_expecting 0 pair "$photos/v-0.pgm" "$own/turned.pgm" --calibration "$K" --method prosac_marginalised --picture ""
+grep -q 'one calibration for images of 200x150 and 150x200' "$own/err" || { cat "$own/err" >&2; fail "no warning of sizes"; }
+
 # An image that is none is left out by its name.
 echo text >"$photos/broken.jpg"
 run_expecting 0 pair "$photos" --output "$own/broken" --task homography --threads 1

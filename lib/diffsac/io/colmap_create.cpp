@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
@@ -85,17 +86,27 @@ void AddMatches(const SqliteDatabase& database, const std::map<ColmapPair, Match
   }
 }
 
+void Fill(const std::string& path, const NewColmapDatabase& content) {
+  const SqliteDatabase database(path, SqliteDatabase::Access::kCreate);
+  database.Execute(kSchema);
+  SqliteTransaction transaction(database);
+  AddCameras(database, content.cameras);
+  AddImages(database, content.images);
+  AddMatches(database, content.matches);
+  transaction.Commit();
+}
+
 }  // namespace
 
 void CreateColmapDatabase(const std::string& path, const NewColmapDatabase& content) {
   WriteFileAtomically(path, [&](const std::string& temporary) {
-    const SqliteDatabase database(temporary, SqliteDatabase::Access::kCreate);
-    database.Execute(kSchema);
-    SqliteTransaction transaction(database);
-    AddCameras(database, content.cameras);
-    AddImages(database, content.images);
-    AddMatches(database, content.matches);
-    transaction.Commit();
+    try {
+      Fill(temporary, content);
+    } catch (const Error& error) {
+      // Its messages begin with the temporary file, which nobody knows.
+      const std::string what = error.what();
+      throw Error(path + (what.starts_with(temporary) ? what.substr(temporary.size()) : ": " + what));
+    }
   });
 }
 
