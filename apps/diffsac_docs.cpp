@@ -23,6 +23,7 @@ constexpr int kExitFaults = 1;
 struct Request {
   std::string definitions = "docs/figures.yaml", pages = "docs/results", tables = "configs/tables";
   bool check = false;
+  std::vector<std::string> compared;
   std::vector<std::string> documents;
 };
 
@@ -79,6 +80,14 @@ int Pages(const Request& request) {
   return faults;
 }
 
+int Compare(const std::string& page, const std::string& again) {
+  const std::vector<std::string> differences = PageDifferences(ReadResultsPage(page), ReadResultsPage(again));
+  for (const std::string& difference : differences) std::cout << difference << std::endl;
+  std::cout << page << ": " << (differences.empty() ? "the same values" : "other values than those of " + again)
+            << std::endl;
+  return static_cast<int>(differences.size());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -86,13 +95,16 @@ int main(int argc, char** argv) {
       "Fills the figures of documents from the pages of results; --check only looks, and looks at the pages too"};
   Request request;
   app.set_version_flag("--version", VersionText("diffsac_docs"));
-  app.add_option("documents", request.documents, "Markdown files with marks (report/doc_figures.h)")->required();
+  app.add_option("documents", request.documents, "Markdown files with marks (report/doc_figures.h)");
+  app.add_option("--compare", request.compared, "A page and the same one made again: which values differ")->expected(2);
   app.add_flag("--check", request.check, "Names what differs, and pages that are old, changed or of unknown rows");
   app.add_option("--definitions", request.definitions, "What the marks stand for")->capture_default_str();
   app.add_option("--pages", request.pages, "Folder of the pages")->capture_default_str();
   app.add_option("--tables", request.tables, "Folder of their configurations")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
+    if (!request.compared.empty())
+      return Compare(request.compared[0], request.compared[1]) == 0 ? kExitOk : kExitFaults;
     const int faults = Documents(request) + (request.check ? Pages(request) : 0);
     return faults == 0 ? kExitOk : kExitFaults;
   } catch (const std::exception& error) {

@@ -57,6 +57,24 @@ TEST_CASE("a page of results is read back: tables, cells without bold type, revi
   CHECK_THROWS_WITH(page.Cell("recall", "RANSAC", "ratio"), Contains("x.md has no 'recall'"));
 }
 
+TEST_CASE("a page made again differs where a value moves by more than rounding, times apart") {
+  const Pages pages;
+  const auto against = [&](const std::string& from, const std::string& to) {
+    std::string text = kPage;
+    text.replace(text.find(from), from.size(), to);
+    WriteFileAtomically(pages.folder.File("y.md"), text);
+    return PageDifferences(ReadResultsPage(pages.folder.File("x.md")), ReadResultsPage(pages.folder.File("y.md")));
+  };
+  CHECK(against("0.401", "0.402").empty());
+  CHECK(against("3.18", "9.99").empty());
+  CHECK(against("0.401", "0.403") ==
+        std::vector<std::string>{"mAA@10deg, higher is better: PROSAC 1000, all matches: 0.401, now 0.403"});
+  CHECK(against("[0.01, 0.20]", "[0.01, 0.25]").size() == 1);
+  CHECK(against("PROSAC 20 ", "PROSAC 30 ") ==
+        std::vector<std::string>{"mAA@10deg, higher is better: only the page has 'PROSAC 20'",
+                                 "mAA@10deg, higher is better: only the new one has 'PROSAC 30'"});
+}
+
 TEST_CASE("marks are filled, and what stands around them stays") {
   const Pages pages;
   DocFigures figures = pages.Figures();

@@ -1,5 +1,8 @@
 #include "diffsac/report/page_tables.h"
 
+#include <algorithm>
+#include <cmath>
+#include <regex>
 #include <sstream>
 
 #include "diffsac/core/files.h"
@@ -45,7 +48,85 @@ std::vector<std::string> FirstCells(const PageTable& table) {
   return names;
 }
 
+bool IsTime(const PageTable& table, std::size_t column) {
+  return table.columns[column] == "ms" || table.heading.find("milliseconds") != std::string::npos;
+}
+
+// The numbers in a cell, with the place of their last digit.
+struct Number {
+  double value = 0.0, last_digit = 1.0;
+};
+
+std::vector<Number> NumbersIn(const std::string& cell) {
+  static const std::regex kNumber("[-+]?[0-9]*\\.?[0-9]+");
+  std::vector<Number> numbers;
+  for (std::sregex_iterator found(cell.begin(), cell.end(), kNumber), end; found != end; ++found) {
+    const std::string text = found->str();
+    const std::size_t point = text.find('.');
+    const double digits = point == std::string::npos ? 0.0 : static_cast<double>(text.size() - point - 1);
+    numbers.push_back({std::stod(text), std::pow(10.0, -digits)});
+  }
+  return numbers;
+}
+
+bool SameButForRounding(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  const std::vector<Number> of_a = NumbersIn(a), of_b = NumbersIn(b);
+  return !of_a.empty() &&
+         std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), [](const Number& x, const Number& y) {
+           return std::abs(x.value - y.value) < 1.5 * std::max(x.last_digit, y.last_digit);
+         });
+}
+
+const PageTable* FindTable(const ResultsPage& page, const std::string& heading) {
+  const auto found = std::find_if(page.tables.begin(), page.tables.end(),
+                                  [&](const PageTable& table) { return table.heading == heading; });
+  return found == page.tables.end() ? nullptr : &*found;
+}
+
+// Names that one of two lists has alone.
+void AddMissing(const std::vector<std::string>& a, const std::vector<std::string>& b, const std::string& where,
+                std::vector<std::string>* differences) {
+  const auto only = [&](const auto& names, const auto& others, const char* which) {
+    for (const std::string& name : names)
+      if (std::find(others.begin(), others.end(), name) == others.end())
+        differences->push_back(where + ": " + which + " has '" + name + "'");
+  };
+  only(a, b, "only the page");
+  only(b, a, "only the new one");
+}
+
+void AddCellDifferences(const PageTable& table, const PageTable& again, std::vector<std::string>* differences) {
+  AddMissing(table.columns, again.columns, table.heading, differences);
+  AddMissing(FirstCells(table), FirstCells(again), table.heading, differences);
+  for (const auto& row : table.rows)
+    for (const auto& other : again.rows) {
+      if (row.front() != other.front()) continue;
+      for (std::size_t c = 1; c < table.columns.size(); ++c) {
+        const auto at = std::find(again.columns.begin(), again.columns.end(), table.columns[c]);
+        if (at == again.columns.end() || IsTime(table, c)) continue;
+        const std::string& value = other[static_cast<std::size_t>(at - again.columns.begin())];
+        if (!SameButForRounding(row[c], value))
+          differences->push_back(table.heading + ": " + row.front() + ", " + table.columns[c] + ": " + row[c] +
+                                 ", now " + value);
+      }
+    }
+}
+
 }  // namespace
+
+std::vector<std::string> PageDifferences(const ResultsPage& page, const ResultsPage& again) {
+  const auto headings = [](const ResultsPage& one) {
+    std::vector<std::string> names;
+    for (const PageTable& table : one.tables) names.push_back(table.heading);
+    return names;
+  };
+  std::vector<std::string> differences;
+  AddMissing(headings(page), headings(again), page.path, &differences);
+  for (const PageTable& table : page.tables)
+    if (const PageTable* other = FindTable(again, table.heading)) AddCellDifferences(table, *other, &differences);
+  return differences;
+}
 
 std::vector<std::string> TableCells(const std::string& line) {
   if (line.size() < 2 || line.front() != '|' || line.back() != '|') return {};

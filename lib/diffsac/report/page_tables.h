@@ -26,6 +26,11 @@ struct ResultsPage {
 /// Throws Error where there is no such file or a row has more or fewer cells than its table has columns.
 ResultsPage ReadResultsPage(const std::string& path);
 
+/// What differs between a page and the same page made again, a line each: tables, rows and columns that one has alone,
+/// and values that differ by more than one in their last digit, which another machine's rounding may do. Times are
+/// passed over.
+std::vector<std::string> PageDifferences(const ResultsPage& page, const ResultsPage& again);
+
 /// The cells of one line of a Markdown table, without spaces around them and without bold type; empty for other lines.
 std::vector<std::string> TableCells(const std::string& line);
 
