@@ -88,6 +88,23 @@ TEST_CASE("marks are filled, and what stands around them stays") {
   CHECK(figures.Unused().empty());
 }
 
+TEST_CASE("a figure may leave out its interval") {
+  const Pages pages;
+  CHECK(pages.Figures("figures: {a: {page: x, table: diff, row: a, column: all, interval: no}}")
+            .Fill("<!-- figure: a --><!-- / -->") == "<!-- figure: a -->+.118<!-- / -->");
+}
+
+TEST_CASE("a table may have the page's columns as its rows") {
+  const Pages pages;
+  const std::string filled =
+      pages
+          .Figures(
+              "tables: {t: {first: x, columns: [{title: a, page: x, table: mAA, row: PROSAC 1000}, {title: b, "
+              "page: x, table: mAA, row: PROSAC 20}], rows: [{title: all, column: all}, {title: r, column: ratio}]}}")
+          .Fill("<!-- figures: t --><!-- /figures -->");
+  CHECK_THAT(filled, Contains("| all | .401 | .430 |") && Contains("| r   | .456 | .406 |"));
+}
+
 TEST_CASE("a claim follows from the intervals of its differences") {
   const Pages pages;
   WriteFileAtomically(pages.folder.File("d.md"),
