@@ -110,8 +110,8 @@ TEST_CASE("a claim follows from the intervals of its differences") {
   WriteFileAtomically(pages.folder.File("d.md"),
                       "## differences\n\n| A minus B | x |\n|---|---:|\n| up | **+0.118 [+0.069, +0.172]** |\n"
                       "| down | **-0.02 [-0.03, -0.01]** |\n| level | +0.007 [-0.01, +0.02] |\n| few | +0.1 |\n");
-  const auto answer = [&](const std::vector<std::string>& rows) {
-    std::string definition = "claims:\n  c:\n";
+  const auto answer = [&](const std::vector<std::string>& rows, const std::string& every = "no") {
+    std::string definition = "claims:\n  c:\n    every: " + every + "\n    differences:\n";
     for (const std::string& row : rows)
       definition += "    - {page: d, table: differences, row: " + row + ", column: x}\n";
     return pages.Figures(definition).Fill("<!-- claim: c --><!-- / -->");
@@ -119,6 +119,9 @@ TEST_CASE("a claim follows from the intervals of its differences") {
   CHECK_THAT(answer({"up"}), Contains(">yes<"));
   CHECK_THAT(answer({"up", "level"}), Contains(">in part<"));
   CHECK_THAT(answer({"up", "down"}), Contains(">in part<"));
+  CHECK_THAT(answer({"up", "down"}, "yes"), Contains(">no<"));
+  CHECK_THAT(answer({"up", "level"}, "yes"), Contains(">open<"));
+  CHECK_THAT(answer({"down, swapped: yes"}), Contains(">yes<"));
   CHECK_THAT(answer({"level", "down"}), Contains(">no<"));
   CHECK_THAT(answer({"level"}), Contains(">open<"));
   CHECK_THROWS_WITH(answer({"few"}), Contains("no difference with its interval"));

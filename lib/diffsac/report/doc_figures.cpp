@@ -105,19 +105,23 @@ std::string DocFigures::Figure(const std::string& name) {
 }
 
 std::string DocFigures::Claim(const std::string& name) {
-  const std::vector<Config> differences = definitions_.Sub("claims").Sequence(name);
-  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name);
+  const Config claim = definitions_.Sub("claims." + name);
+  const std::vector<Config> differences = claim.Sequence("differences");
+  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name + ".differences");
   used_["claims." + name] = true;
   int above = 0, below = 0;
   for (const Config& place : differences) {
     const std::string value = Value(place);
     const std::optional<int> side = SideOf(value);
     if (!side) throw Error(place.Where() + ": '" + value + "' is no difference with its interval");
-    above += *side > 0;
-    below += *side < 0;
+    const bool swapped = place.Has("swapped") && place.Text("swapped") == "yes";
+    above += swapped ? *side < 0 : *side > 0;
+    below += swapped ? *side > 0 : *side < 0;
   }
   if (above == static_cast<int>(differences.size())) return "yes";
-  return above > 0 ? "in part" : below > 0 ? "no" : "open";
+  const bool every = claim.Has("every") && claim.Text("every") == "yes";
+  if (above > 0 && !every) return "in part";
+  return below > 0 ? "no" : "open";
 }
 
 std::string DocFigures::Table(const std::string& name) {
