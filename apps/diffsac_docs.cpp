@@ -22,7 +22,7 @@ constexpr int kExitFaults = 1;
 
 struct Request {
   std::string definitions = "docs/figures.yaml", pages = "docs/results", tables = "configs/tables";
-  bool check = false;
+  bool check = false, check_pages = false;
   std::vector<std::string> compared;
   std::vector<std::string> documents;
 };
@@ -91,13 +91,15 @@ int Compare(const std::string& page, const std::string& again) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "Fills the figures of documents from the pages of results; --check only looks, and looks at the pages too"};
+  CLI::App app{"Fills the figures of documents from the pages of results, or checks both"};
   Request request;
   app.set_version_flag("--version", VersionText("diffsac_docs"));
   app.add_option("documents", request.documents, "Markdown files with marks (report/doc_figures.h)");
   app.add_option("--compare", request.compared, "A page and the same one made again: which values differ")->expected(2);
-  app.add_flag("--check", request.check, "Names what differs, and pages that are old, changed or of unknown rows");
+  app.add_flag("--check", request.check, "Only names the documents that differ");
+  app.add_flag("--check-pages", request.check_pages,
+               "Names pages of results that were changed by hand, are of another history, or have rows that no "
+               "configuration has");
   app.add_option("--definitions", request.definitions, "What the marks stand for")->capture_default_str();
   app.add_option("--pages", request.pages, "Folder of the pages")->capture_default_str();
   app.add_option("--tables", request.tables, "Folder of their configurations")->capture_default_str();
@@ -105,7 +107,7 @@ int main(int argc, char** argv) {
   try {
     if (!request.compared.empty())
       return Compare(request.compared[0], request.compared[1]) == 0 ? kExitOk : kExitFaults;
-    const int faults = Documents(request) + (request.check ? Pages(request) : 0);
+    const int faults = Documents(request) + (request.check_pages ? Pages(request) : 0);
     return faults == 0 ? kExitOk : kExitFaults;
   } catch (const std::exception& error) {
     std::cerr << "diffsac_docs: " << MessageOf(error) << std::endl;

@@ -92,4 +92,5 @@ if [[ ${#effects[@]} -gt 0 ]]; then   # Names those that are not made.
   build/release/bin/diffsac_eval --effects "${effects[@]}" \
     ${page:+--page docs/results/what_decides.md --page-command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"}
 fi
+if [[ -n "$page" ]]; then build/release/bin/diffsac_docs README.md docs/*.md docs/results/claims.md; fi   # Their figures.
 if [[ "$differing" != 0 ]]; then fail "some values of the pages differ"; fi

@@ -88,13 +88,30 @@ TEST_CASE("marks are filled, and what stands around them stays") {
   CHECK(figures.Unused().empty());
 }
 
+TEST_CASE("a figure may leave out its interval") {
+  const Pages pages;
+  CHECK(pages.Figures("figures: {a: {page: x, table: diff, row: a, column: all, interval: no}}")
+            .Fill("<!-- figure: a --><!-- / -->") == "<!-- figure: a -->+.118<!-- / -->");
+}
+
+TEST_CASE("a table may have the page's columns as its rows") {
+  const Pages pages;
+  const std::string filled =
+      pages
+          .Figures(
+              "tables: {t: {first: x, columns: [{title: a, page: x, table: mAA, row: PROSAC 1000}, {title: b, "
+              "page: x, table: mAA, row: PROSAC 20}], rows: [{title: all, column: all}, {title: r, column: ratio}]}}")
+          .Fill("<!-- figures: t --><!-- /figures -->");
+  CHECK_THAT(filled, Contains("| all | .401 | .430 |") && Contains("| r   | .456 | .406 |"));
+}
+
 TEST_CASE("a claim follows from the intervals of its differences") {
   const Pages pages;
   WriteFileAtomically(pages.folder.File("d.md"),
                       "## differences\n\n| A minus B | x |\n|---|---:|\n| up | **+0.118 [+0.069, +0.172]** |\n"
                       "| down | **-0.02 [-0.03, -0.01]** |\n| level | +0.007 [-0.01, +0.02] |\n| few | +0.1 |\n");
-  const auto answer = [&](const std::vector<std::string>& rows) {
-    std::string definition = "claims:\n  c:\n";
+  const auto answer = [&](const std::vector<std::string>& rows, const std::string& every = "no") {
+    std::string definition = "claims:\n  c:\n    every: " + every + "\n    differences:\n";
     for (const std::string& row : rows)
       definition += "    - {page: d, table: differences, row: " + row + ", column: x}\n";
     return pages.Figures(definition).Fill("<!-- claim: c --><!-- / -->");
@@ -102,6 +119,9 @@ TEST_CASE("a claim follows from the intervals of its differences") {
   CHECK_THAT(answer({"up"}), Contains(">yes<"));
   CHECK_THAT(answer({"up", "level"}), Contains(">in part<"));
   CHECK_THAT(answer({"up", "down"}), Contains(">in part<"));
+  CHECK_THAT(answer({"up", "down"}, "yes"), Contains(">no<"));
+  CHECK_THAT(answer({"up", "level"}, "yes"), Contains(">open<"));
+  CHECK_THAT(answer({"down, swapped: yes"}), Contains(">yes<"));
   CHECK_THAT(answer({"level", "down"}), Contains(">no<"));
   CHECK_THAT(answer({"level"}), Contains(">open<"));
   CHECK_THROWS_WITH(answer({"few"}), Contains("no difference with its interval"));

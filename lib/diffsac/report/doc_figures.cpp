@@ -99,23 +99,29 @@ std::string DocFigures::Figure(const std::string& name) {
   const Config place = definitions_.Sub("figures." + name);
   if (place.Keys().empty()) throw Error(definitions_.Where() + ": no figures." + name);
   used_["figures." + name] = true;
-  return Value(place, place.Text("row"));
+  const std::string value = Value(place);
+  const bool whole = !place.Has("interval") || place.Text("interval") != "no";
+  return whole ? value : value.substr(0, value.find(" ["));
 }
 
 std::string DocFigures::Claim(const std::string& name) {
-  const std::vector<Config> differences = definitions_.Sub("claims").Sequence(name);
-  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name);
+  const Config claim = definitions_.Sub("claims." + name);
+  const std::vector<Config> differences = claim.Sequence("differences");
+  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name + ".differences");
   used_["claims." + name] = true;
   int above = 0, below = 0;
   for (const Config& place : differences) {
-    const std::string value = Value(place, place.Text("row"));
+    const std::string value = Value(place);
     const std::optional<int> side = SideOf(value);
     if (!side) throw Error(place.Where() + ": '" + value + "' is no difference with its interval");
-    above += *side > 0;
-    below += *side < 0;
+    const bool swapped = place.Has("swapped") && place.Text("swapped") == "yes";
+    above += swapped ? *side < 0 : *side > 0;
+    below += swapped ? *side > 0 : *side < 0;
   }
   if (above == static_cast<int>(differences.size())) return "yes";
-  return above > 0 ? "in part" : below > 0 ? "no" : "open";
+  const bool every = claim.Has("every") && claim.Text("every") == "yes";
+  if (above > 0 && !every) return "in part";
+  return below > 0 ? "no" : "open";
 }
 
 std::string DocFigures::Table(const std::string& name) {
@@ -130,7 +136,7 @@ std::string DocFigures::Table(const std::string& name) {
     diffsac::Table::Row cells{{row.Text("title")}, std::vector<bool>(table.columns.size(), false)};
     for (const Config& given : row.Sequence("cells")) cells.cells.push_back(given.Text());
     if (!row.Has("cells"))
-      for (const Config& column : columns) cells.cells.push_back(Value(column, row.Text("row")));
+      for (const Config& column : columns) cells.cells.push_back(Value(column.MergedWith(row)));
     if (cells.cells.size() != table.columns.size())
       throw Error(row.Where("cells") + ": the table has " + std::to_string(columns.size()) + " columns");
     table.rows.push_back(std::move(cells));
@@ -140,7 +146,7 @@ std::string DocFigures::Table(const std::string& name) {
   return MarkdownTable(table);
 }
 
-std::string DocFigures::Value(const Config& place, const std::string& row) {
+std::string DocFigures::Value(const Config& place) {
   std::vector<std::string> columns;
   for (const Config& one : place.Sequence("columns")) columns.push_back(one.Text());
   if (columns.empty()) columns.push_back(place.Text("column"));
@@ -148,7 +154,7 @@ std::string DocFigures::Value(const Config& place, const std::string& row) {
   std::string text;
   for (const std::string& column : columns) {
     try {
-      text += (text.empty() ? "" : "/") + WithoutLeadingZero(page.Cell(place.Text("table"), row, column));
+      text += (text.empty() ? "" : "/") + WithoutLeadingZero(page.Cell(place.Text("table"), place.Text("row"), column));
     } catch (const Error& error) {
       throw Error(place.Where() + ": " + error.what());
     }

@@ -23,7 +23,9 @@ namespace diffsac {
 ///     figures:
 ///       NAME: {page: hard_fundamental, table: mAA@10deg by share, row: "learned PROSAC, until", column: "< 0.1"}
 ///     claims:
-///       NAME: [{page: hard_essential, table: differences in mAA by share, row: learned − PROSAC, column: "< 0.1"}]
+///       NAME:
+///         differences:
+///           - {page: hard_essential, table: differences in mAA by share, row: learned − PROSAC, column: "< 0.1"}
 ///     tables:
 ///       NAME:
 ///         first: share of right matches
@@ -33,11 +35,18 @@ namespace diffsac {
 ///           - {title: ours, row: "learned PROSAC, until"}
 ///           - {title: published elsewhere, cells: [".50"]}
 ///
-/// `columns: [A, B]` in the place of `column` joins two values by a slash. A table's row names the page's row, or is
-/// given by `cells`. A claim is about differences with intervals: "yes" where each interval is above zero, "in part"
-/// where some are, else "no" where one is below zero, and "open" where each holds it. `best: higher` or `lower` prints
-/// the best value of each column of a table bold. Table, row and column are whole names, or beginnings that only one
-/// has.
+/// A cell of a table is where its column and its row say together: either may name page, table, row and column, and the
+/// row's word counts.
+///
+/// `columns: [A, B]` in the place of `column` joins two values by a slash, `interval: no` leaves out a figure's
+/// interval. `cells` gives a row's values themselves.
+///
+/// A claim says that A is better than B, by differences A − B with their intervals: "yes" where each interval is above
+/// zero, "in part" where some are, else "no" where one is below zero, and "open" where each holds it. With `every: yes`
+/// there is no "in part"; `swapped: yes` is for a difference that the page has as B − A.
+///
+/// `best: higher` or `lower` prints the best value of each column of a table bold. Table, row and column are whole
+/// names, or beginnings that only one has.
 class DocFigures {
  public:
   /// `pages`: the folder of the pages.
@@ -54,7 +63,7 @@ class DocFigures {
   std::string Figure(const std::string& name);
   std::string Claim(const std::string& name);
   std::string Table(const std::string& name);
-  std::string Value(const Config& place, const std::string& row);
+  std::string Value(const Config& place);
   const ResultsPage& Page(const std::string& name);
 
   Config definitions_;
