@@ -12,7 +12,6 @@
 #include "data_tools/thumbnail.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/datasets/refined_truth.h"
