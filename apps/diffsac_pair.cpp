@@ -169,8 +169,8 @@ ExperimentOptions AllRows(const Request& request, const std::string& task) {
   EvalRequest rows;
   rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml") : request.config_path;
   rows.assignments = request.assignments;
-  rows.seed = static_cast<std::int64_t>(request.seed);
   ExperimentOptions experiment = ReadRequest(rows);
+  experiment.seed = request.seed;
   if (experiment.methods.empty()) throw Error(rows.config_path + ": no methods");
   return experiment;
 }
