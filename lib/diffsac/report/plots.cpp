@@ -5,6 +5,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/eval/problem_quantities.h"
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"
