@@ -131,9 +131,6 @@ EventFile::EventFile(std::string path, std::int64_t last_iteration) : path_(std:
   if (kept_.empty()) kept_ = VersionRecord(Now());
 }
 
-EventFile::EventFile(EventFile&& other) noexcept
-    : path_(std::move(other.path_)), kept_(std::move(other.kept_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
 EventFile::~EventFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
