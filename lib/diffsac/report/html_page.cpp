@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
-constexpr std::size_t kMostColumnsWithIntervals = 6;
+constexpr std::size_t kMostColumnsWithIntervals = 7;
 
 /// The number that a cell begins with: "+0.21 [...]", "1.5e-3", "85 %". Nothing for other texts, as for "3 views".
 std::optional<double> NumberOf(const std::string& cell) {

@@ -77,8 +77,9 @@ std::string ReportSetting(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   std::size_t most = 0;
   for (const Cell& cell : results.cells) most = std::max(most, cell.records.size());
-  return std::to_string(most) + " problems a condition (" + experiment.condition_label + "), seed " +
-         std::to_string(experiment.seed);
+  const bool one = experiment.conditions.size() == 1;
+  return std::to_string(most) + " problems" + (one ? "" : " a condition (" + experiment.condition_label + ")") +
+         ", seed " + std::to_string(experiment.seed);
 }
 
 std::string MarkdownTable(const Table& table) {
