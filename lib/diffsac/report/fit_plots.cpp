@@ -280,7 +280,7 @@ std::string CommonSettings(Eigen::Index dimension, bool ratio) {
   std::string text = "set clip two\nset tics font \",9\" nomirror\nset grid ls 100\n";
   if (dimension == 2) return text + (ratio ? "set size ratio -1\n" : "");
   return text + "set view 62,35\nset xyplane 0\nset ticslevel 0\nset view equal xyz\nset xtics offset 0,-0.3\n" +
-         "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
+         "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\n";
 }
 
 // Points of an image where they are there, as points of the plane.

@@ -349,8 +349,9 @@
     return `turned by ${number(angle, 4)}°` +
         (length > 1e-9 ? ` about (${axis.map((value) => number(value / length, 4)).join(', ')})` : '');
   };
+  const rotationOf = (pose) => [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]);
   const poseText = (pose) => {
-    const rotation = [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]), t = [pose[3], pose[7], pose[11]];
+    const rotation = rotationOf(pose), t = [pose[3], pose[7], pose[11]];
     return `${matrix('R', rotation, 3)}\n    ${turnOf(rotation)}\n${matrix('t', t, 3)}` +
         (data.two_view ? '   (its length is unknown; x2 = R x1 + t)' : '   (x_camera = R X + t)');
   };
@@ -380,7 +381,9 @@
     facts.textContent = `${data.methods[line.method]}: ` + (!isModel(line) ? `no model (${line.status}); ` : '') +
         (line.error === null ? '' : `error ${errorText(line)}${pose}${found}; `) +
         `${line.inliers} inliers of ${line.points} ${data.two_view ? 'matches' : 'points'}; ` +
+        (noiseOf(line) === null ? '' : `noise ${number(noiseOf(line))}${data.two_view ? ' px' : ''}; `) +
         `${line.hypotheses} hypotheses, ${number(line.ms)} ms` +
+        (line.details && line.details.pose ? `; ${turnOf(rotationOf(line.details.pose))}` : '') +
         (viewer.kindsNow.known ? '' : '; which matches are its inliers was not kept');
     model.textContent = modelText(line);
     model.hidden = model.textContent === '';
