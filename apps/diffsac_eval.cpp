@@ -100,25 +100,40 @@ void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
   update->excludes(database);
 }
 
-/// Work that is shared, and what is made of finished runs; these go without most of the others.
+/// Work that is shared, and what is made of finished runs.
 void AddJoiningOptions(CLI::App* app, diffsac::EvalRequest* request, double* timeout_s) {
-  app->add_option("--shard", request->shard, "i/n: only this part of the problems; join all n with --merge");
+  const char* shared = "Several processes";
+  app->add_option("--shard", request->shard, "i/n: only this part of the problems; join all n with --merge")
+      ->group(shared);
   app->add_option("--group-timeout", *timeout_s, "Seconds that processes wait for each other")
-      ->check(diffsac::NumberAbove(0));
-  auto* merge = app->add_option("--merge", request->merge, "FOLDER...: joins the folders of all shards into --output");
-  auto* compare =
-      app->add_option("--compare", request->compare, "RUN_A RUN_B: what two run folders differ in")->expected(2);
-  auto* effects = app->add_option("--effects", request->effects,
-                                  "RUN...: what the factors of these run folders decide, on one --page");
-  for (auto* alone : {merge, compare})
-    for (auto* option : app->get_options({}))
-      if (option != alone && !option->check_name("--output")) alone->excludes(option);
-  for (auto* option : app->get_options({}))
-    if (option != effects && !option->get_name().starts_with("--page")) effects->excludes(option);
+      ->check(diffsac::NumberAbove(0))
+      ->group(shared);
+  const char* finished = "Finished runs, instead of --config";
+  app->add_option("--merge", request->merge, "FOLDER...: joins the folders of all shards into --output")
+      ->group(finished);
+  app->add_option("--compare", request->compare, "RUN_A RUN_B: what two run folders differ in, with --output")
+      ->expected(2)
+      ->group(finished);
+  app->add_option("--effects", request->effects, "RUN...: what the factors of these run folders decide, on one --page")
+      ->group(finished);
+}
+
+/// What is made of finished runs goes with few of the other options. CLI11's own exclusions would name them all in
+/// --help.
+void CheckAlone(const CLI::App& app) {
+  const std::pair<const char*, const char*> alone[] = {
+      {"--merge", "--output"}, {"--compare", "--output"}, {"--effects", "--page"}};
+  for (const auto& [name, with] : alone) {
+    if (app.count(name) == 0) continue;
+    for (const CLI::Option* option : app.get_options())
+      if (option->count() > 0 && option->get_name() != name && !option->get_name().starts_with(with))
+        throw CLI::ExcludesError(name, option->get_name());
+  }
 }
 
 void Parse(CLI::App* app, int argc, char** argv, diffsac::EvalRequest* request) {
   app->parse(argc, argv);
+  CheckAlone(*app);
   if (request->merge.empty() && request->compare.empty() && request->effects.empty() && request->config_path.empty())
     throw CLI::RequiredError("--config");
   if (request->page_command.empty()) request->page_command = CommandOf(*request);

@@ -109,7 +109,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--descriptors", options.descriptors, "Write descriptors.h5 as well");
-  app->add_flag("!--no-thumbnails", options.thumbnails, "No small copies of the images for reports (thumbnails.h5)");
+  app->add_flag_callback(
+      "--no-thumbnails", [&options] { options.thumbnails = false; },
+      "No small copies of the images for reports (thumbnails.h5)");
   app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
@@ -262,6 +264,13 @@ CLI::App* AddCommand(CLI::App* app, const std::string& name, const std::string& 
   return command;
 }
 
+/// A list without values, or a focal length of 0, is no default that anybody could want to know.
+void HideEmptyDefaults(CLI::App* app) {
+  for (CLI::App* command : app->get_subcommands({}))
+    for (CLI::Option* option : command->get_options({}))
+      if (option->get_default_str() == "[]" || option->check_name("--focal")) option->default_str("");
+}
+
 void AddCommands(CLI::App* app, Requests* requests) {
   AddPairs(AddCommand(app, "pairs", "Images, calibration and truth to correspondence files", kPairsExamples),
            &requests->pairs);
@@ -306,6 +315,7 @@ int main(int argc, char** argv) {
   app.footer(Footer(std::string(kPairsExamples) + "  diffsac_prepare pairs --help\n"));
   Requests requests;
   AddCommands(&app, &requests);
+  HideEmptyDefaults(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

@@ -30,8 +30,9 @@ TEST_CASE("what occurs in the tables is explained, and nothing else") {
   for (const char* term : {"mAA@c", "median error", "hypotheses", "ms", "[0.45, 0.57]", "bold", "oracle", "paper"})
     CHECK(Explains(tables, term));
   for (const char* term : {"AUC@c", "recall", "normal, d"}) CHECK_FALSE(Explains(tables, term));
-  CHECK(Explains(MakeReport(MadeUpPoses()).tables, "AUC@c"));
-  CHECK(Explains(MakeReport(MadeUpStructures()).tables, "recall"));
+  const ExperimentResults poses = MadeUpPoses(), structures = MadeUpStructures();
+  CHECK(Explains(MakeReport(poses).tables, "AUC@c"));
+  CHECK(Explains(MakeReport(structures).tables, "recall"));
   CHECK(WordsOf({}).empty());
 }
 
