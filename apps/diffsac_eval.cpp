@@ -86,7 +86,7 @@ void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
   app->add_option("--output", request->output, "Run folder (default: runs/NAME, the experiment's name)");
   auto* update =
       app->add_flag("--update", request->update, "Nothing is done where the run folder holds these results already");
-  auto* page = app->add_option("--page", request->page, "Also a page with tables and pictures (docs/results/NAME.md)");
+  auto* page = app->add_option("--page", request->page, "Also a page with tables and pictures, a Markdown file");
   app->add_option("--page-command", request->page_command,
                   "What the page says that it was written by (default: this call)")
       ->needs(page);

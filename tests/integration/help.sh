@@ -13,7 +13,7 @@ helps() {
   ! grep -qE '[0-9]{30}' "$own/out" || fail "$* --help prints a number of many digits"
 }
 helps evaluate
-grep -q -- '--device TEXT=auto' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
+grep -q -- '--device TEXT=cpu' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
 helps train
 grep -q -- '--group-timeout FLOAT=' "$own/out" || fail "a default is not named"
 helps prepare
