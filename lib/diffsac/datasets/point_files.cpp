@@ -19,6 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kType = "point_sets";
+
 enum class FileKind { kUnknown, kHdf5, kPly, kText };
 
 FileKind KindOf(const fs::path& path) {
@@ -158,6 +160,8 @@ std::vector<PointSet> ReadPointFile(const std::string& path) {
   throw Error(path + ": unknown kind of file; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
 }
 
+bool IsPointSets(const Config& data) { return data.Has("type") && data.Text("type") == kType; }
+
 bool IsTextPointFile(const std::string& path) { return KindOf(path) == FileKind::kText; }
 
 void PointSetsOptions::Bind(OptionsBinder& b) {
@@ -189,7 +193,7 @@ std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
 
 namespace {
 
-const RegisteredDataset<PointSetsOptions> kPointSets("point_sets", DataSource::kFiles,
+const RegisteredDataset<PointSetsOptions> kPointSets(kType, DataSource::kFiles,
                                                      "Points of your own: HDF5, PLY or text files (lines and planes).",
                                                      [](const PointSetsOptions& options, std::uint64_t) {
                                                        return MakePointSets(options);

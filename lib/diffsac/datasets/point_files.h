@@ -65,6 +65,9 @@ struct PointSetsOptions {
 /// Whether a file is text (one of the extensions above).
 bool IsTextPointFile(const std::string& path);
 
+/// Whether the configuration of a data set is one of these (type: point_sets).
+bool IsPointSets(const Config& data);
+
 /// Reads everything at once (the HDF5 library is not thread-safe), so `Get` is a copy. The data set has PointSources
 /// (datasets/point_source.h). Throws Error.
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options);

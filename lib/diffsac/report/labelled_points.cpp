@@ -197,11 +197,6 @@ void RemoveEarlier(const fs::path& folder) {
   fs::remove(folder, code);  // Only where nothing else is in it.
 }
 
-bool IsOfPoints(const ExperimentResults& results, std::size_t condition) {
-  const Config& data = results.experiment.conditions[condition].data;
-  return data.Has("type") && data.Text("type") == "point_sets";
-}
-
 /// A cloud stays a cloud; what came as text, and lines, which have no third coordinate, go out as text.
 void WriteInput(const LabelledInput& input, const fs::path& folder, const std::string& prefix, FileNames* names) {
   MakeWritableFolder(folder.string());
@@ -262,7 +257,7 @@ void WriteLabels(const ExperimentResults& results, const std::string& folder) {
   RemoveEarlier(labels);
   FileNames names;
   for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
-    if (!experiment.estimates || experiment.labels == 0 || !IsOfPoints(results, c)) continue;
+    if (!experiment.estimates || experiment.labels == 0 || !IsPointSets(experiment.conditions[c].data)) continue;
     const std::string prefix = experiment.conditions.size() > 1 ? experiment.conditions[c].name + "_" : "";
     std::optional<ConditionInputs> inputs;
     std::size_t count = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diffsac/datasets/point_files.h"
 #include "diffsac/eval/format.h"
 #include "diffsac/report/metric_table.h"
 
@@ -11,8 +12,6 @@ namespace diffsac {
 namespace {
 
 constexpr std::size_t kMostModels = 50;  // More are for files.
-
-bool IsPointSets(const Config& data) { return data.Has("type") && data.Text("type") == "point_sets"; }
 
 /// " m" behind numbers of one unit; nothing where it is not said, or conditions differ.
 std::string UnitOf(const ExperimentOptions& experiment) {
