@@ -53,5 +53,7 @@ shown=$(grep -o '<h3 id="pair-title">[^<]*' "$own/pair.html" | sed 's/.*>//')
 [[ -n "$third" && "$shown" == "$third"* ]] || fail "pair 3 is '$third', the picture that of '$shown'"
 grep -q 'data-opened-ms=' "$own/pair.html" || fail "the picture was not painted"
 grep -qE 'aria-label="matches of [^"]*: [0-9]+ right, [0-9]+ wrong, [0-9]+ missed"' "$own/pair.html" || fail "no counts of the picture"
+grep -oE '<pre id="pair-model">F = [^<]*' "$own/pair.html" >/dev/null || fail "no model beside the picture"
+(($(grep -o 'What the columns mean' "$own/pair.html" | wc -l) == 2)) || fail "columns are not explained below tables and list"
 browse '#method=1&pair=1&scroll=no' --screenshot="$own/pair.png"
 expect_file "$own/pair.png"
