@@ -197,7 +197,7 @@
   const kKinds = ['other', 'missed', 'right', 'wrong'];  // In the order in which they are drawn.
   const viewer = {line: null, at: -1, picture: null, kinds: new Set(kKinds), lines: 100, images: []};
   const title = make('h3', {id: 'pair-title'});
-  const model = make('pre', {id: 'pair-model'});
+  const model = make('pre', {id: 'pair-model', hidden: true});
   const facts = make('p', {id: 'pair-facts'});
   const methods = make('div', {class: 'methods', role: 'group', 'aria-label': 'method'});
   const legend = make('div', {class: 'legend'});
