@@ -2,8 +2,8 @@
 
 namespace diffsac {
 
-/// How the programs end (docs/reliability.md): done; bad input, data or files, which one line on stderr names; stopped by
-/// Ctrl-C or SIGTERM. diffsac_pair has 1 besides, for images without a model.
+/// How the programs end (docs/reliability.md): done; bad input, data or files, which one line on stderr names; stopped
+/// by Ctrl-C or SIGTERM. diffsac_pair has 1 besides, for images without a model.
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
