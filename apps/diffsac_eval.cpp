@@ -12,6 +12,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/report/command_line.h"
@@ -42,60 +43,118 @@ std::string CommandOf(const diffsac::EvalRequest& request) {
   return command;
 }
 
+constexpr const char* kExamples = R"(
+Examples:
+  diffsac_eval --config configs/tables/line.yaml --limit 200
+  diffsac_eval --config points.yaml --output runs/scan        your own points: docs/points.md
+  diffsac_eval --config configs/tables/line.yaml --methods diffsac,ransac_1000 --set seed=2
+  diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
+  diffsac_eval --compare runs/a runs/b
+
+The run's folder gets report.html (for a browser), table.md, results.csv, problems.csv, estimates.h5 and pictures.
+Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
+docs/metrics.md the numbers, docs/estimates.md the estimates.
+)";
+
+/// What to run, and on what.
+void AddRunOptions(CLI::App* app, diffsac::EvalRequest* request) {
+  app->add_option("--config", request->config_path, "Experiment (YAML, see configs/tables)");
+  app->add_option("--set", request->assignments, "key.path=value, overrides the configuration; as often as wanted")
+      ->allow_extra_args(false);
+  app->add_option("--data", request->data_root,
+                  "Folder of data sets, ${data_root} in the configuration (default: the configuration's)")
+      ->check(CLI::ExistingDirectory);
+  app->add_flag("--train-missing", request->train_missing,
+                "Trains networks under runs/ that rows name and that are missing");
+  app->add_flag("--needs", request->needs, "Only prints which folders the rows and missing networks read");
+  app->add_option("--checkpoint", request->context.checkpoint_override,
+                  "Replaces the checkpoint of the rows of its method (default: the rows' own)");
+  app->add_option("--methods", request->methods, "Only these rows: a,b,... (default: all)")->delimiter(',');
+  app->add_option("--limit", request->limit, "At most so many problems a condition (default: the configuration's)")
+      ->default_str("")
+      ->check(diffsac::NumberAbove(0));
+  app->add_option("--seed", request->seed, "Replaces the experiment's seed (default: the configuration's)")
+      ->default_str("")
+      ->check(diffsac::NumberFrom(0));
+  app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX");
+  app->add_option("--threads", request->context.threads, "Threads (0: as configured, else all cores)")
+      ->check(diffsac::NumberWithin(0, 1024));
+}
+
+/// Where results go.
+void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
+  app->add_option("--output", request->output, "Run folder (default: runs/NAME, the experiment's name)");
+  auto* update =
+      app->add_flag("--update", request->update, "Nothing is done where the run folder holds these results already");
+  auto* page = app->add_option("--page", request->page, "Also a page with tables and pictures, a Markdown file");
+  app->add_option("--page-command", request->page_command,
+                  "What the page says that it was written by (default: this call)")
+      ->needs(page);
+  auto* database =
+      app->add_option("--export-colmap", request->colmap.database, "COLMAP database that gets the verified matches");
+  app->add_flag("--export-overwrite", request->colmap.overwrite, "Replaces two-view geometries that it has")
+      ->needs(database);
+  app->add_flag("--export-chance", request->colmap.chance,
+                "Also pairs with no more inliers than unlike images would give")
+      ->needs(database);
+  update->excludes(database);
+}
+
+/// Work that is shared, and what is made of finished runs.
+void AddJoiningOptions(CLI::App* app, diffsac::EvalRequest* request, double* timeout_s) {
+  const char* shared = "Several processes";
+  app->add_option("--shard", request->shard, "i/n: only this part of the problems; join all n with --merge")
+      ->group(shared);
+  app->add_option("--group-timeout", *timeout_s, "Seconds that processes wait for each other")
+      ->check(diffsac::NumberAbove(0))
+      ->group(shared);
+  const char* finished = "Finished runs, instead of --config";
+  app->add_option("--merge", request->merge, "FOLDER...: joins the folders of all shards into --output")
+      ->group(finished);
+  app->add_option("--compare", request->compare, "RUN_A RUN_B: what two run folders differ in, with --output")
+      ->expected(2)
+      ->group(finished);
+  app->add_option("--effects", request->effects, "RUN...: what the factors of these run folders decide, on one --page")
+      ->group(finished);
+}
+
+/// What is made of finished runs goes with few of the other options. CLI11's own exclusions would name them all in
+/// --help.
+void CheckAlone(const CLI::App& app) {
+  const std::pair<const char*, const char*> alone[] = {
+      {"--merge", "--output"}, {"--compare", "--output"}, {"--effects", "--page"}};
+  for (const auto& [name, with] : alone) {
+    if (app.count(name) == 0) continue;
+    for (const CLI::Option* option : app.get_options())
+      if (option->count() > 0 && option->get_name() != name && !option->get_name().starts_with(with))
+        throw CLI::ExcludesError(name, option->get_name());
+  }
+}
+
+void Parse(CLI::App* app, int argc, char** argv, diffsac::EvalRequest* request) {
+  app->parse(argc, argv);
+  CheckAlone(*app);
+  if (request->merge.empty() && request->compare.empty() && request->effects.empty() && request->config_path.empty())
+    throw CLI::RequiredError("--config");
+  if (request->page_command.empty()) request->page_command = CommandOf(*request);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   diffsac::WaitPassively(argv);
   diffsac::KeepFreedMemory();
-  CLI::App app{"Evaluates robust estimators and prints a table"};
+  CLI::App app{"Runs the methods of an experiment on its data, prints the table and writes a report"};
+  app.option_defaults()->always_capture_default();
+  app.footer(std::string(kExamples) + diffsac::kExitCodesHelp);
   diffsac::EvalRequest request;
   double timeout_s = diffsac::kGroupTimeoutSeconds;
   app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
-  app.add_option("--config", request.config_path, "Experiment (YAML, see configs/tables)");
-  app.add_option("--set", request.assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
-  app.add_option("--data", request.data_root, "Folder of data sets, ${data_root} in the configuration")
-      ->check(CLI::ExistingDirectory);
-  app.add_flag("--train-missing", request.train_missing,
-               "Trains networks under runs/ that rows name and that are missing");
-  app.add_flag("--needs", request.needs, "Only prints which folders the rows and missing networks read");
-  app.add_option("--checkpoint", request.context.checkpoint_override,
-                 "Replaces the checkpoint of the rows of its method");
-  app.add_option("--methods", request.methods, "Only these rows: a,b,...")->delimiter(',');
-  app.add_option("--limit", request.limit, "At most so many problems a condition")->check(CLI::PositiveNumber);
-  app.add_option("--output", request.output, "Run folder (default: runs/<name>)");
-  auto* update =
-      app.add_flag("--update", request.update, "Nothing is done where the run folder holds these results already");
-  auto* page = app.add_option("--page", request.page, "Also a page with tables and pictures (docs/results/NAME.md)");
-  app.add_option("--page-command", request.page_command, "What the page says that it was written by")->needs(page);
-  auto* database =
-      app.add_option("--export-colmap", request.colmap.database, "COLMAP database that gets the verified matches");
-  app.add_flag("--export-overwrite", request.colmap.overwrite, "Replaces two-view geometries that it has")
-      ->needs(database);
-  app.add_flag("--export-chance", request.colmap.chance,
-               "Also pairs with no more inliers than unlike images would give")
-      ->needs(database);
-  update->excludes(database);
-  app.add_option("--device", request.context.device, "auto, cpu, cuda or cuda:INDEX");
-  app.add_option("--threads", request.context.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
-  app.add_option("--seed", request.seed, "Replaces the experiment's seed")->check(CLI::NonNegativeNumber);
-  app.add_option("--shard", request.shard, "i/n: only this part of the problems; join all n with --merge");
-  app.add_option("--group-timeout", timeout_s, "Seconds that processes wait for each other")
-      ->check(CLI::PositiveNumber);
-  auto* merge = app.add_option("--merge", request.merge, "Joins the folders of all shards into --output");
-  auto* compare =
-      app.add_option("--compare", request.compare, "RUN_A RUN_B: what two run folders differ in")->expected(2);
-  auto* effects = app.add_option("--effects", request.effects,
-                                 "RUN...: what the factors of these run folders decide, on one --page");
-  for (auto* alone : {merge, compare})
-    for (auto* option : app.get_options({}))
-      if (option != alone && !option->check_name("--output")) alone->excludes(option);
-  for (auto* option : app.get_options({}))
-    if (option != effects && !option->get_name().starts_with("--page")) effects->excludes(option);
+  AddRunOptions(&app, &request);
+  AddOutputOptions(&app, &request);
+  AddJoiningOptions(&app, &request, &timeout_s);
   try {
-    app.parse(argc, argv);
-    if (request.merge.empty() && request.compare.empty() && request.effects.empty() && request.config_path.empty())
-      throw CLI::RequiredError("--config");
-    if (request.page_command.empty()) request.page_command = CommandOf(request);
+    Parse(&app, argc, argv, &request);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

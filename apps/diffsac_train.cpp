@@ -12,9 +12,12 @@
 #include "diffsac/core/status.h"
 #include "diffsac/distributed/process_group.h"
 #include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/lab/exit_codes.h"
+#include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/lab/yaml.h"
+#include "diffsac/report/result_files.h"
 #include "diffsac/train/configuration_reference.h"
 #include "diffsac/train/import_network.h"
 #include "diffsac/train/trainer.h"
@@ -26,7 +29,18 @@ std::atomic<bool> stop_requested{false};
 
 void RequestStop(int) { stop_requested = true; }
 
-constexpr int kBadInput = 2;
+constexpr const char* kExamples = R"(
+Examples:
+  diffsac_train --config configs/line.yaml --output runs/my_line
+  diffsac_train --config configs/line.yaml --set train.iterations=8000 --set train.batch_size=32
+  diffsac_train --resume --output runs/my_line
+  diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
+
+The run's folder gets checkpoints/best.safetensors and last.safetensors, metrics.csv, report.html (it reloads itself
+while the training runs) and a file for TensorBoard (tensorboard --logdir runs).
+Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
+docs/reliability.md what a run's folder may hold.
+)";
 
 struct CommandLine {
   std::string config_path, output, weights, device = "auto";
@@ -47,17 +61,20 @@ void AddOptions(CLI::App* app, CommandLine* line) {
         throw CLI::Success();
       },
       "Print every key of the configurations in Markdown (docs/configuration.md)");
-  app->add_option("--set", line->assignments, "key.path=value, overrides the configuration")->allow_extra_args(false);
-  app->add_option("--output", line->output, "Run folder (default: runs/<name>)");
+  app->add_option("--set", line->assignments, "key.path=value, overrides the configuration; as often as wanted")
+      ->allow_extra_args(false);
+  app->add_option("--output", line->output, "Run folder (default: runs/NAME, the configuration's name)");
   auto* resume = app->add_flag("--resume", line->resume, "Continue from the run folder's last checkpoint");
   app->add_flag("--overwrite", line->overwrite, "Start anew where the run folder holds a training")->excludes(resume);
   app->add_option("--import", line->weights, "Take the weights of a safetensors file (scripts/peers/), do not train")
       ->excludes(resume);
   app->add_option("--device", line->device, "auto, cpu, cuda or cuda:INDEX");
-  app->add_option("--threads", line->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
-  app->add_option("--seed", line->seed, "Replaces train.seed")->check(CLI::NonNegativeNumber);
+  app->add_option("--threads", line->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
+  app->add_option("--seed", line->seed, "Replaces train.seed (default: the configuration's)")
+      ->default_str("")
+      ->check(diffsac::NumberFrom(0));
   app->add_option("--group-timeout", line->timeout_s, "Seconds that processes wait for each other")
-      ->check(CLI::PositiveNumber);
+      ->check(diffsac::NumberAbove(0));
 }
 
 diffsac::TrainRequest ReadRequest(const CommandLine& line) {
@@ -81,7 +98,8 @@ int Run(const CommandLine& line) {
   diffsac::TrainRequest request = ReadRequest(line);
   if (!line.weights.empty()) {
     diffsac::ImportNetwork(request, line.weights);
-    return 0;
+    std::cout << diffsac::ResultsText(request.output) << std::endl;
+    return diffsac::kExitOk;
   }
   const auto group = diffsac::JoinProcessGroup(line.timeout_s);
   request.group = group.get();
@@ -89,7 +107,9 @@ int Run(const CommandLine& line) {
   diffsac::CheckStart(request);  // Before there is a log in the folder.
   if (main_process) diffsac::MakeWritableFolder(request.output);
   diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
-  return diffsac::Train(request, stop_requested) == diffsac::TrainOutcome::kFinished ? 0 : 130;
+  const auto outcome = diffsac::Train(request, stop_requested);
+  if (main_process) std::cout << diffsac::ResultsText(request.output) << std::endl;
+  return outcome == diffsac::TrainOutcome::kFinished ? diffsac::kExitOk : diffsac::kExitInterrupted;
 }
 
 }  // namespace
@@ -98,6 +118,8 @@ int main(int argc, char** argv) {
   diffsac::WaitPassively(argv);
   diffsac::KeepFreedMemory();
   CLI::App app{"Trains DiffSAC and other learned methods"};
+  app.option_defaults()->always_capture_default();
+  app.footer(std::string(kExamples) + diffsac::kExitCodesHelp);
   CommandLine line;
   AddOptions(&app, &line);
   try {
@@ -108,7 +130,7 @@ int main(int argc, char** argv) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     std::cerr << "diffsac_train: " << error.what() << std::endl;
-    return kBadInput;
+    return diffsac::kExitBadInput;
   }
   std::signal(SIGINT, RequestStop);
   std::signal(SIGTERM, RequestStop);
@@ -116,6 +138,6 @@ int main(int argc, char** argv) {
     return Run(line);
   } catch (const std::exception& error) {
     std::cerr << "diffsac_train: " << diffsac::MessageOf(error) << std::endl;
-    return kBadInput;
+    return diffsac::kExitBadInput;
   }
 }

@@ -20,12 +20,47 @@
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/io/correspondence_files.h"
+#include "diffsac/lab/exit_codes.h"
+#include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
 
 namespace {
 
-constexpr int kExitOk = 0, kExitBadInput = 2, kExitInterrupted = 130;
+using diffsac::kExitBadInput, diffsac::kExitInterrupted, diffsac::kExitOk;
+
+constexpr const char* kDocumentation =
+    "\nDocumentation: data_tools/README.md has every format and file, docs/two_view.md what is estimated of them.\n";
+
+/// What --help of a subcommand ends with.
+std::string Footer(const std::string& examples) {
+  return "\nExamples:\n" + examples + kDocumentation + diffsac::kExitCodesHelp;
+}
+
+constexpr const char* kPairsExamples =
+    "  diffsac_prepare pairs --format images --input photographs --output runs/pairs\n"
+    "  diffsac_prepare pairs --format colmap --input model --output runs/pairs --max-pairs 100\n"
+    "  diffsac_prepare pairs --format kitti --input kitti --sequence 00 --steps 1,5 --output runs/pairs\n"
+    "  diffsac_prepare inspect runs/pairs\n";
+
+constexpr const char* kSegmentsExamples =
+    "  diffsac_prepare segments --input photographs --output runs/segments\n"
+    "  diffsac_prepare segments --input house.jpg --focal 1200 --center 640,480 --output runs/segments\n";
+
+constexpr const char* kSetsExamples = "  diffsac_prepare sets --config configs/sets.yaml --data data --only 'kitti*'\n";
+
+constexpr const char* kTutorialExamples = "  diffsac_prepare tutorial --input data/tutorial/val/reichstag\n";
+
+constexpr const char* kModelnetExamples =
+    "  diffsac_prepare modelnet --input ModelNet40 --output runs/pairs --subset train --pairs 1000\n";
+
+constexpr const char* kWarpExamples =
+    "  diffsac_prepare warp --input photographs --output runs/warped\n"
+    "  diffsac_prepare pairs --format homographies --input runs/warped --output runs/pairs\n";
+
+constexpr const char* kInspectExamples =
+    "  diffsac_prepare inspect runs/pairs\n"
+    "  diffsac_prepare inspect runs/pairs/photographs --picture matches.png --images photographs\n";
 
 std::atomic<bool> stop_requested{false};
 
@@ -43,14 +78,16 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
       ->check(CLI::IsMember(diffsac::Registry<diffsac::ImageFormat>::Instance().Names()));
   app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database, hloc: a file")
       ->required();
-  app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
+  app->add_option("--output", request->output, "Folder that gets a folder a scene")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
   app->add_option("--sequence", request->sequence, "KITTI: the sequence, as 00");
   diffsac::PairChoice& choice = request->choice;
-  app->add_option("--steps", choice.steps, "Frames between the images of a pair, as 1,2,5: a scene each (KITTI: 1)")
+  app->add_option("--steps", choice.steps,
+                  "Frames between the images of a pair, as 1,2,5: a scene each (default: all pairs; KITTI: 1)")
       ->delimiter(',');
   app->add_option("--every", choice.every, "Use only every so many images");
-  app->add_option("--pairs-file", choice.pairs_file, "A text file with the names of two images in each line");
+  app->add_option("--pairs-file", choice.pairs_file,
+                  "A text file with the names of two images in each line (default: all pairs)");
   app->add_option("--turn", choice.turn_deg, "Only cameras turned by so many degrees, least and greatest, as 15,60")
       ->delimiter(',');
   app->add_option("--random-pairs", choice.random_pairs, "So many pairs drawn at random, always the same; 0: all");
@@ -63,7 +100,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option_function<std::string>(
          "--features",
          [&options](const std::string& name) { options.features.kind = diffsac::FeatureKindFromString(name); },
-         "sift, rootsift (the default) or orb")
+         "sift, rootsift or orb (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
   app->add_option("--import-descriptors", options.import_descriptors,
                   "Keypoints and descriptors from this HDF5 file, as hloc writes it; hloc: of these keypoints");
@@ -72,7 +109,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--descriptors", options.descriptors, "Write descriptors.h5 as well");
-  app->add_flag("!--no-thumbnails", options.thumbnails, "No small copies of the images for reports (thumbnails.h5)");
+  app->add_flag_callback(
+      "--no-thumbnails", [&options] { options.thumbnails = false; },
+      "No small copies of the images for reports (thumbnails.h5)");
   app->add_flag("--overwrite", options.overwrite, "Make scenes again that are there already");
   app->add_option("--max-pairs", options.max_pairs, "At most so many pairs a scene, evenly spaced; 0: all");
   app->add_option("--min-true-matches", options.min_true_matches, "Leave out pairs with fewer matches near the truth");
@@ -82,31 +121,30 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--max-disagreement", options.max_disagreement_deg,
                   "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
-  app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
   app->add_option("--format", request->format, "images, or a benchmark's folder data: nyu_vp, yud_plus")
-      ->check(CLI::IsMember({"images", "nyu_vp", "yud_plus"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"images", "nyu_vp", "yud_plus"}));
   app->add_option("--input", request->input, "Folder of the images, or one image")->required();
-  app->add_option("--output", request->output, "Folder for the scenes' folders")->required();
+  app->add_option("--output", request->output, "Folder that gets a folder a scene")->required();
   app->add_option("--scene", request->scene, "images: name of the scene (default: the folder's)");
   app->add_option("--calibration", request->calibration.file, "images: a file with the 3x3 matrix K of all images");
   app->add_option("--focal", request->calibration.focal, "images: focal length of all images, in pixels (EXIF's)");
   app->add_option("--center", request->calibration.center, "images: principal point, as 320,240")->delimiter(',');
   app->add_option("--max-image-size", request->max_image_size, "images: reduce larger ones to this side; 0: never")
-      ->check(CLI::NonNegativeNumber);
+      ->check(diffsac::NumberFrom(0));
   app->add_flag("--overwrite", request->overwrite, "Make scenes again that are there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
   app->add_option("--config", request->config, "A list of image sets (configs/sets.yaml)")->required();
   app->add_option("--data", request->data, "Folder of the image sets")->required()->check(CLI::ExistingDirectory);
-  app->add_option("--only", request->only, "Sets by name, * for any text, or by the folders they make (all)")
+  app->add_option("--only", request->only, "Sets by name, * for any text, or by the folders they make (default: all)")
       ->delimiter(',');
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
@@ -115,46 +153,44 @@ void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
   app->add_option_function<std::string>(
          "--features",
          [request](const std::string& name) { request->features.kind = diffsac::FeatureKindFromString(name); },
-         "sift or rootsift (the default)")
+         "sift or rootsift (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift"}));
   app->add_option("--contrast-threshold", request->features.contrast_threshold, "Of SIFT");
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--overwrite", request->overwrite, "Make descriptors again that are there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
   app->add_option("--input", request->input, "Folder of OFF files, at any depth")->required();
   app->add_option("--output", request->output, "Folder for the scene's folder")->required();
-  app->add_option("--scene", request->scene, "Name of the scene (modelnet40)");
-  app->add_option("--subset", request->subset, "Only meshes in folders of this name: train or test");
-  app->add_option("--pairs", request->pairs, "Pairs (1000)");
-  app->add_option("--outlier-ratio", request->outlier_ratio, "Share of outliers, R or LOW,HIGH (0.1,0.6)")
-      ->delimiter(',');
-  app->add_option("--points", request->points, "Correspondences a pair (200)");
-  app->add_option("--seed", request->seed, "Of all that is drawn (1)");
+  app->add_option("--scene", request->scene, "Name of the scene");
+  app->add_option("--subset", request->subset, "Only meshes in folders of this name: train or test (default: all)");
+  app->add_option("--pairs", request->pairs, "Pairs");
+  app->add_option("--outlier-ratio", request->outlier_ratio, "Share of outliers, R or LOW,HIGH")->delimiter(',');
+  app->add_option("--points", request->points, "Correspondences a pair");
+  app->add_option("--seed", request->seed, "Seed of all that is drawn");
   app->add_flag("--overwrite", request->overwrite, "Make the scene again when it is there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(CLI::Range(0, 1024));
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
   app->add_option("--input", request->input, "Folder of images")->required();
   app->add_option("--output", request->output, "Folder for the images' folders")->required();
-  app->add_option("--images", request->images, "At most so many, evenly spread; 0: all (16)")
-      ->check(CLI::NonNegativeNumber);
-  app->add_option("--views", request->views, "Other views of each image (6)")->check(CLI::Range(1, 1000));
-  app->add_option("--max-image-size", request->max_image_size, "Reduce larger images to this side (1024); 0: never")
-      ->check(CLI::NonNegativeNumber);
-  app->add_option("--seed", request->seed, "Of all that is drawn (0)");
-  app->add_option("--least-tilt", request->least_tilt, "Of the views, degrees (0)")->check(CLI::Range(0.0, 89.0));
-  app->add_option("--greatest-tilt", request->greatest_tilt, "(65)")->check(CLI::Range(0.0, 89.0));
+  app->add_option("--images", request->images, "At most so many, evenly spread; 0: all")->check(diffsac::NumberFrom(0));
+  app->add_option("--views", request->views, "Other views of each image")->check(diffsac::NumberWithin(1, 1000));
+  app->add_option("--max-image-size", request->max_image_size, "Reduce larger images to this side; 0: never")
+      ->check(diffsac::NumberFrom(0));
+  app->add_option("--seed", request->seed, "Seed of all that is drawn");
+  app->add_option("--least-tilt", request->least_tilt, "Of the views, degrees")->check(diffsac::NumberWithin(0, 89));
+  app->add_option("--greatest-tilt", request->greatest_tilt, "The same, the most")->check(diffsac::NumberWithin(0, 89));
   app->add_flag("--photograph", request->photograph, "As a small camera sees them: blur, sensor noise, tones, JPEG");
 }
 
 void AddInspect(CLI::App* app, InspectRequest* request) {
   app->add_option("folders", request->folders, "Scenes, or folders of scenes")->required();
   app->add_option("--threshold-px", request->threshold_px, "Distance to the truth that counts as an inlier")
-      ->check(CLI::PositiveNumber);
+      ->check(diffsac::NumberAbove(0));
   app->add_option("--picture", request->picture, "Draw the matches of one pair into this PNG file instead");
   app->add_option("--pair", request->pair, "The pair to draw, img1-img2 (default: the first)");
   app->add_option("--images", request->images, "Folder of the pair's images (default: white canvases)");
@@ -192,16 +228,81 @@ int Inspect(const InspectRequest& request) {
   return good ? kExitOk : kExitBadInput;
 }
 
+/// The last line of a run that made files.
+int Ended(bool finished, const std::string& where) {
+  if (!finished) return kExitInterrupted;
+  std::cout << "results are in " << where << std::endl;
+  return kExitOk;
+}
+
 int Tutorial(const diffsac::TutorialRequest& request) {
   const diffsac::TutorialResult result = diffsac::AddTutorialDescriptors(request, stop_requested);
-  if (!result.finished) return kExitInterrupted;
-  if (result.already_there) return kExitOk;
+  if (!result.finished || result.already_there) return Ended(result.finished, request.input);
   char share[16];
   std::snprintf(share, sizeof(share), "%.1f", result.places > 0 ? 100.0 * result.found / result.places : 0.0);
   std::cout << request.input << ": " << result.pairs << " pairs, " << result.images << " images, " << result.places
             << " matched places; " << share << " % have a keypoint within a pixel, the others are described themselves"
             << std::endl;
-  return kExitOk;
+  return Ended(true, request.input);
+}
+
+/// What the command line asks for: one of the subcommands.
+struct Requests {
+  diffsac::PairsRequest pairs;
+  diffsac::SegmentsRequest segments;
+  diffsac::SetsRequest sets;
+  diffsac::TutorialRequest tutorial;
+  diffsac::ModelnetRequest modelnet;
+  diffsac::WarpRequest warp;
+  InspectRequest inspect;
+};
+
+/// With the footer of its --help.
+CLI::App* AddCommand(CLI::App* app, const std::string& name, const std::string& purpose, const std::string& examples) {
+  CLI::App* command = app->add_subcommand(name, purpose);
+  command->footer(Footer(examples));
+  return command;
+}
+
+/// A list without values, or a focal length of 0, is no default that anybody could want to know.
+void HideEmptyDefaults(CLI::App* app) {
+  for (CLI::App* command : app->get_subcommands({}))
+    for (CLI::Option* option : command->get_options({}))
+      if (option->get_default_str() == "[]" || option->check_name("--focal")) option->default_str("");
+}
+
+void AddCommands(CLI::App* app, Requests* requests) {
+  AddPairs(AddCommand(app, "pairs", "Images, calibration and truth to correspondence files", kPairsExamples),
+           &requests->pairs);
+  AddSegments(AddCommand(app, "segments", "Line segments of images, for vanishing points", kSegmentsExamples),
+              &requests->segments);
+  AddSets(AddCommand(app, "sets", "The matches of the image sets that a file lists", kSetsExamples), &requests->sets);
+  AddTutorial(
+      AddCommand(app, "tutorial", "Adds descriptors to a scene of the tutorial, from its images", kTutorialExamples),
+      &requests->tutorial);
+  AddModelnet(AddCommand(app, "modelnet", "Virtual views of meshes to correspondence files", kModelnetExamples),
+              &requests->modelnet);
+  AddWarp(AddCommand(app, "warp", "Images as planes seen from other places, for pairs --format homographies",
+                     kWarpExamples),
+          &requests->warp);
+  AddInspect(
+      AddCommand(app, "inspect", "Counts, inliers and checks of correspondence files; a picture", kInspectExamples),
+      &requests->inspect);
+}
+
+int Run(const std::string& command, const Requests& requests) {
+  if (command == "sets")
+    return Ended(diffsac::PrepareSets(requests.sets, stop_requested),
+                 "the folders that " + requests.sets.config + " names");
+  if (command == "segments")
+    return Ended(diffsac::PrepareSegments(requests.segments, stop_requested), requests.segments.output);
+  if (command == "inspect") return Inspect(requests.inspect);
+  if (command == "tutorial") return Tutorial(requests.tutorial);
+  if (command == "warp") return Ended(diffsac::WarpImages(requests.warp, stop_requested), requests.warp.output);
+  if (command == "modelnet")
+    return Ended(diffsac::WriteModelnetPairs(requests.modelnet, stop_requested).finished, requests.modelnet.output);
+  return Ended(diffsac::RunPairs(requests.pairs, stop_requested).finished,
+               requests.pairs.output + "; diffsac_prepare inspect " + requests.pairs.output + " looks at them");
 }
 
 }  // namespace
@@ -210,29 +311,11 @@ int main(int argc, char** argv) {
   CLI::App app{"Correspondence files in the layout of the CVPR 2020 RANSAC tutorial"};
   app.set_version_flag("--version", diffsac::VersionText("diffsac_prepare"));
   app.require_subcommand(1);
-  diffsac::PairsRequest pairs;
-  AddPairs(app.add_subcommand("pairs", "Images, calibration and truth to correspondence files"), &pairs);
-  diffsac::SegmentsRequest segments;
-  CLI::App* segments_app = app.add_subcommand("segments", "Line segments of images, for vanishing points");
-  AddSegments(segments_app, &segments);
-  diffsac::SetsRequest sets;
-  CLI::App* sets_app = app.add_subcommand("sets", "The matches of the image sets that a file lists");
-  AddSets(sets_app, &sets);
-  diffsac::TutorialRequest tutorial;
-  CLI::App* tutorial_app =
-      app.add_subcommand("tutorial", "Adds descriptors to a scene of the tutorial, from its images");
-  AddTutorial(tutorial_app, &tutorial);
-  diffsac::ModelnetRequest modelnet;
-  CLI::App* modelnet_app = app.add_subcommand("modelnet", "Virtual views of meshes to correspondence files");
-  AddModelnet(modelnet_app, &modelnet);
-  diffsac::WarpRequest warp;
-  CLI::App* warp_app =
-      app.add_subcommand("warp", "Images as planes seen from other places, for pairs --format homographies");
-  AddWarp(warp_app, &warp);
-  InspectRequest inspect;
-  CLI::App* inspect_app =
-      app.add_subcommand("inspect", "Counts, inliers and checks of correspondence files; a picture");
-  AddInspect(inspect_app, &inspect);
+  app.option_defaults()->always_capture_default();
+  app.footer(Footer(std::string(kPairsExamples) + "  diffsac_prepare pairs --help\n"));
+  Requests requests;
+  AddCommands(&app, &requests);
+  HideEmptyDefaults(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -247,14 +330,7 @@ int main(int argc, char** argv) {
     diffsac::InitLogging();
     // Images are spread over threads here.
     cv::setNumThreads(1);
-    if (sets_app->parsed()) return diffsac::PrepareSets(sets, stop_requested) ? kExitOk : kExitInterrupted;
-    if (segments_app->parsed()) return diffsac::PrepareSegments(segments, stop_requested) ? kExitOk : kExitInterrupted;
-    if (inspect_app->parsed()) return Inspect(inspect);
-    if (tutorial_app->parsed()) return Tutorial(tutorial);
-    if (warp_app->parsed()) return diffsac::WarpImages(warp, stop_requested) ? kExitOk : kExitInterrupted;
-    if (modelnet_app->parsed())
-      return diffsac::WriteModelnetPairs(modelnet, stop_requested).finished ? kExitOk : kExitInterrupted;
-    return diffsac::RunPairs(pairs, stop_requested).finished ? kExitOk : kExitInterrupted;
+    return Run(app.get_subcommands().front()->get_name(), requests);
   } catch (const std::exception& error) {
     std::cerr << "diffsac_prepare: " << diffsac::MessageOf(error) << std::endl;
     return kExitBadInput;

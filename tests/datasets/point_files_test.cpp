@@ -14,6 +14,7 @@
 #include "datasets/same_points.h"
 #include "datasets/write_point_sets.h"
 #include "diffsac/core/files.h"
+#include "diffsac/datasets/point_source.h"
 #include "diffsac/generators/synthetic.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
@@ -450,6 +451,30 @@ TEST_CASE("the eight real scans can be read") {
     CHECK(example.scene == "pyransac3d_ply");
   }
   CHECK(ids.size() == 8);
+}
+
+TEST_CASE("data of files says which of a file's points a problem has") {
+  TemporaryFolder folder;
+  std::string text = "nan,0\n";
+  for (int i = 0; i < 30; ++i) text += std::to_string(i) + ",1\n";
+  const std::string path = folder / "a.csv";
+  WriteFileAtomically(path, text);
+  PointSetsOptions options = Options(path);
+  options.max_points = 10;
+  const auto subset = MakePointSets(options);
+  const PointSource& source = dynamic_cast<const HasPointSources&>(*subset).SourceOf(0);
+  CHECK(source.path == path);
+  CHECK(source.name == "a.csv");
+  CHECK(source.total == 31);
+  const Example example = subset->Get(0);
+  REQUIRE(source.rows.size() == 10);
+  for (std::size_t i = 0; i < 10; ++i)  // The first of the file has no finite value.
+    CHECK(example.problem.points(static_cast<Eigen::Index>(i), 0) == source.rows[i] - 1.0);
+  options.max_points = 0;
+  const auto finite = MakePointSets(options);
+  CHECK(dynamic_cast<const HasPointSources&>(*finite).SourceOf(0).rows.size() == 30);
+  WriteFileAtomically(path, text.substr(text.find('\n') + 1));
+  CHECK(dynamic_cast<const HasPointSources&>(*MakePointSets(options)).SourceOf(0).rows.empty());
 }
 
 }  // namespace diffsac

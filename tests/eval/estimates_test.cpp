@@ -32,6 +32,8 @@ EstimateRecord Record(int index) {
   record.noise_scale = 0.25;
   record.log_false_alarms = 2.5 - index;
   record.draws = 1000;
+  record.inlier_threshold = 1.0 + index;
+  if (index == 2) record.rows = {1, 5, 100000};
   record.inlier_probabilities.assign(100 + index, 0.5f);
   return record;
 }
@@ -96,6 +98,9 @@ TEST_CASE("estimates read back as they were written") {
              (std::isnan(a.log_false_alarms) && std::isnan(b.log_false_alarms))));
       CHECK(a.MayBeChance() == b.MayBeChance());
       CHECK(a.draws == b.draws);
+      CHECK(a.rows == b.rows);
+      CHECK((a.inlier_threshold == b.inlier_threshold ||
+             (std::isnan(a.inlier_threshold) && std::isnan(b.inlier_threshold))));
       CHECK(a.structures == b.structures);
       CHECK(a.assignment == b.assignment);
       CHECK(a.inlier_probabilities == b.inlier_probabilities);

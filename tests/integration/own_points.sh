@@ -24,3 +24,31 @@ for method in ransac diffsac; do
   done
 done
 grep -q 'nan.csv: 1 of 10 points are not finite and are left out' "$own/err" || fail "the points left out are not told"
+
+# What was found is printed at the end and goes out with the points: the line y = x / 2 + 1, of which two points are not.
+grep -q 'lines found: n · x + d = 0' "$own/out" || { cat "$own/out"; fail "the models are not printed"; }
+tail -n 1 "$own/out" | grep -q "^results are in $own/run: report.html.* labels " || fail "the last line does not say where results are"
+[[ "$(head -n 1 "$own/run/labels/good.csv")" == x,y,ransac,diffsac ]] || fail "labels/good.csv has another header"
+(($(tail -n +2 "$own/run/labels/good.csv" | wc -l) == 32)) || fail "labels/good.csv has other rows than the input"
+[[ "$(tail -n 2 "$own/run/labels/good.csv" | tr '\n' ' ')" == "1,9,0,0 9,1,0,0 " ]] || fail "the outliers are not labelled"
+grep -q '^nan,3,0,0,0$' "$own/run/labels/nan.csv" || fail "a point that is left out has no label"
+grep '^good.csv,' "$own/run/problems.csv" | grep -qE ',-?0\.447213[0-9]* -?0\.894427[0-9]* -?0\.894427[0-9]*,' || fail "the line is not in problems.csv"
+grep -q 'normal x' "$own/run/report.html" || fail "the line is not in the report"
+
+# A plane of a cloud comes back as a coloured cloud, from another folder than the file's.
+awk 'BEGIN { srand(1); print "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\nend_header"
+  for (i = 0; i < 400; ++i) print 4 * rand(), 4 * rand(), (i % 4 ? 2 + 0.01 * rand() : 5 * rand()) }' >"$own/scan.ply"
+cat >"$own/scan.yaml" <<END
+name: scan
+task: plane
+data: {type: point_sets, task: plane, paths: [scan.ply], inlier_threshold: 0.02, max_points: 100, unit: m}
+methods:
+  - {name: ransac, type: ransac, max_iterations: 300}
+END
+(cd / && run_expecting 0 evaluate --config "$own/scan.yaml" --threads 1 --output "$own/scan_run")
+grep -q 'd and noise in m' "$own/out" || fail "the unit is not told"
+header=$(head -c 600 "$own/scan_run/labels/scan.ply" | tr -d '\0')
+grep -q 'element vertex 400' <<<"$header" || fail "the cloud has other points than the input"
+grep -q 'property int label_ransac' <<<"$header" || fail "the cloud has no labels"
+expect_error 'inlier_threshold' evaluate --config "$own/scan.yaml" --set data.inlier_threshold=-1 --output "$own/none"
+expect_error 'the configuration has ransac|The configuration has ransac' evaluate --config "$own/scan.yaml" --methods ransca --output "$own/none"

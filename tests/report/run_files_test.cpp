@@ -37,20 +37,21 @@ TEST_CASE("problems.csv has a line for each problem and method") {
   results.cells[0].records[1].true_baseline = 12.5;
   const std::string csv = ProblemsCsv(results);
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 6 * 4);
-  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,\n"));
-  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,,,,,20,20,0,0,0,0.5,30,1,0,,,,,,,,,,,0.25,,12.5,\n"));
+  CHECK_THAT(csv, Contains("\"a,\"\"b\"\"\",all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,\n"));
+  CHECK_THAT(csv, Contains("p1,all,0.2,first,degenerate,,,,,,,20,20,0,0,0,0.5,30,1,0,,,,,,,,,,,,0.25,,12.5,\n"));
 }
 
-TEST_CASE("problems.csv has noise and pose where estimates are kept, with or without truth") {
+TEST_CASE("problems.csv has noise, pose and model where estimates are kept, with or without truth") {
   ExperimentResults results = MadeUpResults();
   Cell& cell = results.cells[0];
   cell.estimates.resize(cell.records.size());
   cell.estimates[0].noise_scale = 0.25;
+  cell.estimates[0].model = Eigen::Vector3d(1, 2, 3);
   cell.records[0].log_false_alarms = 1.5;
   cell.estimates[1].pose = RigidMotion{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), Eigen::Vector3d(0.6, 0.0, -0.8)};
   const std::string csv = ProblemsCsv(results);
-  CHECK_THAT(csv, Contains("p0,all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,0.25,,,,,,,,1.5,,,,\n"));
-  CHECK_THAT(csv, Contains(",,0,1,0,0,0.6,0,-0.8,,,,,\n"));
+  CHECK_THAT(csv, Contains("p0,all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,0.25,,,,,,,,1 2 3,1.5,,,,\n"));
+  CHECK_THAT(csv, Contains(",,0,1,0,0,0.6,0,-0.8,,,,,,\n"));
   const std::string header = csv.substr(0, csv.find('\n'));
   for (std::size_t at = 0; at < csv.size(); at = csv.find('\n', at) + 1) {
     const std::string line = csv.substr(at, csv.find('\n', at) - at);
@@ -78,12 +79,14 @@ TEST_CASE("results.json has intervals and paired differences") {
 TEST_CASE("problems.csv and results.json have more where several structures are judged") {
   const ExperimentResults results = MadeUpStructures();
   const std::string csv = ProblemsCsv(results);
-  CHECK_THAT(csv.substr(0, csv.find('\n')),
-             Catch::EndsWith(",tz,log_false_alarms,inlier_share,true_rotation_deg,true_baseline,true_parallax_deg,"
-                             "misclassified,recall,"
-                             "one_structure_sets,structures_in_sets,structures,draws,structure_angles_deg"));
   CHECK_THAT(
-      csv, Contains("p1,all,0.5,second,ok,0.48,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,75,0.25,0.25,0.25,3,0,\n"));
+      csv.substr(0, csv.find('\n')),
+      Catch::EndsWith(",tz,model,log_false_alarms,inlier_share,true_rotation_deg,true_baseline,true_parallax_deg,"
+                      "misclassified,recall,"
+                      "one_structure_sets,structures_in_sets,structures,draws,structure_angles_deg"));
+  CHECK_THAT(
+      csv,
+      Contains("p1,all,0.5,second,ok,0.48,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,,75,0.25,0.25,0.25,3,0,\n"));
   CHECK_THAT(ResultsCsv(MakeReport(results)),
              Contains(",mean,0.5,second,misclassification,65.625\n") && Contains(",mean,0.5,second,recall,0.25\n") &&
                  Contains(",first,misclassification_median,50\n") && Contains(",second,structures,3\n") &&

@@ -52,10 +52,39 @@ TEST_CASE("a resumed run keeps the rows up to its checkpoint, and changes nothin
   log.Append(5, {0.5, kNotMeasured});
   log.Append(10, {0.25, 0.75});
   CHECK(ReadFile(path) == "iteration,loss,mAA\n5,0.5,\n10,0.25,0.75\n");
-  const MetricsLog resumed(folder.path(), {"loss", "mAA"}, 9);
+  MetricsLog resumed(folder.path(), {"loss", "mAA"}, 9);
   CHECK(ReadFile(path) == "iteration,loss,mAA\n5,0.5,\n10,0.25,0.75\n");
   resumed.Write();
   CHECK(ReadFile(path) == "iteration,loss,mAA\n5,0.5,\n");
+}
+
+TEST_CASE("TensorBoard's file has the rows, and a resumed run goes on in it") {
+  const TemporaryFolder folder;
+  const std::string path = folder.File(kEventFile);
+  {
+    MetricsLog log(folder.path(), {"loss", "mAA"}, 0);
+    log.Write();
+    log.Append(5, {0.5, kNotMeasured});
+    log.Append(10, {0.25, 0.75});
+  }
+  const std::string whole = ReadFile(path);
+  CHECK(WholeRecords(whole, 10) == whole.size());
+  MetricsLog resumed(folder.path(), {"loss", "mAA"}, 9);
+  CHECK(ReadFile(path) == whole);
+  resumed.Write();
+  CHECK(ReadFile(path) == whole.substr(0, WholeRecords(whole, 5)));
+  resumed.Append(10, {0.125, 0.5});
+  CHECK(ReadFile(path).size() == whole.size());
+}
+
+TEST_CASE("the page of a training that runs loads itself again, until it ends") {
+  const TemporaryFolder folder;
+  MetricsLog log(folder.path(), kColumns, 0);
+  log.Append(5, {0.5, 0.1, 0.3});
+  log.WriteReport(true);
+  CHECK_THAT(ReadFile(folder.File("report.html")), Contains("http-equiv=\"refresh\"") && Contains("is running"));
+  log.WriteReport(false);
+  CHECK_THAT(ReadFile(folder.File("report.html")), !Contains("http-equiv=\"refresh\"") && !Contains("is running"));
 }
 
 TEST_CASE("rows of other columns are not gone on with") {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "diffsac/core/enum_names.h"
 #include "diffsac/problem/problem.h"
@@ -14,6 +15,9 @@ enum class NonFinitePoints { kDrop, kError };
 template <>
 inline constexpr auto kEnumNames<NonFinitePoints> = NamesOf<NonFinitePoints>({{NonFinitePoints::kDrop, "drop"},
                                                                               {NonFinitePoints::kError, "error"}});
+
+/// The rows without such a value, ascending.
+std::vector<int> FiniteRows(const PointMatrix& points);
 
 /// The example without such points. where: the file and key, for the warning and the Error.
 Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std::string& where);

@@ -11,12 +11,15 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_filter.h"
+#include "diffsac/datasets/point_source.h"
 #include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kType = "point_sets";
 
 enum class FileKind { kUnknown, kHdf5, kPly, kText };
 
@@ -74,19 +77,21 @@ double ThresholdFor(const PointSetsOptions& options, const PointSet& set) {
   throw Error(set.name + ": no inlier threshold: set inlier_threshold (data units) or inlier_threshold_relative");
 }
 
-/// A random subset of at most `count` points, in their order.
-Example RandomSubset(Example example, int count, std::uint64_t seed) {
-  const auto total = static_cast<int>(example.problem.points.rows());
-  if (count <= 0 || total <= count) return example;
+/// Leaves a random subset of at most `count` points, in their order; `source->rows` are those of the points before.
+void TakeSubset(int count, std::uint64_t seed, Example* example, PointSource* source) {
+  const auto total = static_cast<int>(example->problem.points.rows());
+  if (count <= 0 || total <= count) return;
   std::vector<int> kept(count);
-  Rng(seed).Fork("max_points/" + example.scene + "/" + example.id).Distinct(total, count, kept.data());
+  Rng(seed).Fork("max_points/" + example->scene + "/" + example->id).Distinct(total, count, kept.data());
   std::sort(kept.begin(), kept.end());
-  example = WithRows(example, kept);
-  example.digest = PointDigest(example.problem.points);
-  return example;
+  *example = WithRows(*example, kept);
+  example->digest = PointDigest(example->problem.points);
+  std::vector<std::int32_t> rows;
+  for (const int i : kept) rows.push_back(source->rows.empty() ? i : source->rows[static_cast<std::size_t>(i)]);
+  source->rows = std::move(rows);
 }
 
-class PointSetsDataset : public Dataset {
+class PointSetsDataset : public Dataset, public HasPointSources {
  public:
   explicit PointSetsDataset(const PointSetsOptions& options) : task_(options.task) {
     for (const std::string& file : ExpandPaths(options.paths))
@@ -97,6 +102,7 @@ class PointSetsDataset : public Dataset {
   Task task() const override { return task_; }
   std::int64_t size() const override { return static_cast<std::int64_t>(examples_.size()); }
   Example Get(std::uint64_t index) const override { return examples_.at(index); }
+  const PointSource& SourceOf(std::uint64_t index) const override { return sources_.at(index); }
 
  private:
   void Add(const PointSetsOptions& options, const std::string& file, PointSet set) {
@@ -112,11 +118,15 @@ class PointSetsDataset : public Dataset {
     example.truth = std::move(set.truth);
     const std::string where = set.name == fs::path(file).filename() ? file : file + ": " + set.name;
     if (example.problem.points.rows() == 0) throw Error(where + ": no points");
+    PointSource source{file, set.name, {}, example.problem.points.rows()};
+    const std::vector<int> finite = FiniteRows(example.problem.points);
+    if (static_cast<std::int64_t>(finite.size()) < source.total) source.rows.assign(finite.begin(), finite.end());
     example = WithFinitePoints(std::move(example), options.non_finite, where);
     if (example.problem.points.rows() == 0) throw Error(where + ": no finite points");
-    example = RandomSubset(std::move(example), options.max_points, options.seed);
+    TakeSubset(options.max_points, options.seed, &example, &source);
     example.index = examples_.size();
     examples_.push_back(std::move(example));
+    sources_.push_back(std::move(source));
   }
 
   // Files of the same name in different folders get a number.
@@ -128,6 +138,7 @@ class PointSetsDataset : public Dataset {
 
   Task task_;
   std::vector<Example> examples_;
+  std::vector<PointSource> sources_;
   std::set<std::string> ids_;
 };
 
@@ -149,6 +160,10 @@ std::vector<PointSet> ReadPointFile(const std::string& path) {
   throw Error(path + ": unknown kind of file; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
 }
 
+bool IsPointSets(const Config& data) { return data.Has("type") && data.Text("type") == kType; }
+
+bool IsTextPointFile(const std::string& path) { return KindOf(path) == FileKind::kText; }
+
 void PointSetsOptions::Bind(OptionsBinder& b) {
   b.Field("paths", paths)
       .Help("files, or folders whose readable files are taken in the order of their names (not recursively)");
@@ -157,6 +172,7 @@ void PointSetsOptions::Bind(OptionsBinder& b) {
       .Help("ε in the data's unit; 0: as the next option or the file says");
   b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0))
       .Help("ε as a share of the diagonal of the set's bounding box (finite points); 0: not used");
+  b.Field("unit", unit).Help("of the coordinates, as results name it (m, mm); empty: it is not said");
   b.Field("non_finite", non_finite)
       .Help(
           "points with a value that is no finite number: left out, with one warning, or an error that names the file");
@@ -177,7 +193,7 @@ std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
 
 namespace {
 
-const RegisteredDataset<PointSetsOptions> kPointSets("point_sets", DataSource::kFiles,
+const RegisteredDataset<PointSetsOptions> kPointSets(kType, DataSource::kFiles,
                                                      "Points of your own: HDF5, PLY or text files (lines and planes).",
                                                      [](const PointSetsOptions& options, std::uint64_t) {
                                                        return MakePointSets(options);

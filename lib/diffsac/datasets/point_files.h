@@ -53,6 +53,7 @@ struct PointSetsOptions {
   double inlier_threshold = 0.0;
   /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.
   double inlier_threshold_relative = 0.0;
+  std::string unit;  ///< Of the coordinates, as results name it ("m"); empty: it is not said.
   NonFinitePoints non_finite = NonFinitePoints::kDrop;
   /// Larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points.
   int max_points = 0;
@@ -61,7 +62,14 @@ struct PointSetsOptions {
   void Bind(OptionsBinder& b);
 };
 
-/// Reads everything at once (the HDF5 library is not thread-safe), so `Get` is a copy. Throws Error.
+/// Whether a file is text (one of the extensions above).
+bool IsTextPointFile(const std::string& path);
+
+/// Whether the configuration of a data set is one of these (type: point_sets).
+bool IsPointSets(const Config& data);
+
+/// Reads everything at once (the HDF5 library is not thread-safe), so `Get` is a copy. The data set has PointSources
+/// (datasets/point_source.h). Throws Error.
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options);
 
 }  // namespace diffsac

@@ -110,6 +110,11 @@ class Columns {
     Put(group, "points", points_);
     Put(group, "inliers", inliers_);
     Put(group, "inliers_end", inliers_end_);
+    Put(group, "inlier_threshold", inlier_thresholds_);
+    if (!rows_.empty()) {
+      Put(group, "rows", rows_);
+      Put(group, "rows_end", rows_end_);
+    }
     Put(group, "probabilities", probabilities_);
     Put(group, "probabilities_end", probabilities_end_);
     if (structures_.empty()) return;
@@ -145,6 +150,9 @@ class Columns {
     points_.push_back(record.points);
     inliers_.insert(inliers_.end(), record.inliers.begin(), record.inliers.end());
     inliers_end_.push_back(static_cast<std::int64_t>(inliers_.size()));
+    inlier_thresholds_.push_back(record.inlier_threshold);
+    rows_.insert(rows_.end(), record.rows.begin(), record.rows.end());
+    rows_end_.push_back(static_cast<std::int64_t>(rows_.size()));
     const auto& probabilities = record.inlier_probabilities;
     probabilities_.insert(probabilities_.end(), probabilities.begin(), probabilities.end());
     probabilities_end_.push_back(static_cast<std::int64_t>(probabilities_.size()));
@@ -170,9 +178,10 @@ class Columns {
   bool has_focal_ = false;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_;
-  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_;
-  std::vector<std::int64_t> draws_, points_, inliers_end_, probabilities_end_, structures_end_, labels_end_;
-  std::vector<std::int32_t> inliers_, labels_, focal_observable_;
+  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_,
+      inlier_thresholds_;
+  std::vector<std::int64_t> draws_, points_, inliers_end_, rows_end_, probabilities_end_, structures_end_, labels_end_;
+  std::vector<std::int32_t> inliers_, rows_, labels_, focal_observable_;
   std::vector<float> probabilities_;
 };
 
@@ -264,6 +273,19 @@ void ReadUncertainty(const H5::Group& group, std::vector<EstimateRecord>* record
   }
 }
 
+/// Which files have only lately, or only for points of which some are left out.
+void ReadRows(const H5::Group& group, std::vector<EstimateRecord>* records) {
+  const std::size_t count = records->size();
+  if (group.nameExists("inlier_threshold")) {
+    const auto thresholds = Get<double>(group, "inlier_threshold", count);
+    for (std::size_t i = 0; i < count; ++i) (*records)[i].inlier_threshold = thresholds[i];
+  }
+  if (!group.nameExists("rows")) return;
+  const auto rows = GetAll<std::int32_t>(group, "rows");
+  const auto ends = Get<std::int64_t>(group, "rows_end", count);
+  for (std::size_t i = 0; i < count; ++i) (*records)[i].rows = Slice(rows, ends, i);
+}
+
 std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
   const auto index = GetAll<std::uint64_t>(group, "index");
   const std::size_t count = index.size();
@@ -301,6 +323,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
   }
   ReadStructures(group, width, &records);
   ReadUncertainty(group, &records);
+  ReadRows(group, &records);
   return records;
 }
 
@@ -326,6 +349,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.pose = PoseOfEstimate(estimate.model, estimate.inliers, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
+  record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
   record.focal = estimate.focal;
   record.score = estimate.score;

@@ -24,7 +24,11 @@ struct EstimateRecord {
   std::optional<Eigen::MatrixXd> pose_covariance;  ///< As in Estimate.
   std::optional<FocalEstimate> focal;
   std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
-  int points = 0;                     ///< Of the problem.
+  /// What an inlier is, in the data's unit, as in Estimate; NaN without a model.
+  double inlier_threshold = std::numeric_limits<double>::quiet_NaN();
+  int points = 0;  ///< Of the problem.
+  /// Of points of a file of which some are left out (PointSource): the file's rows that the problem has; else empty.
+  std::vector<std::int32_t> rows;
   double score = 0.0;
   double noise_scale = std::numeric_limits<double>::quiet_NaN();       ///< σ, in the data's unit; NaN: not estimated.
   double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.

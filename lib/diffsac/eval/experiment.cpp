@@ -197,6 +197,8 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("data_root", data_root).Help("where data is that is not prepared here, `${data_root}` in paths");
   b.Field("estimates", estimates).Help("whether estimates.h5 is written (docs/estimates.md)");
   b.Field("report", report).Help("whether report.html is written (docs/report.md)");
+  b.Field("labels", labels, AtLeast(0))
+      .Help("data of type point_sets: of at most so many inputs a file with their points' labels is written (labels/)");
   b.Field("figures", figures).Help("what is drawn");
   b.Field("data", data).Help("docs/generators.md");
   b.Field("conditions", conditions).Help("columns of the table");

@@ -139,6 +139,7 @@ struct ExperimentOptions {
   Missing missing = Missing::kError;
   bool estimates = true;           ///< Whether estimates.h5 is written (docs/estimates.md).
   bool report = true;              ///< Whether report.html is written (docs/report.md).
+  int labels = 100;                ///< Own points: of so many inputs a file with labels is written; 0: none.
   std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   FigureOptions figures;
   void Bind(OptionsBinder& b);

@@ -14,6 +14,12 @@ std::string Format(const char* format, Values... values) {
   return text;
 }
 
+/// "0.512": with so many digits behind the point, or, where that would be a long row of digits, "1.5e+300".
+inline std::string FixedNumber(double value, int digits) {
+  constexpr double kLong = 1e9;
+  return std::abs(value) < kLong ? Format("%.*f", digits, value) : Format("%.3g", value);
+}
+
 /// "0.512", short: what stands in legends and lists.
 inline std::string ShortNumber(double value) {
   const double size = std::abs(value);

@@ -16,6 +16,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/resources.h"
+#include "diffsac/datasets/point_source.h"
 #include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/eval/digest.h"
 #include "diffsac/eval/problem_quantities.h"
@@ -361,6 +362,8 @@ class ConditionRun {
     CellResults& row = rows_[m];
     for (ReliabilityCurve* curve : {&row.of_network, &row.of_ratio})
       if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
+    if (const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_))
+      for (EstimateRecord& estimate : row.cell.estimates) estimate.rows = sources->SourceOf(estimate.index).rows;
     if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
     std::move(fits_[m].begin(), fits_[m].end(), std::back_inserter(results->fits));
   }

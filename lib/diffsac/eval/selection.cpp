@@ -15,6 +15,12 @@ void AddOnce(const std::string& text, std::vector<std::string>* texts) {
   if (std::find(texts->begin(), texts->end(), text) == texts->end()) texts->push_back(text);
 }
 
+std::string Joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 std::vector<std::string> PathsOf(const Condition& condition) {
   std::vector<std::string> paths;
   for (const Config& path : condition.data.Sequence("paths")) paths.push_back(path.Text());
@@ -98,7 +104,8 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
   for (const EstimatorRow& row : experiment->methods) known.push_back(row.name);
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
+      throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) +
+                  "'? The configuration has " + Joined(known));
   }
   const auto lost = [&](const std::string& name) {
     return !name.empty() && std::find(names.begin(), names.end(), name) == names.end();

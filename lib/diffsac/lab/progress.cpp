@@ -95,9 +95,11 @@ struct Progress::Impl {
       LogInfo(title + ": " + text);
       return;
     }
-    const std::string line = title + " " + BarText(count, total) + text;
-    // A line that wraps could not be redrawn.
-    std::fprintf(stderr, "\r\033[K%s", line.substr(0, TerminalWidth() - 1).c_str());
+    // A line that wraps could not be redrawn. Where it is too long the bar is what says least.
+    const std::size_t room = TerminalWidth() - 1;
+    std::string line = title + " " + BarText(count, total) + text;
+    if (line.size() > room) line = title + " " + text;
+    std::fprintf(stderr, "\r\033[K%s", line.substr(0, room).c_str());
     std::fflush(stderr);
   }
 };

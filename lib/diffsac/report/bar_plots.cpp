@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"

@@ -17,10 +17,12 @@
 #include "diffsac/report/compare_runs.h"
 #include "diffsac/report/effects_page.h"
 #include "diffsac/report/html_report.h"
+#include "diffsac/report/labelled_points.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/merge.h"
 #include "diffsac/report/missing_networks.h"
 #include "diffsac/report/plots.h"
+#include "diffsac/report/result_files.h"
 #include "diffsac/report/results_page.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/report/run_sweep.h"
@@ -78,6 +80,7 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
   const Report report = MakeReport(results);
   WriteResults(report, folder);
   KeepEstimates(results, folder);
+  WriteLabels(results, folder);
   if (!results.partial) DrawFigures(report, folder);
   WriteReport(report, folder);
   EndResults(report, folder);
@@ -198,6 +201,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   else
     WriteShard(results, Setup(request), folder, out);
   if (!results.partial) ExportColmap(results, request.colmap, out);
+  if (request.shard.empty()) out << ResultsText(folder) << std::endl;
   if (results.partial) LogWarning("interrupted: partial results are in " + folder);
   return results.partial ? kExitInterrupted : kExitOk;
 }

@@ -10,6 +10,7 @@
 
 #include "diffsac/eval/export_colmap.h"
 #include "diffsac/eval/runner.h"
+#include "diffsac/lab/exit_codes.h"
 #include "diffsac/lab/make_estimator.h"
 
 namespace diffsac {
@@ -47,11 +48,6 @@ struct EvalRequest {
   EstimatorContext context;              ///< --checkpoint, --device, --threads (0: as configured)
   std::optional<WorkGroup> group;        ///< Nothing: this process alone.
 };
-
-/// Exit codes of the programs.
-inline constexpr int kExitOk = 0;
-inline constexpr int kExitBadInput = 2;
-inline constexpr int kExitInterrupted = 130;
 
 /// Reads the configuration with the command line on top. Data and networks may be missing. Throws Error.
 ExperimentOptions ReadRequest(const EvalRequest& request);

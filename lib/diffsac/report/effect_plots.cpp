@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "diffsac/report/colours.h"
 #include "diffsac/report/effect_tables.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "diffsac/eval/structures_error.h"
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plots.h"
 
@@ -16,8 +17,6 @@ constexpr int kMostPoints = 5000;  // More only make a picture of a scan slow.
 constexpr int kMeshLines = 9;
 constexpr int kMostPanels = 8;
 constexpr int kTitleWidth = 560;  // In pixels, of the reverse steps' title.
-constexpr const char* kInlierColour = "#0072B2";
-constexpr const char* kOutlierColour = "#A0A0A0";
 constexpr const char* kEstimateColour = "#D55E00";
 constexpr const char* kViridis =
     "set palette defined (0 \"#440154\", 0.25 \"#3B528B\", 0.5 \"#21918C\", 0.75 \"#5EC962\", 1 \"#FDE725\")\n";
@@ -281,7 +280,7 @@ std::string CommonSettings(Eigen::Index dimension, bool ratio) {
   std::string text = "set clip two\nset tics font \",9\" nomirror\nset grid ls 100\n";
   if (dimension == 2) return text + (ratio ? "set size ratio -1\n" : "");
   return text + "set view 62,35\nset xyplane 0\nset ticslevel 0\nset view equal xyz\nset xtics offset 0,-0.3\n" +
-         "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\nset xtics 5\nset ytics 5\nset ztics 5\n";
+         "unset grid\nset border 4095 lc rgb \"#C8C8C8\"\n";
 }
 
 // Points of an image where they are there, as points of the plane.

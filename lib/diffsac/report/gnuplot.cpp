@@ -105,10 +105,4 @@ std::string GnuplotNumber(double value) {
   return text;
 }
 
-const char* SeriesColour(std::size_t index) {
-  static constexpr std::array<const char*, kSeriesColours> kColours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                                                                       "#E69F00", "#56B4E9", "#555555"};
-  return kColours[index % kColours.size()];
-}
-
 }  // namespace diffsac

@@ -19,13 +19,4 @@ std::string GnuplotText(const std::string& text);
 /// A number that gnuplot reads ("NaN" is a missing point).
 std::string GnuplotNumber(double value);
 
-/// After so many the colours repeat.
-inline constexpr std::size_t kSeriesColours = 7;
-
-/// Colours that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008): "#0072B2", ...
-const char* SeriesColour(std::size_t index);
-
-/// Those of structures, which leave grey to the outliers.
-inline const char* StructureColour(std::size_t index) { return SeriesColour(index % (kSeriesColours - 1)); }
-
 }  // namespace diffsac

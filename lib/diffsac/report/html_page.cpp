@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
-constexpr std::size_t kMostColumnsWithIntervals = 6;
+constexpr std::size_t kMostColumnsWithIntervals = 7;
 
 /// The number that a cell begins with: "+0.21 [...]", "1.5e-3", "85 %". Nothing for other texts, as for "3 views".
 std::optional<double> NumberOf(const std::string& cell) {
@@ -137,6 +137,8 @@ std::string Base64(std::string_view bytes) {
 
 HtmlPage::HtmlPage(std::string title) : title_(std::move(title)) {}
 
+void HtmlPage::AddReload(int seconds) { reload_seconds_ = seconds; }
+
 void HtmlPage::AddSubtitle(const std::string& text) { subtitles_ += "<p>" + HtmlText(text) + "</p>\n"; }
 
 void HtmlPage::AddSection(const std::string& heading) {
@@ -196,6 +198,8 @@ std::string HtmlPage::Text() const {
   html.reserve(body_.size() + data_.size() + scripts_.size() + (1 << 16));
   html += "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   html += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + std::string(kPolicy) + "\">\n";
+  if (reload_seconds_ > 0)
+    html += "<meta http-equiv=\"refresh\" content=\"" + std::to_string(reload_seconds_) + "\">\n";
   html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   html += "<title>" + HtmlText(title_) + "</title>\n<style>\n" + kHtmlPageCss + "</style>\n</head>\n<body>\n";
   html += "<header><h1>" + HtmlText(title_) + "</h1>\n" + subtitles_;

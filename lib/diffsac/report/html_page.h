@@ -23,6 +23,8 @@ class HtmlPage {
  public:
   explicit HtmlPage(std::string title);
 
+  /// Asks the browser to load the page again after so many seconds.
+  void AddReload(int seconds);
   /// A line under the title.
   void AddSubtitle(const std::string& text);
   /// A heading, which the page's list of sections names.
@@ -49,7 +51,7 @@ class HtmlPage {
 
  private:
   std::string title_, subtitles_, sections_, body_, data_, scripts_;
-  int section_count_ = 0;
+  int section_count_ = 0, reload_seconds_ = 0;
 };
 
 }  // namespace diffsac

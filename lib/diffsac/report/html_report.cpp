@@ -16,6 +16,7 @@
 #include "diffsac/report/pair_pictures.h"
 #include "diffsac/report/plot_texts.h"
 #include "diffsac/report/plots.h"
+#include "diffsac/report/words.h"
 
 namespace diffsac {
 
@@ -27,9 +28,21 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostListed = 30000;  // Of the list of problems.
 
+void AddWords(const std::vector<Table>& tables, HtmlPage* page) {
+  const auto words = WordsOf(tables);
+  if (words.empty()) return;
+  std::string html = "<details open><summary>What the columns mean</summary><dl class=\"words\">\n";
+  for (const auto& [term, meaning] : words)
+    html += "<dt>" + HtmlText(term) + "</dt><dd>" + HtmlText(meaning) + "</dd>\n";
+  page->AddMarkup(html + "</dl></details>\n");
+}
+
 void AddTables(const Report& report, HtmlPage* page) {
   page->AddSection("Tables");
+  page->AddMarkup("<div class=\"tables\">\n");
   for (const Table& table : report.tables) page->AddTable(table);
+  page->AddMarkup("</div>\n");
+  AddWords(report.tables, page);
   page->AddText(ReportNotes(report));
   if (!report.results.experiment.notes.empty()) page->AddText(report.results.experiment.notes);
 }

@@ -83,7 +83,9 @@ std::string ReportSetting(const ExperimentResults& results) {
     for (const std::uint64_t seed : results.seeds)
       seeds += (seed == results.seeds.front() ? " " : ", ") + std::to_string(seed);
   }
-  return std::to_string(most) + " problems a condition (" + experiment.condition_label + "), " + seeds;
+  const bool one = experiment.conditions.size() == 1;
+  return std::to_string(most) + " problems" + (one ? "" : " a condition (" + experiment.condition_label + ")") + ", " +
+         seeds;
 }
 
 std::string MarkdownTable(const Table& table) {

@@ -4,8 +4,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "diffsac/core/files.h"
+#include "diffsac/eval/format.h"
 #include "diffsac/eval/structures_error.h"
-#include "diffsac/report/gnuplot.h"
+#include "diffsac/report/colours.h"
 #include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_images.h"
 #include "diffsac/report/plots.h"
@@ -21,8 +22,14 @@ constexpr double kPale = 0.35;       // How much of white is mixed into the imag
 constexpr double kLineWeight = 0.6;  // Lines let what is below shine through.
 constexpr double kTitleScale = 0.62, kTextScale = 0.5;
 
+cv::Scalar BlueGreenRed(const char* colour) {
+  const auto [red, green, blue] = ColourParts(colour);
+  return {static_cast<double>(blue), static_cast<double>(green), static_cast<double>(red)};
+}
+
 const cv::Scalar kWhite(255, 255, 255), kBlack(32, 32, 32), kBlank(238, 238, 238);  // blue, green, red
-const cv::Scalar kRight(60, 160, 0), kWrong(20, 20, 220), kMissed(240, 190, 120), kOther(160, 160, 160);
+const cv::Scalar kRight = BlueGreenRed(kInlierColour), kWrong = BlueGreenRed(kWrongColour),
+                 kMissed = BlueGreenRed(kMissedColour), kOther = BlueGreenRed(kOutlierColour);
 
 MatchKind KindOf(const KeptFit& fit, Eigen::Index i) {
   return KindOfMatch(fit.estimate.inliers, fit.example.truth.inliers, static_cast<std::size_t>(i));
@@ -82,20 +89,14 @@ void PutText(cv::Mat& canvas, const std::string& text, int baseline, double scal
 }
 
 std::string ErrorText(const EstimateError& error, const Estimate& estimate) {
-  char text[96];
   if (estimate.status != Status::kOk) return "no model (" + std::string(ToString(estimate.status)) + ")";
-  if (!std::isnan(error.recall)) {
-    std::snprintf(text, sizeof(text), "misclassification error %.1f %%, recall %.2f", error.misclassified,
-                  error.recall);
-    return text;
-  }
-  if (!std::isnan(error.rotation_deg)) {
-    std::snprintf(text, sizeof(text), "error R %.2f deg, t %.2f deg", error.rotation_deg, error.translation_deg);
-    return (error.failed ? "no pose, " : "") + std::string(text);
-  }
+  if (!std::isnan(error.recall))
+    return Format("misclassification error %.1f %%, recall %.2f", error.misclassified, error.recall);
+  if (!std::isnan(error.rotation_deg))
+    return (error.failed ? "no pose, " : "") +
+           Format("error R %.2f deg, t %.2f deg", error.rotation_deg, error.translation_deg);
   if (std::isnan(error.error_px)) return "error unknown";
-  std::snprintf(text, sizeof(text), "error %.2f px", error.error_px);
-  return text;
+  return "error " + FixedNumber(error.error_px, 2) + " px";
 }
 
 std::string CountsText(const KeptFit& fit) {
@@ -133,13 +134,6 @@ void DrawKind(cv::Mat& canvas, const KeptFit& fit, const Panel& left, const Pane
   }
 }
 
-// "#RRGGBB" of a structure.
-cv::Scalar LabelColour(std::int32_t label) {
-  if (label <= 0) return kOther;
-  const unsigned long rgb = std::strtoul(StructureColour(static_cast<std::size_t>(label) - 1) + 1, nullptr, 16);
-  return {static_cast<double>(rgb & 0xFF), static_cast<double>(rgb >> 8 & 0xFF), static_cast<double>(rgb >> 16 & 0xFF)};
-}
-
 // Outliers first, as small dots, so that they hide nothing. `column`: where the points' x is.
 void DrawLabels(cv::Mat& canvas, const PointMatrix& points, const std::vector<std::int32_t>& labels, const Panel& panel,
                 int column) {
@@ -150,7 +144,7 @@ void DrawLabels(cv::Mat& canvas, const PointMatrix& points, const std::vector<st
         continue;
       const cv::Point at = panel.At(points(i, column), points(i, column + 1));
       if (!outliers) cv::circle(canvas, at, kMark + 1, kWhite, cv::FILLED, cv::LINE_AA);
-      cv::circle(canvas, at, outliers ? 2 : kMark, LabelColour(label), cv::FILLED, cv::LINE_AA);
+      cv::circle(canvas, at, outliers ? 2 : kMark, BlueGreenRed(LabelColour(label, true)), cv::FILLED, cv::LINE_AA);
     }
 }
 

@@ -10,8 +10,10 @@
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/run_lock.h"
 #include "diffsac/report/html_report.h"
+#include "diffsac/report/labelled_points.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/plots.h"
+#include "diffsac/report/result_files.h"
 #include "diffsac/report/run_files.h"
 
 namespace diffsac {
@@ -169,11 +171,12 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   const Report report = MakeReport(results);
   WriteResults(report, folder);
   KeepEstimates(results, folder);
+  WriteLabels(results, folder);
   CopyPictures(first, folder);
   DrawFigures(report, folder);
   WriteReport(report, folder);
   EndResults(report, folder);
-  out << MarkdownReport(report) << std::endl;
+  out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
 }
 
 }  // namespace diffsac

@@ -124,7 +124,7 @@ void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Ta
 
 }  // namespace
 
-std::string FixedText(double value, int digits) { return std::isnan(value) ? kUnknown : Format("%.*f", digits, value); }
+std::string FixedText(double value, int digits) { return std::isnan(value) ? kUnknown : FixedNumber(value, digits); }
 
 std::string RangeText(const ConfidenceInterval& interval, int digits) {
   if (std::isnan(interval.low)) return "";

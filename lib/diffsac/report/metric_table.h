@@ -40,7 +40,7 @@ struct NumberRow {
 void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
               Table* table);
 
-/// "0.512", kUnknown for NaN; and "[0.450, 0.570]", empty where the interval is unknown.
+/// "0.512" (FixedNumber), kUnknown for NaN; and "[0.450, 0.570]", empty where the interval is unknown.
 std::string FixedText(double value, int digits);
 std::string RangeText(const ConfidenceInterval& interval, int digits);
 

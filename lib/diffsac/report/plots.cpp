@@ -5,6 +5,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/eval/problem_quantities.h"
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"
@@ -18,16 +19,19 @@ std::string Block(const std::string& name, const std::vector<CurvePoint>& points
   return text + "EOD\n";
 }
 
-// Colours repeat after seven series; the marks do not before fourteen.
+// Colours repeat after seven series, with other dashes; the marks do not before fourteen. The dotted line is that of
+// references.
 std::string SeriesStyle(std::size_t index, bool strong) {
   static constexpr int kMarks[] = {7, 5, 9, 11, 13, 15, 3, 4, 6, 12, 8, 10, 14, 2};
-  return "with linespoints lc rgb \"" + std::string(SeriesColour(index)) + "\" lw " + (strong ? "3" : "2") + " pt " +
+  static constexpr int kDashes[] = {1, 2, 4, 5};
+  return "with linespoints dt " + std::to_string(kDashes[index / kSeriesColours % std::size(kDashes)]) + " lc rgb \"" +
+         std::string(SeriesColour(index)) + "\" lw " + (strong ? "3" : "2") + " pt " +
          std::to_string(kMarks[index % std::size(kMarks)]) + " ps 1.2";
 }
 
 // Of a key that holds these labels, in pixels.
 int KeyWidth(const std::vector<Curve>& curves) {
-  constexpr int kLeast = 260, kMark = 60, kLetter = 8;
+  constexpr int kLeast = 260, kMark = 80, kLetter = 8;
   int width = kLeast;
   for (const Curve& curve : curves) width = std::max(width, kMark + kLetter * static_cast<int>(curve.label.size()));
   return width;
@@ -71,7 +75,7 @@ bool DrawPanels(const Report& report, const std::string& folder, const std::stri
                        ",0.16,0.85 spacing " + GnuplotNumber(left) + "\n" + axes + "set yrange [0:1]\n";
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Condition& condition = results.experiment.conditions[panels[i].condition];
-    script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 2\n" : "unset key\n") +
+    script += (i == richest ? "set key at screen 0.995, screen 0.85 right top samplen 4\n" : "unset key\n") +
               ("set title " + GnuplotText(results.experiment.condition_label + ": " + condition.label)) + "\n" +
               before(panels[i].condition) +
               PlotCommand(name + std::to_string(panels[i].condition) + "_", panels[i].curves);
@@ -119,9 +123,9 @@ bool PlotCurve(const Report& report, const std::string& folder) {
   if (curves.empty()) return false;
   const std::string script = "set title " + GnuplotText(PlotTitle(results)) + " font \",13\"\n" +
                              AccuracyAxes(results, results.experiment.condition_label) +
-                             "set key outside right center samplen 2 spacing 1.2\nset yrange [0:1]\n" +
+                             "set key outside right center samplen 4 spacing 1.2\nset yrange [0:1]\n" +
                              "set offsets graph 0.02, graph 0.02, 0, 0\n" + PlotCommand("curve", curves);
-  return DrawPicture(folder, "curve", script, 960, 560);
+  return DrawPicture(folder, "curve", script, 1100, 640);
 }
 
 bool PlotBudget(const Report& report, const std::string& folder) {

@@ -15,6 +15,8 @@ using Json = nlohmann::ordered_json;
 
 std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+constexpr std::size_t kMostDetails = 2000;  // Of more lines only those with a picture have a model in the page.
+
 // Short: there are many of them. JSON has no infinity.
 std::string JsonNumber(double value) {
   if (std::isnan(value)) return "null";
@@ -66,6 +68,26 @@ std::string LineJson(const ProblemRecord& record, std::size_t problem, std::size
   if (kinds.structures) line += "," + JsonNumber(record.error.recall) + "," + std::to_string(record.structures);
   return line + "," + std::to_string(record.inliers) + "," + std::to_string(record.report.hypotheses) + "," +
          JsonNumber(record.report.ms_total) + "]";
+}
+
+/// What the problem's picture, or its line, opens beside the numbers of the list.
+std::string DetailsJson(const EstimateRecord& estimate) {
+  Json json = {{"noise", nullptr}, {"model", nullptr}, {"pose", nullptr}};
+  const auto put = [&](const char* key, const auto& values) {
+    for (const double value : values) json[key].push_back(std::isfinite(value) ? Json(value) : Json(nullptr));
+  };
+  if (std::isfinite(estimate.noise_scale)) json["noise"] = estimate.noise_scale;
+  if (estimate.model.size() > 0) put("model", estimate.model);
+  if (estimate.pose)
+    for (int row = 0; row < 3; ++row) {
+      put("pose", estimate.pose->rotation.row(row));
+      json["pose"].push_back(estimate.pose->translation[row]);
+    }
+  return Dump(json);
+}
+
+bool HasDetails(const EstimateRecord& estimate) {
+  return estimate.model.size() > 0 || std::isfinite(estimate.noise_scale);
 }
 
 std::vector<double> ErrorsOf(const Cell& cell, const Tolerance& tolerance) {
@@ -127,8 +149,11 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
   const MetricKinds kinds{JudgesPoses(results), JudgesStructures(results)};
   const std::size_t most_of_cell =
       std::max<std::size_t>(8, most_lines / std::max<std::size_t>(1, results.cells.size()));
+  std::size_t records = 0;
+  for (const Cell& cell : results.cells) records += cell.records.size();
   Names scenes, statuses;
-  std::string lines, problems;
+  std::string lines, problems, details;
+  std::size_t line = 0;
   *left_out = 0;
   for (const Cell& cell : results.cells) {
     const auto chosen = LargestSmallestAndSpread(ErrorsOf(cell, experiment.tolerance()), most_of_cell);
@@ -138,6 +163,10 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
       const std::size_t problem = list.At(cell.condition, record.index);
       const std::size_t status = statuses.Number(StatusText(record));
       lines += (lines.empty() ? "" : ",\n") + LineJson(record, problem, cell.method, status, experiment, kinds);
+      const bool shown = records <= kMostDetails || (!pictures.empty() && pictures[problem] >= 0);
+      if (shown && i < cell.estimates.size() && HasDetails(cell.estimates[i]))
+        details += (details.empty() ? "\"" : ",\n\"") + std::to_string(line) + "\":" + DetailsJson(cell.estimates[i]);
+      ++line;
     }
   }
   for (std::size_t i = 0; i < list.problems.size(); ++i) {
@@ -146,13 +175,15 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
                 std::to_string(problem.condition) + "," + std::to_string(problem.points) + "," +
                 std::to_string(pictures.empty() ? -1 : pictures[i]) + "]";
   }
-  return "{\"unit\":" + Dump(ShownUnit(kinds.structures, experiment.tolerance())) +
+  return "{\"task\":" + Dump(ToString(experiment.task)) +
+         ",\"unit\":" + Dump(ShownUnit(kinds.structures, experiment.tolerance())) +
          ",\"poses\":" + (kinds.poses ? "true" : "false") + ",\"structures\":" + (kinds.structures ? "true" : "false") +
          ",\"two_view\":" + (IsTwoView(experiment.task) ? "true" : "false") +
          ",\"method\":" + std::to_string(list.method) + ",\"condition_label\":" + Dump(experiment.condition_label) +
          ",\"methods\":" + Dump(LabelsJson(experiment.methods)) +
          ",\"conditions\":" + Dump(LabelsJson(experiment.conditions)) + ",\"scenes\":" + Dump(scenes.ToJson()) +
-         ",\"statuses\":" + Dump(statuses.ToJson()) + ",\n\"problems\":[" + problems + "],\n\"lines\":[" + lines + "]}";
+         ",\"statuses\":" + Dump(statuses.ToJson()) + ",\n\"problems\":[" + problems + "],\n\"details\":{" + details +
+         "},\n\"lines\":[" + lines + "]}";
 }
 
 }  // namespace diffsac

@@ -1,3 +1,4 @@
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "diffsac/report/plot_texts.h"

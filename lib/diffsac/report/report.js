@@ -1,4 +1,5 @@
 // The list of problems of report.html, and the pictures of pairs, which are drawn when they are asked for.
+// A line opens what is known of it: the picture, where it has one, and the model.
 // #method=2, #condition=1, #status=ok choose what is listed; #order=best turns it round; #pair=3 opens its third line
 // and goes there, unless &scroll=no.
 'use strict';
@@ -20,12 +21,14 @@
     element.append(...children);
     return element;
   };
-  const number = (value, digits = 3) => value === null ? '–' : value === Infinity ? '∞'
+  const number = (value, digits = 3) => value === null || value === undefined ? '–' : value === Infinity ? '∞'
+      : Math.abs(value) >= 1e7 ? value.toExponential(digits - 1)
       : Math.abs(value) >= 1000 ? value.toFixed(0) : String(Number(value.toPrecision(digits)));
 
   // Lines of the list as objects; [problem, method, status, error, (R, t), (recall, structures),
   // inliers, hypotheses, ms] in the file.
-  const unpack = (line) => {
+  const details = data.details || {};
+  const unpack = (line, position) => {
     const [id, scene, condition, points, picture] = data.problems[line[0]];
     const recallAt = data.poses ? 6 : 4, at = recallAt + (data.structures ? 2 : 0);
     const known = (value) => value === 'inf' ? Infinity : value;
@@ -33,7 +36,7 @@
             error: known(line[3]), rotation: data.poses ? known(line[4]) : null,
             translation: data.poses ? known(line[5]) : null, recall: data.structures ? line[recallAt] : null,
             structures: data.structures ? line[recallAt + 1] : null, inliers: line[at], hypotheses: line[at + 1],
-            ms: known(line[at + 2])};
+            ms: known(line[at + 2]), details: details[position] || null};
   };
   // "ok", or "ok, may be chance".
   const isModel = (line) => line.status.startsWith('ok');
@@ -43,25 +46,38 @@
     if (!byProblem.has(line.problem)) byProblem.set(line.problem, []);
     byProblem.get(line.problem).push(line);
   }
+  const noiseOf = (line) => line.details ? line.details.noise : null;
+  const hasNoise = lines.some((line) => noiseOf(line) !== null);
   const hasTruth = lines.some((line) => line.error !== null);
   const unit = data.unit;
   const errorText = (line) => line.error === null ? '–' : `${number(line.error)}${unit === '°' ? '°' : ' ' + unit}`;
 
+  // `help` explains a column.
   const columns = [
-    {name: data.two_view ? 'pair' : 'problem', of: (line) => line.id},
-    ...(data.scenes.length > 1 ? [{name: 'scene', of: (line) => data.scenes[line.scene]}] : []),
-    ...(data.conditions.length > 1 ? [{name: data.condition_label, of: (line) => data.conditions[line.condition]}] : []),
-    {name: 'method', of: (line) => data.methods[line.method]},
-    {name: 'status', of: (line) => line.status},
-    {name: `error [${unit}]`, of: (line) => line.error, numeric: true, key: 'error'},
-    ...(data.poses ? [{name: 'R [°]', of: (line) => line.rotation, numeric: true},
-                      {name: 't [°]', of: (line) => line.translation, numeric: true}] : []),
-    ...(data.structures ? [{name: 'recall', of: (line) => line.recall, numeric: true},
-                           {name: 'structures', of: (line) => line.structures, numeric: true}] : []),
-    {name: 'inliers', of: (line) => line.inliers, numeric: true, key: 'inliers'},
-    {name: data.two_view ? 'matches' : 'points', of: (line) => line.points, numeric: true},
-    {name: 'hypotheses', of: (line) => line.hypotheses, numeric: true},
-    {name: 'ms', of: (line) => line.ms, numeric: true},
+    {name: data.two_view ? 'pair' : 'problem', of: (line) => line.id,
+     help: data.two_view ? 'the two images; a click opens them with their matches' : 'the name of the input'},
+    ...(data.scenes.length > 1 ? [{name: 'scene', of: (line) => data.scenes[line.scene], help: 'the folder that it is of'}] : []),
+    ...(data.conditions.length > 1 ? [{name: data.condition_label, of: (line) => data.conditions[line.condition],
+                                    help: 'how the data was made or filtered'}] : []),
+    {name: 'method', of: (line) => data.methods[line.method], help: 'the row of the tables'},
+    {name: 'status', of: (line) => line.status,
+     help: 'ok, or why there is no model; "may be chance": no more inliers than points of no structure would give'},
+    ...(hasTruth ? [{name: `error [${unit}]`, of: (line) => line.error, numeric: true, key: 'error',
+                     help: data.structures ? 'per cent of the points whose label is wrong'
+                         : data.poses ? 'the larger of R and t, ∞ or 180 without a model' : 'distance to the truth'}] : []),
+    ...(data.poses && hasTruth ? [{name: 'R [°]', of: (line) => line.rotation, numeric: true,
+                                   help: 'angle between the rotation and the true one'},
+                                  {name: 't [°]', of: (line) => line.translation, numeric: true,
+                                   help: 'angle between the direction of the translation and the true one'}] : []),
+    ...(data.structures ? [{name: 'recall', of: (line) => line.recall, numeric: true, help: 'share of the true structures that were found'},
+                           {name: 'structures', of: (line) => line.structures, numeric: true, help: 'how many were found'}] : []),
+    {name: 'inliers', of: (line) => line.inliers, numeric: true, key: 'inliers',
+     help: `${data.two_view ? 'matches' : 'points'} that the model explains within the inlier threshold`},
+    {name: data.two_view ? 'matches' : 'points', of: (line) => line.points, numeric: true, help: 'how many there are'},
+    ...(hasNoise ? [{name: `noise${data.two_view ? ' [px]' : ''}`, of: noiseOf, numeric: true,
+                     help: "standard deviation of the inliers' residuals, in the unit of the data"}] : []),
+    {name: 'hypotheses', of: (line) => line.hypotheses, numeric: true, help: 'models solved or scored'},
+    {name: 'ms', of: (line) => line.ms, numeric: true, help: 'milliseconds of the estimate'},
   ];
 
   const state = {
@@ -74,7 +90,9 @@
 
   const heads = columns.map((column, i) => make('th',
       {scope: 'col', 'aria-sort': 'none', class: column.numeric ? 'number' : null},
-      make('button', {type: 'button', onclick: () => sortBy(i)}, column.name)));
+      make('button', {type: 'button', title: column.help, onclick: () => sortBy(i)}, column.name)));
+  const words = make('details', {}, make('summary', {}, 'What the columns mean'), make('dl', {class: 'words'},
+      ...columns.flatMap((column) => [make('dt', {}, column.name), make('dd', {}, column.help)])));
   const body = make('tbody');
   const table = make('table', {id: 'problems-table'}, make('thead', {}, make('tr', {}, ...heads)), body);
   const count = make('span', {id: 'problems-count', 'aria-live': 'polite'});
@@ -104,7 +122,8 @@
       choice('method', data.methods, 'method', 'all'),
       ...(data.conditions.length > 1 ? [choice(data.condition_label, data.conditions, 'condition', 'all')] : []),
       ...(data.scenes.length > 1 ? [choice('scene', data.scenes, 'scene', 'all')] : []),
-      choice('status', data.statuses, 'status', 'all'), search, order('worst first', -1), order('best first', 1));
+      choice('status', data.statuses, 'status', 'all'), search,
+      order(hasTruth ? 'worst first' : 'fewest inliers first', -1), order(hasTruth ? 'best first' : 'most inliers first', 1));
   for (const option of controls.querySelectorAll('#choose-method option'))
     if (option.value !== '-1' && !used.has(Number(option.value))) option.remove();
 
@@ -133,17 +152,31 @@
     draw();
   };
 
+  const opensLine = (line) => line.picture >= 0 || line.details !== null;
+
+  // Small copies of the photographs of a line, each decoded once.
+  const thumbnails = new Map();
+  const thumbnail = (image) => {
+    if (!thumbnails.has(image)) {
+      const bytes = image >= 0 ? diffsacPage.bytes(`image-${image}`) : null;
+      thumbnails.set(image, bytes ? URL.createObjectURL(new Blob([bytes], {type: 'image/jpeg'})) : '');
+    }
+    return thumbnails.get(image);
+  };
+  const thumbnailsOf = (line) => line.picture < 0 ? [] : pictures[line.picture].slice(5, 7).map(thumbnail)
+      .filter((address) => address).map((address) => make('img', {src: address, alt: '', loading: 'lazy'}));
+
   const row = (line, at) => {
-    const opens = line.picture >= 0;
+    const opens = opensLine(line);
     const cells = columns.map((column, i) => {
       const value = column.of(line);
       const text = column.numeric ? number(value) : value;
       return make('td', {class: column.numeric ? 'number' : null}, i === 0 && opens ? make('a', {href: `#pair=${at + 1}`,
-        onclick: (event) => { event.preventDefault(); open(at); }}, text) : text);
+        onclick: (event) => { event.preventDefault(); open(at); }}, ...thumbnailsOf(line), text) : text);
     });
     return make('tr', {class: (opens ? 'opens' : '') + (isModel(line) ? '' : ' failed') +
         (line === viewer.line ? ' current' : ''), onclick: (event) => {
-      if (opens && event.target.tagName !== 'A') open(at);
+      if (opens && event.target.closest('a') === null) open(at);
     }}, ...cells);
   };
 
@@ -164,6 +197,7 @@
   const kKinds = ['other', 'missed', 'right', 'wrong'];  // In the order in which they are drawn.
   const viewer = {line: null, at: -1, picture: null, kinds: new Set(kKinds), lines: 100, images: []};
   const title = make('h3', {id: 'pair-title'});
+  const model = make('pre', {id: 'pair-model', hidden: true});
   const facts = make('p', {id: 'pair-facts'});
   const methods = make('div', {class: 'methods', role: 'group', 'aria-label': 'method'});
   const legend = make('div', {class: 'legend'});
@@ -176,8 +210,8 @@
           make('button', {type: 'button', onclick: () => step(-1)}, '← previous'),
           make('button', {type: 'button', onclick: () => step(1)}, 'next →'),
           make('button', {type: 'button', onclick: () => close()}, 'close'),
-          make('span', {class: 'note'}, 'keys: ← → pairs, m next method, Esc closes')),
-      title, methods, facts, canvas, legend);
+          make('span', {class: 'note'}, 'keys: ← → through the list, m next method, Esc closes')),
+      title, methods, facts, canvas, legend, model);
 
   const texts = {right: 'right inliers', wrong: 'wrong inliers', missed: 'missed inliers', other: 'other matches'};
 
@@ -297,30 +331,74 @@
     canvas.setAttribute('aria-label', `matches of ${viewer.line.id}: ${counts[2]} right, ${counts[3]} wrong, ${counts[1]} missed`);
   };
 
+  // --- What is known of a model ---
+
+  const fixed = (value) => (value < 0 ? '' : ' ') + (Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-4)
+      ? value.toExponential(5) : value.toPrecision(7));
+  const matrix = (name, values, width) => {
+    const rows = [];
+    for (let i = 0; i < values.length; i += width)
+      rows.push((i === 0 ? `${name} = ` : ' '.repeat(name.length + 3)) +
+                values.slice(i, i + width).map((value) => fixed(value).padStart(14)).join(''));
+    return rows.join('\n');
+  };
+  // R row by row: its angle in degrees and its axis.
+  const turnOf = (r) => {
+    const axis = [r[7] - r[5], r[2] - r[6], r[3] - r[1]], length = Math.hypot(...axis);
+    const angle = Math.atan2(length, r[0] + r[4] + r[8] - 1) * 180 / Math.PI;
+    return `turned by ${number(angle, 4)}°` +
+        (length > 1e-9 ? ` about (${axis.map((value) => number(value / length, 4)).join(', ')})` : '');
+  };
+  const rotationOf = (pose) => [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]);
+  const poseText = (pose) => {
+    const rotation = rotationOf(pose), t = [pose[3], pose[7], pose[11]];
+    return `${matrix('R', rotation, 3)}\n    ${turnOf(rotation)}\n${matrix('t', t, 3)}` +
+        (data.two_view ? '   (its length is unknown; x2 = R x1 + t)' : '   (x_camera = R X + t)');
+  };
+  const modelText = (line) => {
+    if (!line.details) return '';
+    const parts = [], {noise, model: values, pose} = line.details;
+    const names = {homography: 'H', fundamental: 'F', essential: 'E', shared_focal: 'E', one_focal: 'E'};
+    if (values && names[data.task]) parts.push(matrix(names[data.task], values.slice(0, 9), 3));
+    else if (values && (data.task === 'line' || data.task === 'plane'))
+      parts.push(`n = (${values.slice(0, -1).map((value) => number(value, 7)).join(', ')})\n` +
+                 `d = ${number(values[values.length - 1], 8)}   (n · x + d = 0, |n| = 1, in the unit of the points)`);
+    else if (values && !pose) parts.push(`model = ${values.map((value) => number(value, 7)).join(' ')}`);
+    if (pose) parts.push(poseText(pose));
+    if (noise !== null) parts.push(`noise σ = ${number(noise)}${data.two_view ? ' px' : ''}`);
+    return parts.join('\n');
+  };
+
   const showMethod = (line) => {
     viewer.line = line;
-    viewer.kindsNow = kindsOf(viewer.picture, line.method);
+    viewer.kindsNow = viewer.picture ? kindsOf(viewer.picture, line.method) : {known: true};
     const others = byProblem.get(line.problem);
     methods.replaceChildren(...others.map((other) => make('button',
         {type: 'button', 'aria-pressed': String(other === line), onclick: () => showMethod(other)},
-        data.methods[other.method], make('small', {}, ' ', isModel(other) ? errorText(other) : other.status))));
+        data.methods[other.method], make('small', {}, ' ', !isModel(other) ? other.status : other.error === null ? `${other.inliers} inliers` : errorText(other)))));
     const pose = data.poses && line.rotation !== null ? ` (R ${number(line.rotation)}°, t ${number(line.translation)}°)` : '';
     const found = data.structures && line.recall !== null ? `, recall ${number(line.recall)}, ${line.structures} structures found` : '';
     facts.textContent = `${data.methods[line.method]}: ` + (!isModel(line) ? `no model (${line.status}); ` : '') +
-        `error ${errorText(line)}${pose}${found}; ${line.inliers} inliers of ${line.points} matches; ` +
+        (line.error === null ? '' : `error ${errorText(line)}${pose}${found}; `) +
+        `${line.inliers} inliers of ${line.points} ${data.two_view ? 'matches' : 'points'}; ` +
+        (noiseOf(line) === null ? '' : `noise ${number(noiseOf(line))}${data.two_view ? ' px' : ''}; `) +
         `${line.hypotheses} hypotheses, ${number(line.ms)} ms` +
+        (line.details && line.details.pose ? `; ${turnOf(rotationOf(line.details.pose))}` : '') +
         (viewer.kindsNow.known ? '' : '; which matches are its inliers was not kept');
-    fillLegend(viewer.kindsNow);
+    model.textContent = modelText(line);
+    model.hidden = model.textContent === '';
+    canvas.hidden = legend.hidden = !viewer.picture;
+    if (viewer.picture) fillLegend(viewer.kindsNow);
     paint();
     draw();
   };
 
   const open = async (at, scroll = true) => {
     const line = state.shown[at];
-    if (!line || line.picture < 0) return;
+    if (!line || !opensLine(line)) return;
     const start = performance.now();
     viewer.at = at;
-    viewer.picture = readPicture(line.picture);
+    viewer.picture = line.picture >= 0 ? readPicture(line.picture) : null;
     viewer.images = [];
     state.page = Math.floor(at / kPageLines);
     const where = [data.scenes.length > 1 ? data.scenes[line.scene] : '',
@@ -328,7 +406,7 @@
     title.textContent = [line.id, ...where.filter((part) => part)].join(' · ');
     panel.hidden = false;
     showMethod(line);
-    const images = await Promise.all(viewer.picture.images.map(loadImage));
+    const images = viewer.picture ? await Promise.all(viewer.picture.images.map(loadImage)) : [];
     if (viewer.at !== at) return;
     viewer.images = images;
     paint();
@@ -342,10 +420,10 @@
     viewer.at = -1;
     draw();
   };
-  // The next line that has a picture.
+  // The next line that opens.
   const step = (by) => {
     let at = viewer.at + by;
-    while (state.shown[at] && state.shown[at].picture < 0) at += by;
+    while (state.shown[at] && !opensLine(state.shown[at])) at += by;
     open(at, false);
   };
 
@@ -364,7 +442,7 @@
   window.addEventListener('resize', () => { if (!panel.hidden) paint(); });
 
   place.append(controls, panel, make('div', {class: 'table'}, table),
-      make('div', {class: 'controls'}, previous, next, count));
+      make('div', {class: 'controls'}, previous, next, count), words);
 
   // --- What the page's address asks for; otherwise the method whose errors rank the problems. ---
 

@@ -134,17 +134,28 @@ struct AppendNames {
   }
 };
 
-// σ and the pose; empty values for what is not known.
-constexpr const char* kNoEstimate = ",,,,,,,";
+// σ, the pose and the model; empty values for what is not known.
+constexpr const char* kNoPose = ",,,,,,,";
+constexpr const char* kNoEstimate = ",,,,,,,,";
+
+std::string PoseValues(const RigidMotion& pose) {
+  Eigen::Quaterniond q(pose.rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  std::string text;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
+  for (const double value : pose.translation) text += "," + NumberText(value);
+  return text;
+}
+
+std::string ModelValues(const ModelParameters& model) {
+  std::string text;
+  for (const double value : model) text += (text.empty() ? "" : " ") + NumberText(value);
+  return text;
+}
 
 std::string EstimateText(const EstimateRecord& estimate) {
-  std::string text = NumberText(estimate.noise_scale);
-  if (!estimate.pose) return text + kNoEstimate;
-  Eigen::Quaterniond q(estimate.pose->rotation);
-  if (q.w() < 0.0) q.coeffs() *= -1.0;
-  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
-  for (const double value : estimate.pose->translation) text += "," + NumberText(value);
-  return text;
+  const std::string noise = NumberText(estimate.noise_scale);
+  return noise + (estimate.pose ? PoseValues(*estimate.pose) : kNoPose) + "," + ModelValues(estimate.model);
 }
 
 std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
@@ -171,7 +182,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   std::string text = "id,scene,condition,method,status";
   const ProblemRecord any;
   VisitRecord(any, AppendNames{&text});
-  text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz";
+  text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz,model";
   VisitChance(any, AppendNames{&text});
   VisitQuantities(any, AppendNames{&text});
   if (structures) VisitStructures(any, AppendNames{&text});

@@ -17,6 +17,7 @@
 #include "diffsac/report/html_report.h"
 #include "diffsac/report/markdown_report.h"
 #include "diffsac/report/plots.h"
+#include "diffsac/report/result_files.h"
 #include "diffsac/report/results_page.h"
 #include "diffsac/report/run_files.h"
 #include "diffsac/report/run_reader.h"
@@ -87,7 +88,7 @@ void WriteJoined(ExperimentResults results, const std::string& first_point, cons
   WriteReport(report, folder);
   EndResults(report, folder);
   if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
-  out << MarkdownReport(report) << std::endl;
+  out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "diffsac/report/effect_tables.h"
 #include "diffsac/report/metric_table.h"
+#include "diffsac/report/model_table.h"
 #include "diffsac/report/paper_table.h"
 #include "diffsac/report/strata_tables.h"
 #include "diffsac/report/structure_tables.h"
@@ -211,6 +212,9 @@ std::vector<Table> MakeTables(const Report& report) {
   Table paper = structures ? Table() : PaperTable(report);
   if (!paper.rows.empty()) tables.push_back(std::move(paper));
   if (!results.learned.empty()) tables.push_back(LearnedTable(results));
+  // Last, so that a terminal ends with it.
+  Table models = ModelTable(results);
+  if (!models.rows.empty()) tables.push_back(std::move(models));
   return tables;
 }
 

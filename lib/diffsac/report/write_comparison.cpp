@@ -49,7 +49,7 @@ Table RowsTable(const RunComparison& comparison) {
 std::string AnswerText(const ProblemRecord& record, const Tolerance& tolerance) {
   if (record.status != Status::kOk) return std::string(ToString(record.status));
   const double error = ShownError(record.error, tolerance);
-  return std::isnan(error) ? kUnknown : Format("%.2f", error);
+  return std::isnan(error) ? kUnknown : FixedNumber(error, 2);
 }
 
 Table ChangedTable(const RunComparison& comparison) {

@@ -32,6 +32,9 @@
 namespace diffsac {
 namespace {
 
+/// Curves between two validations are drawn no sooner than so after the last ones.
+constexpr std::chrono::seconds kCurveInterval{20};
+
 std::string Text(const char* format, double value) {
   char text[32];
   std::snprintf(text, sizeof text, format, value);
@@ -45,6 +48,7 @@ class Trainer {
 
  private:
   TrainOutcome RunSteps(const std::atomic<bool>& stop);
+  void EndPage() noexcept;
   double Rate(std::int64_t iteration) const {
     const auto& train = options_.train;
     return learner_->RateFactor(iteration) *
@@ -56,7 +60,10 @@ class Trainer {
   void Report(std::int64_t iteration, double data_wait_seconds);
   std::vector<double> ValidateWhenDue(std::int64_t done, bool due);
   void AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies);
-  void DrawCurves() const;
+  /// `running`: more is to come.
+  void DrawCurves(bool running);
+  /// What the progress line says beside the steps.
+  std::string ProgressNote() const;
   void Save(const std::string& name, bool with_optimizer);
   std::string StoredConfig() const;
   void Resume();
@@ -79,6 +86,9 @@ class Trainer {
   std::optional<MetricsLog> log_;
   std::chrono::steady_clock::time_point window_start_;  // the time of the last row of metrics
   double waited_ = 0.0;                                 // for data, until then
+  std::chrono::steady_clock::time_point drawn_;         // the time of the last curves
+  double shown_loss_ = kNotMeasured;                    // a running mean
+  double last_validation_ = kNotMeasured;
 };
 
 Trainer::Trainer(const TrainRequest& request)
@@ -136,6 +146,7 @@ void Trainer::Begin() {
   const bool changed = std::exchange(info_.config, StoredConfig()) != StoredConfig();
   if (info_.iteration == 0 || changed) Save("last.safetensors", true);
   log_->Write();
+  DrawCurves(true);
 }
 
 // best.safetensors is for inference: without the optimiser's state it is half the size.
@@ -159,6 +170,8 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
     throw Error("the loss is not finite at iteration " + std::to_string(iteration) + "; the last good checkpoint is " +
                 CheckpointPath("last.safetensors") + " (iteration " + std::to_string(info_.iteration) +
                 "). A smaller train.learning_rate may help");
+  constexpr double kWeight = 0.05;  // Of a step in the mean that is shown.
+  shown_loss_ = std::isnan(shown_loss_) ? joint.front() : shown_loss_ + kWeight * (joint.front() - shown_loss_);
   loss.total.backward();
   team_.SumGradients(learner_->network().parameters());
   if (train.clip_norm > 0) torch::nn::utils::clip_grad_norm_(learner_->network().parameters(), train.clip_norm);
@@ -180,10 +193,22 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   try {
     return RunSteps(stop);
   } catch (const GroupLost& lost) {
+    EndPage();
     // A step changes the network only after the last exchange, so what is here is that of a whole number of steps.
     Save("last.safetensors", true);
     throw Error(std::string(lost.what()) + "; training stopped at iteration " + std::to_string(info_.iteration) +
                 ", continue from " + CheckpointPath("last.safetensors") + " with --resume");
+  } catch (...) {
+    EndPage();
+    throw;
+  }
+}
+
+// A page that goes on to load itself would look like a training that goes on. What went wrong is said elsewhere.
+void Trainer::EndPage() noexcept {
+  try {
+    if (log_) log_->WriteReport(false);
+  } catch (const std::exception&) {
   }
 }
 
@@ -192,6 +217,7 @@ std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
   if (!due) return std::vector<double>(validation_->names().size(), kNotMeasured);
   auto accuracies = Validate();
   const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
+  last_validation_ = mean;
   // Where validation is saturated, the longer trained.
   if (mean >= info_.best_validation) {
     info_.best_validation = mean;
@@ -216,9 +242,18 @@ void Trainer::AppendRow(std::int64_t iteration, double data_wait_seconds, const 
   waited_ = data_wait_seconds;
 }
 
-void Trainer::DrawCurves() const {
+void Trainer::DrawCurves(bool running) {
   log_->Draw();
-  log_->WriteReport();
+  log_->WriteReport(running);
+  drawn_ = std::chrono::steady_clock::now();
+}
+
+std::string Trainer::ProgressNote() const {
+  std::string text = "loss " + Text("%.4g", shown_loss_);
+  if (info_.best_validation < 0.0) return text;
+  text += ", " + ValidationMeasure(validation_->names().front());
+  if (!std::isnan(last_validation_)) text += " " + Text("%.4f", last_validation_);
+  return text + " (best " + Text("%.4f", info_.best_validation) + ")";
 }
 
 void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
@@ -227,10 +262,12 @@ void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
   const bool last = done == train.iterations;
   const auto due = [&](std::int64_t every) { return done % every == 0 || last; };
   const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
-  if (due(train.log_every) || due(train.validate_every)) AppendRow(iteration, data_wait_seconds, accuracies);
+  const bool logs = due(train.log_every) || due(train.validate_every);
+  if (logs) AppendRow(iteration, data_wait_seconds, accuracies);
   if (due(train.checkpoint_every)) Save("last.safetensors", true);
   // The last are those of a finished run, also of one that was killed before it had drawn them.
-  if (due(train.validate_every) && !last) DrawCurves();
+  const bool old = std::chrono::steady_clock::now() - drawn_ > kCurveInterval;
+  if ((due(train.validate_every) || (logs && old)) && !last) DrawCurves(true);
 }
 
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
@@ -251,7 +288,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
     if (team_.Any(stop.load())) {
       Save("last.safetensors", true);
-      if (team_.main()) DrawCurves();
+      if (team_.main()) DrawCurves(false);
       LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume --output " +
                  folder_.path());
       return TrainOutcome::kStopped;
@@ -262,9 +299,9 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
     info_.iteration = iteration + 1;
     if (!team_.main()) continue;
     Report(iteration, items.wait_seconds());
-    progress->Advance();
+    progress->Advance(1, ProgressNote());
   }
-  if (team_.main()) DrawCurves();
+  if (team_.main()) DrawCurves(false);
   if (progress) progress->Finish();
   return TrainOutcome::kFinished;
 }

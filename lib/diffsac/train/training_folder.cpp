@@ -12,6 +12,7 @@
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/network/checkpoint_info.h"
+#include "diffsac/train/metrics_log.h"
 #include "diffsac/train/trainer.h"
 
 namespace diffsac {
@@ -33,6 +34,7 @@ constexpr std::array kFreeKeys = {"name", "train.log_every", "train.validate_eve
 constexpr std::array kLeft = {"checkpoints/best.safetensors",
                               "checkpoints/last.safetensors",
                               "metrics.csv",
+                              kEventFile,
                               "training_curve.png",
                               "training_curve.gp",
                               kReport};

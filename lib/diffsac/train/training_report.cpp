@@ -44,8 +44,14 @@ Table ValuesTable(const std::vector<std::string>& columns, const std::vector<std
 
 std::string TrainingReportHtml(const std::string& title, const std::vector<std::string>& columns,
                                const std::vector<std::string>& rows, const std::string& config,
-                               const std::string& curve_png) {
+                               const std::string& curve_png, bool running) {
+  constexpr int kReloadSeconds = 10;
   HtmlPage page(title);
+  if (running) {
+    page.AddReload(kReloadSeconds);
+    page.AddSubtitle("The training is running; this page loads itself again every " + std::to_string(kReloadSeconds) +
+                     " seconds.");
+  }
   if (rows.empty()) {
     page.AddSubtitle("Nothing measured yet.");
   } else {
@@ -54,10 +60,14 @@ std::string TrainingReportHtml(const std::string& title, const std::vector<std::
       page.AddSection("Curves");
       page.AddPicture(
           curve_png,
-          "Losses: means over the iterations between two lines of metrics.csv. Validation: higher is better.");
+          "Losses, on the left axis: means over the iterations between two lines of metrics.csv, lower is better. "
+          "Validation, on the right: on problems that are not trained on, higher is better.");
     }
     page.AddSection("Values");
-    page.AddTable(ValuesTable(columns, rows));
+    page.AddTable(
+        ValuesTable(columns, rows),
+        "data_wait_share: the part of the time that the training waited for data. First, smallest, largest and "
+        "last value of each column of metrics.csv; at iteration: of the last.");
   }
   page.AddSection("Configuration");
   page.AddMarkup("<pre>" + HtmlText(config) + "</pre>\n");

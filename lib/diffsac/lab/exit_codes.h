@@ -1,0 +1,15 @@
+#pragma once
+
+namespace diffsac {
+
+/// How the programs end (docs/reliability.md): done; bad input, data or files, which one line on stderr names; stopped
+/// by Ctrl-C or SIGTERM. diffsac_pair has 1 besides, for images without a model.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitBadInput = 2;
+inline constexpr int kExitInterrupted = 130;
+
+/// The same, for --help.
+inline constexpr const char* kExitCodesHelp =
+    "Exit status: 0 done; 2 bad input, data or files, named in one line on stderr; 130 stopped by Ctrl-C or SIGTERM.";
+
+}  // namespace diffsac
