@@ -50,14 +50,6 @@ std::string FolderName(const std::string& folder) {
   return (code ? fs::path(folder) : whole).filename().string();
 }
 
-namespace {
-
-bool IsCalibration(const Eigen::Matrix3d& K) {
-  return K.allFinite() && K(0, 0) > 0.0 && K(1, 1) > 0.0 && K.row(2) == Eigen::RowVector3d(0, 0, 1);
-}
-
-}  // namespace
-
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source) {
   const int frame = static_cast<int>(source->images.size() + source->left_out.size());
   try {

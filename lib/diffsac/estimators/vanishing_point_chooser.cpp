@@ -33,9 +33,9 @@ Eigen::VectorXd PoolLengths(const Eigen::VectorXd& weights) {
   return 2.5 * weights;
 }
 
-std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
-                                                           const std::vector<ModelParameters>& hypotheses, int most,
-                                                           double least) const {
+ChosenStructures VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                               const std::vector<ModelParameters>& hypotheses, int most,
+                                               double least) const {
   if (points.cols() != VanishingPoint::kDimension || weights.size() != points.rows()) return {};  // Of another task.
   std::vector<Eigen::Vector3d> solved;
   for (const ModelParameters& hypothesis : hypotheses)
@@ -43,19 +43,23 @@ std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& po
   const Eigen::VectorXd lengths = PoolLengths(weights);
   const VanishingPointPool pool = MakeVanishingPointPool(points, lengths, solved);
   if (pool.models.empty()) return {};
-  std::vector<Eigen::Vector3d> chosen;
+  ChosenStructures chosen;
+  std::vector<Eigen::Vector3d> models;
   const SetScorer::Set set(*scorer_, pool.features, pool.pairs);
   std::vector<std::uint8_t> taken(pool.models.size(), 0);
-  while (static_cast<int>(chosen.size()) < most && chosen.size() < pool.models.size()) {
+  while (static_cast<int>(models.size()) < most && models.size() < pool.models.size()) {
     const Eigen::VectorXf logits = set.Score(taken);
     int best = -1;
     for (int i = 0; i < static_cast<int>(taken.size()); ++i)
       if (taken[i] == 0 && (best < 0 || logits[i] > logits[best])) best = i;
-    if (!(1.0 / (1.0 + std::exp(-static_cast<double>(logits[best]))) >= least)) break;
+    const double value = 1.0 / (1.0 + std::exp(-static_cast<double>(logits[best])));
+    if (!(value >= least)) break;
     taken[best] = 1;
-    chosen.push_back(pool.models[best]);
+    models.push_back(pool.models[best]);
+    chosen.values.push_back(value);
   }
-  return RefineOnLongest(points, lengths, chosen);
+  chosen.models = RefineOnLongest(points, lengths, models);
+  return chosen;
 }
 
 void LoadChooser(StructureSearchOptions* options) {
