@@ -11,6 +11,7 @@
 #include "data_tools/image_format.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/calibration.h"
 
 namespace diffsac {
 namespace fs = std::filesystem;

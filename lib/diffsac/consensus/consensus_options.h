@@ -3,7 +3,6 @@
 #include "diffsac/consensus/score.h"
 #include "diffsac/consensus/stopping.h"
 #include "diffsac/core/options.h"
-#include "diffsac/geometry/focal.h"
 
 namespace diffsac {
 
@@ -89,7 +88,7 @@ struct ConsensusOptions {
   double camera_prior = 0.0;
   /// Where a focal length is estimated: the standard deviation of its logarithm before anything is seen, of images for
   /// which none is given (CameraHint::focal).
-  double focal_log_sigma = kFocalLogSigma;
+  double focal_log_sigma = 0.43;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
   /// An outlier's residual is uniform within ± this: what magsac, marginal_likelihood and gaussian_uniform_em reckon

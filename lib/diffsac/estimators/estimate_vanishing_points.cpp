@@ -11,7 +11,7 @@
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
 #include "diffsac/estimators/vanishing_point_chooser.h"
-#include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/tasks.h"
 
@@ -21,6 +21,9 @@ namespace {
 /// Horizons of two focal lengths are the same where they differ by less than this share of the image's width at its
 /// sides.
 constexpr double kSameHorizon = 0.01;
+
+/// Of log f before anything is seen.
+const double kFocalLogSigma = ConsensusOptions().focal_log_sigma;
 
 /// Networks stay loaded: a second call costs no file.
 void UseLoadedChooser(StructureSearchOptions* options) {

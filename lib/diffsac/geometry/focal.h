@@ -4,12 +4,6 @@
 
 namespace diffsac {
 
-/// Of cameras in general, in longer sides of the image: the middle of the central 68 % (.59 to 1.38, so that log f has
-/// a standard deviation of .43) of 14 + 16 e^(.8 n) mm, n normal, over 36 mm, by which Hold-Geoffroy and others ("A
-/// deep perceptual measure for lens and camera calibration", TPAMI 2023) draw the focal lengths of photographs.
-inline constexpr double kMedianFocal = 0.9;
-inline constexpr double kFocalLogSigma = 0.43;
-
 /// What is known of a focal length before any match is looked at: log-normal. Its median, in the unit of the points
 /// that it goes with, and the standard deviation of its logarithm (.1: about ten per cent).
 struct FocalPrior {

@@ -71,10 +71,6 @@ Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::
   return k2.inverse().transpose() * e * k1.inverse();
 }
 
-bool IsCalibration(const Eigen::Matrix3d& K) {
-  return K.allFinite() && K(0, 0) > 0.0 && K(1, 1) > 0.0 && K.row(2) == Eigen::RowVector3d(0, 0, 1);
-}
-
 PointMatrix NormalizedCoordinates(const PointMatrix& pixels, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2) {
   const Eigen::Matrix3d inverse1 = k1.inverse(), inverse2 = k2.inverse();
   PointMatrix out(pixels.rows(), 4);

@@ -25,9 +25,6 @@ Eigen::Matrix3d EssentialFromFundamental(const Eigen::Matrix3d& f, const Eigen::
 Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& e, const Eigen::Matrix3d& k1,
                                          const Eigen::Matrix3d& k2);
 
-/// Whether it is a calibration matrix: finite, positive focal lengths, last row 0 0 1.
-bool IsCalibration(const Eigen::Matrix3d& K);
-
 /// Correspondences in pixels to normalised coordinates, K⁻¹ (x, y, 1) in each image.
 PointMatrix NormalizedCoordinates(const PointMatrix& pixels, const Eigen::Matrix3d& k1, const Eigen::Matrix3d& k2);
 

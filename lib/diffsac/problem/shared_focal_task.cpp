@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/geometry/calibration.h"
+
 namespace diffsac {
 namespace {
 
