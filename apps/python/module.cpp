@@ -216,7 +216,8 @@ void DefineVanishingPoints(nb::module_* module) {
       "max_residual_deg"_a = VanishingPointOptions().max_residual_deg,
       "least_value"_a = VanishingPointOptions().least_value, "max_iterations"_a = 0, "use_network"_a = true,
       "models_folder"_a = nb::none(), "seed"_a = 0,
-      "The vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels; with the focal length\n"
+      "The vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels; with the focal "
+      "length\n"
       "where no K is given, and the horizon. It needs K or size (width, height).");
 }
 

@@ -212,7 +212,8 @@ struct VanishingPointOptions : EstimateOptions {
   void Check() const;
 };
 
-/// The vanishing points of one image, the surest first, and what they say of its camera.
+/// The vanishing points of one image, the surest first (without a network that of most length), and what they say of its
+/// camera.
 struct VanishingPointsEstimate {
   Status status = Status::kNoModel;         ///< kNoModel: nothing that a person would call one.
   std::vector<Eigen::Vector3d> points;      ///< Homogeneous pixels, of unit length.
@@ -224,7 +225,8 @@ struct VanishingPointsEstimate {
   std::optional<Eigen::Matrix3d> K = {};  ///< That was given, or of `focal`.
   /// Where no K was given: found from orthogonal directions. Absent where no two vanishing points determine it.
   std::optional<VanishingFocal> focal = {};
-  /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown.
+  /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown. Without K its `up`
+  /// is that of a usual camera.
   std::optional<Horizon> horizon = {};
   EstimateReport cost;  ///< Hypotheses, milliseconds.
   /// Whether there are vanishing points.

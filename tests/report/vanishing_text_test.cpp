@@ -59,6 +59,8 @@ TEST_CASE("the text says points, segments, focal length and horizon, as far as t
   CHECK_THAT(VanishingText(found), Contains("500 px, by EXIF data\n"));
   found.estimate.focal = VanishingFocal{500.0, 0.05, {0, 1}};
   CHECK_THAT(VanishingText(found), Contains("500 px (standard deviation 5 %), since 1 and 2 are orthogonal\n"));
+  found.estimate.values.clear();
+  CHECK_THAT(VanishingText(found), Contains("2 vanishing points, that of most length first") && !Contains("sure"));
   found.estimate = {};
   found.estimate.status = Status::kTooFewPoints;
   CHECK_THAT(VanishingText(found), Contains("no vanishing points: too_few_points\n") && !Contains("horizon"));

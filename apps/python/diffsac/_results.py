@@ -130,7 +130,7 @@ class Horizon:
     """The image of all horizontal directions, of a camera that is held about upright."""
 
     line: Floats  # (a, b, c): a x + b y + c = 0 in pixels, a² + b² = 1, b > 0.
-    up: Floats  # The upward direction in the camera's frame (x right, y down, z ahead).
+    up: Floats  # The upward direction in the camera's frame (x right, y down, z ahead); without K of a usual camera.
     tilt_deg: float  # By how much it falls to the right.
     pitch_deg: float  # How far the camera looks up.
     vertical: Optional[int]  # The vanishing point of vertical lines.

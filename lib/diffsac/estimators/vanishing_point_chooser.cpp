@@ -1,9 +1,12 @@
 #include "diffsac/estimators/vanishing_point_chooser.h"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <mutex>
+#include <string_view>
 
+#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/network/checkpoint_info.h"
@@ -14,6 +17,13 @@ namespace diffsac {
 namespace {
 
 constexpr const char* kMethod = "structure_chooser";
+
+/// Presets name it below `models/`, as configurations do, which have found it already.
+std::string PlaceOf(const std::string& file) {
+  constexpr std::string_view kModels = "models/";
+  const bool named = file.starts_with(kModels) && !std::filesystem::exists(file);
+  return named ? FindModel(file.substr(kModels.size())) : file;
+}
 
 std::shared_ptr<const SetScorer> LoadScorer(const std::string& file) {
   const TrainedConfig trained = ReadTrainedConfig(file, kMethod, Task::kVanishingPoint);
@@ -68,7 +78,7 @@ void LoadChooser(StructureSearchOptions* options) {
   static std::map<std::string, std::weak_ptr<const SetScorer>> loaded;
   const std::lock_guard lock(mutex);
   std::shared_ptr<const SetScorer> scorer = loaded[options->chooser].lock();
-  if (scorer == nullptr) loaded[options->chooser] = scorer = LoadScorer(options->chooser);
+  if (scorer == nullptr) loaded[options->chooser] = scorer = LoadScorer(PlaceOf(options->chooser));
   options->chosen_by = std::make_shared<VanishingPointChooser>(scorer);
 }
 

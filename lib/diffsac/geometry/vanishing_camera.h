@@ -28,9 +28,9 @@ struct VanishingFocal {
   std::vector<int> orthogonal;  ///< The two or three vanishing points whose directions it makes orthogonal, ascending.
 };
 /// By which angles between directions of vanishing points are off, as found, in degrees: a standard deviation.
-inline constexpr double kAngleSigmaDeg = 1.5;
+inline constexpr double kAngleSigmaDeg = 2.0;
 /// A focal length that is less sure is not determined: vanishing points near infinity say nothing of it.
-inline constexpr double kMostFocalLogSigma = 0.15;
+inline constexpr double kMostFocalLogSigma = 0.2;
 
 /// The focal length that makes most of the sure vanishing points orthogonal to each other: of those that two of them
 /// say (FocalOfOrthogonal), the one of the greatest sum of the weights of orthogonal pairs, times the prior's density;

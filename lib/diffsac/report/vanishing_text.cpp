@@ -150,8 +150,9 @@ std::string VanishingText(const VanishingImage& found) {
       Format("milliseconds: segments %.3g, estimate %.3g\n", found.ms_segments, estimate.cost.ms_total);
   if (!estimate.ok()) return text + "no vanishing points: " + std::string(ToString(estimate.status)) + "\n" + times;
   const std::vector<int> counts = SegmentCounts(estimate);
+  const char* order = estimate.values.empty() ? "that of most length" : "the surest";
   text += estimate.points.size() == 1 ? "one vanishing point\n"
-                                      : Format("%zu vanishing points, the surest first\n", estimate.points.size());
+                                      : Format("%zu vanishing points, %s first\n", estimate.points.size(), order);
   for (std::size_t k = 0; k < estimate.points.size(); ++k) text += PointText(found, k, counts[k]);
   return text + FocalText(found) + HorizonText(found) + times;
 }
