@@ -212,8 +212,8 @@ struct VanishingPointOptions : EstimateOptions {
   void Check() const;
 };
 
-/// The vanishing points of one image, the surest first (without a network that of most length), and what they say of its
-/// camera.
+/// The vanishing points of one image, the surest first (without a network that of most length), and what they say of
+/// its camera.
 struct VanishingPointsEstimate {
   Status status = Status::kNoModel;         ///< kNoModel: nothing that a person would call one.
   std::vector<Eigen::Vector3d> points;      ///< Homogeneous pixels, of unit length.
@@ -225,16 +225,16 @@ struct VanishingPointsEstimate {
   std::optional<Eigen::Matrix3d> K = {};  ///< That was given, or of `focal`.
   /// Where no K was given: found from orthogonal directions. Absent where no two vanishing points determine it.
   std::optional<VanishingFocal> focal = {};
-  /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown. Without K its `up`
-  /// is that of a usual camera.
+  /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown. Without K its
+  /// `up` is that of a usual camera.
   std::optional<Horizon> horizon = {};
   EstimateReport cost;  ///< Hypotheses, milliseconds.
   /// Whether there are vanishing points.
   bool ok() const { return status == Status::kOk; }
 };
 
-/// Vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels. Long ones count more. Chosen by
-/// a network that learned from people's labels (docs/vanishing_points.md).
+/// Vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels. Long ones count more. Chosen
+/// by a network that learned from people's labels (docs/vanishing_points.md).
 VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
                                                 const VanishingPointOptions& options);
 

@@ -12,15 +12,15 @@ namespace diffsac::testing {
 /// pixels. Angles in radians.
 struct RoomSegments {
   Eigen::Matrix3d K{{520.0, 0.0, 319.5}, {0.0, 520.0, 239.5}, {0.0, 0.0, 1.0}};
-  Eigen::Matrix3d rotation;               ///< World-to-camera; the world's y axis points down.
-  PointMatrix segments;                   ///< N × 4, pixels.
-  std::vector<std::int32_t> directions;   ///< N values: the axis of each, 3 for none.
+  Eigen::Matrix3d rotation;              ///< World-to-camera; the world's y axis points down.
+  PointMatrix segments;                  ///< N × 4, pixels.
+  std::vector<std::int32_t> directions;  ///< N values: the axis of each, 3 for none.
   Eigen::Vector3d Point(int axis) const { return K * rotation.col(axis); }
 
   /// count: of each axis. noise_px: of each coordinate of the ends. others: segments of any direction.
   RoomSegments(double turn, double pitch, double roll, int count, double noise_px, int others, Rng rng) {
-    rotation = (Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-pitch, Eigen::Vector3d::UnitX()) *
-                Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()))
+    rotation = (Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(-pitch, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()))
                    .toRotationMatrix();
     segments.resize(3 * count + others, 4);
     int row = 0;

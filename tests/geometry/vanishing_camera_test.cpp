@@ -134,8 +134,8 @@ TEST_CASE("the vertical direction alone says the horizon, another one alone does
 
 TEST_CASE("directions look ahead, those across it up") {
   const Eigen::Matrix3d K = Room(0, 0, 0).K;
-  CHECK((DirectionOf(-3.0 * (K * Eigen::Vector3d(0.1, 0.2, 1.0)), K) - Eigen::Vector3d(0.1, 0.2, 1.0).normalized()).norm() <
-        1e-12);
+  CHECK((DirectionOf(-3.0 * (K * Eigen::Vector3d(0.1, 0.2, 1.0)), K) - Eigen::Vector3d(0.1, 0.2, 1.0).normalized())
+            .norm() < 1e-12);
   CHECK((DirectionOf(K * Eigen::Vector3d(0.0, 1.0, 0.0), K) - Eigen::Vector3d(0.0, -1.0, 0.0)).norm() < 1e-12);
 }
 

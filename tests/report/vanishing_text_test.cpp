@@ -41,17 +41,21 @@ TEST_CASE("a vanishing point is where it is, or at infinity along a direction to
   CHECK(PlaceText({600.0, -400.0, 2.0}, kSize) == "(300.0, -200.0)");
   CHECK(PlaceText({0.0, -1.0, 0.0}, kSize) == "at infinity along (0.00, 1.00)");
   CHECK(PlaceText({-0.8, 0.6, 0.0}, kSize) == "at infinity along (0.80, -0.60)");
+  CHECK(PlaceText({-0.004, -1.0, 0.0}, kSize) == "at infinity along (0.00, 1.00)");
+  CHECK(PlaceText({-1.0, 0.004, 0.0}, kSize) == "at infinity along (1.00, 0.00)");
   CHECK(PlaceText({319.5, 1e6, 1.0}, kSize) == "at infinity along (0.00, 1.00)");
 }
 
 TEST_CASE("the text says points, segments, focal length and horizon, as far as they are known") {
   VanishingImage found = Found();
-  CHECK_THAT(VanishingText(found), Contains("hall: 640 x 480 pixels, 3 segments\n") &&
-                                       Contains("2 vanishing points, the surest first\n") &&
-                                       Contains("(300.0, 200.0)") && Contains("2 segments  sure 0.91") &&
-                                       Contains("at infinity along (0.00, 1.00)") && !Contains("direction (") &&
-                                       Contains("focal length: not determined") &&
-                                       Contains("horizon: row 200.1 in the middle, rises to the right by 5.71 degrees\n"));
+  CHECK_THAT(VanishingText(found),
+             Contains("hall: 640 x 480 pixels, 3 segments\n") && Contains("2 vanishing points, the surest first\n") &&
+                 Contains("(300.0, 200.0)") && Contains("2 segments  sure 0.91") &&
+                 Contains("at infinity along (0.00, 1.00)") && !Contains("direction (") &&
+                 Contains("focal length: not determined") &&
+                 Contains("horizon: row 200.1 in the middle, rises to the right by 5.71 degrees\n"));
+  found.estimate.horizon->line = {0.0, 1.0, -100.0};
+  CHECK_THAT(VanishingText(found), Contains("horizon: row 100.0 in the middle, level\n"));
   AddCamera(&found);
   CHECK_THAT(VanishingText(found), Contains("direction (") && Contains("focal length: 500 px, as given\n") &&
                                        Contains("the camera looks up by 0.0 degrees"));

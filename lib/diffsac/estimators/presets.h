@@ -41,10 +41,10 @@ DiffsacOptions LearnedProsac(Task task);
 /// while chance would not give them. Vanishing points: VanishingPoints with the network for a known K.
 ClassicalOptions SeveralStructures(Task task);
 
-/// Vanishing points of 1500 samples drawn by the segments' lengths, chosen one after the other by a network that learned
-/// from people's labels, while it is surer than .35 (docs/vanishing_points.md). chooser: its file (ChooserFile below a
-/// folder of models). Empty: without a network, of 1000 samples the points of most length, while chance would not give
-/// them.
+/// Vanishing points of 1500 samples drawn by the segments' lengths, chosen one after the other by a network that
+/// learned from people's labels, while it is surer than .35 (docs/vanishing_points.md). chooser: its file (ChooserFile
+/// below a folder of models). Empty: without a network, of 1000 samples the points of most length, while chance would
+/// not give them.
 ClassicalOptions VanishingPoints(const std::string& chooser);
 
 /// The paper's estimator: the top-γ points of each of κ = 20 denoised confidence vectors, inlier count, one refit.

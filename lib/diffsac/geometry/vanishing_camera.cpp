@@ -102,8 +102,8 @@ class OrthogonalPairs {
     if (!(log_sigma <= kMostFocalLogSigma)) return;
     double weight = 0.0;
     for (const int place : places) weight += weights_[static_cast<std::size_t>(place)];
-    const bool better = places.size() != best->orthogonal.size() ? places.size() > best->orthogonal.size()
-                                                                 : weight > *heaviest;
+    const bool better =
+        places.size() != best->orthogonal.size() ? places.size() > best->orthogonal.size() : weight > *heaviest;
     if (!better) return;
     *heaviest = weight;
     best->log_sigma = log_sigma;
@@ -209,8 +209,8 @@ std::optional<Horizon> HorizonOf(const std::vector<Eigen::Vector3d>& points, con
   const std::vector<Eigen::Vector3d> directions = DirectionsOf(points, K);
   Horizon horizon;
   horizon.vertical = VerticalOf(directions, weights);
-  const Eigen::Vector3d first = horizon.vertical >= 0 ? directions[static_cast<std::size_t>(horizon.vertical)]
-                                                      : NormalOfTwo(directions, weights);
+  const Eigen::Vector3d first =
+      horizon.vertical >= 0 ? directions[static_cast<std::size_t>(horizon.vertical)] : NormalOfTwo(directions, weights);
   if (first.isZero()) return std::nullopt;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (std::abs(directions[i].dot(first)) < kOrthogonalSine) horizon.horizontal.push_back(static_cast<int>(i));

@@ -50,10 +50,13 @@ std::string HorizonText(const VanishingImage& found) {
   if (!found.estimate.horizon) return "horizon: not determined\n";
   const Horizon& horizon = *found.estimate.horizon;
   const double tilt = horizon.TiltDeg(), pitch = horizon.PitchDeg();
-  std::string text = Format("horizon: row %.1f in the middle, %s to the right by %.2f degrees",
-                            horizon.RowAt(0.5 * (found.image.size.width - 1)), tilt < 0.0 ? "rises" : "falls",
-                            std::abs(tilt));
-  if (found.estimate.K) text += Format("; the camera looks %s by %.1f degrees", pitch < 0.0 ? "down" : "up", std::abs(pitch));
+  std::string text = Format("horizon: row %.1f in the middle, ", horizon.RowAt(0.5 * (found.image.size.width - 1)));
+  if (std::abs(tilt) < 0.005)
+    text += "level";
+  else
+    text += Format("%s to the right by %.2f degrees", tilt < 0.0 ? "rises" : "falls", std::abs(tilt));
+  if (found.estimate.K)
+    text += Format("; the camera looks %s by %.1f degrees", pitch < 0.0 ? "down" : "up", std::abs(pitch));
   return text + "\n";
 }
 
@@ -129,8 +132,11 @@ std::string PlaceText(const Eigen::Vector3d& point, const ImageSize& size) {
   if (away.norm() < kInfinity * std::max(size.width, size.height) * std::abs(point[2]))
     return Format("(%.1f, %.1f)", point[0] / point[2], point[1] / point[2]);
   Eigen::Vector2d along = away.normalized();
-  // Of a line's two directions the one to the right, or down.
-  if (along[0] < -1e-9 || (along[0] < 1e-9 && along[1] < 0.0)) along = -along;
+  // Of a line's two directions the one to the right, or down; no "-0.00".
+  constexpr double kShown = 0.005;
+  if (std::abs(along[0]) < kShown) along[0] = 0.0;
+  if (std::abs(along[1]) < kShown) along[1] = 0.0;
+  if (along[0] < 0.0 || (along[0] == 0.0 && along[1] < 0.0)) along = -along;
   return Format("at infinity along (%.2f, %.2f)", along[0], along[1]);
 }
 

@@ -101,8 +101,7 @@ void Points() {
 // Segments of the three directions of a room.
 void VanishingPoints() {
   const Scene scene = MakeScene(false);
-  const Eigen::Matrix3d room =
-      Eigen::AngleAxisd(0.6, Eigen::Vector3d(-0.2, 1.0, 0.05).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d room = Eigen::AngleAxisd(0.6, Eigen::Vector3d(-0.2, 1.0, 0.05).normalized()).toRotationMatrix();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   Eigen::Matrix<double, Eigen::Dynamic, 4> segments(90, 4);
