@@ -22,7 +22,7 @@ VanishingImage Found() {
   estimate.values = {0.91, 0.5};
   estimate.assignment = {1, 0, 1};
   Horizon& horizon = estimate.horizon.emplace();
-  horizon.line = Eigen::Vector3d(0.1, 1.0, -232.0) / std::sqrt(1.01);
+  horizon.line = Eigen::Vector3d(0.1, 1.0, -232.05) / std::sqrt(1.01);
   horizon.up = {0.0, -1.0, 0.0};
   horizon.vertical = 1;
   horizon.horizontal = {0};

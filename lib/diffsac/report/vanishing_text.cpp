@@ -136,7 +136,8 @@ std::string PlaceText(const Eigen::Vector3d& point, const ImageSize& size) {
   constexpr double kShown = 0.005;
   if (std::abs(along[0]) < kShown) along[0] = 0.0;
   if (std::abs(along[1]) < kShown) along[1] = 0.0;
-  if (along[0] < 0.0 || (along[0] == 0.0 && along[1] < 0.0)) along = -along;
+  const bool back = along[0] < 0.0 || (along[0] == 0.0 && along[1] < 0.0);
+  along = (back ? -1.0 : 1.0) * along + Eigen::Vector2d::Zero();
   return Format("at infinity along (%.2f, %.2f)", along[0], along[1]);
 }
 
