@@ -22,4 +22,4 @@ include(CPack)
 
 add_custom_target(packages COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
   WORKING_DIRECTORY ${PROJECT_BINARY_DIR} COMMENT "Packing" VERBATIM)
-add_dependencies(packages diffsac_pair_program diffsac_prepare_program diffsac_estimators)
+add_dependencies(packages diffsac_pair_program diffsac_vanish_program diffsac_prepare_program diffsac_estimators)

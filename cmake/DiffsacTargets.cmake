@@ -5,8 +5,10 @@ set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
   set(DIFFSAC_LAB_ROOMS lab io generators datasets baselines denoiser distributed networks eval report train)
 endif()
-# The networks that the functions of diffsac.h draw by (ModelFile): of the installation and of the Python package.
-set(DIFFSAC_NETWORKS essential fundamental homography without_ratio_essential without_ratio_fundamental)
+# The networks that the functions of diffsac.h draw and choose by (ModelFile, ChooserFile): of the installation and of the
+# Python package.
+set(DIFFSAC_NETWORKS essential fundamental homography without_ratio_essential without_ratio_fundamental
+  vanishing_point_chooser vanishing_point_chooser_uncalibrated)
 
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder but these. Looked up at each build, so that a new file
 # needs no entry anywhere.

@@ -49,14 +49,14 @@ void RequireImage(const std::string& path) {
   if (!cv::haveImageReader(path)) throw Error(path + ": not an image, or truncated");
 }
 
-// Calibrations refer to the pixels as stored, so the orientation flag is ignored.
-cv::Mat ReadGrayImage(const std::string& path) {
+cv::Mat ReadGrayImage(const std::string& path, Orientation orientation) {
   RequireImage(path);
   // First, for libjpeg would say a line of its own about it.
   if (IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
   cv::Mat image;
   try {
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    const bool stored = orientation == Orientation::kAsStored;
+    image = cv::imread(path, cv::IMREAD_GRAYSCALE | (stored ? cv::IMREAD_IGNORE_ORIENTATION : 0));
   } catch (const cv::Exception& e) {
     throw Error(path + ": cannot be read as an image: " + e.err);
   }

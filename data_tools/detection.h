@@ -26,9 +26,15 @@ struct Detection {
 
 /// Throws Error naming the path where there is no file, or one that does not begin as an image does. Takes no time.
 void RequireImage(const std::string& path);
-/// The grey values of a file as they are stored: calibrations refer to those, so the orientation flag is ignored.
-/// Throws Error naming the file.
-cv::Mat ReadGrayImage(const std::string& path);
+
+/// Which way up an image is read.
+enum class Orientation {
+  kAsStored,  ///< What calibrations refer to: the orientation flag of its EXIF data is ignored.
+  kUpright,   ///< As viewers show it, by that flag.
+};
+
+/// The grey values of a file. Throws Error naming the file.
+cv::Mat ReadGrayImage(const std::string& path, Orientation orientation = Orientation::kAsStored);
 cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options);
 Detection Detect(const std::string& path, const FeatureOptions& options);
 /// One row of descriptors to bytes. OpenCV rounds SIFT's values to whole numbers up to 255, whatever it stores them in.

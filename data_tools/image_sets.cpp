@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "data_tools/image_format.h"
-#include "data_tools/prepare_segments.h"
 #include "data_tools/warp_images.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
@@ -101,9 +100,7 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("warp_tilt", warp_tilt, Within(0, 89)).Help("of these views, degrees: the least and the greatest");
   b.Require(warp_tilt.size() == 2 && warp_tilt[0] <= warp_tilt[1], "warp_tilt", "two numbers, the smaller first");
   b.Field("warp_photograph", warp_photograph).Help("with a camera's blur, noise, tones and JPEG");
-  std::vector<std::string> formats = Registry<ImageFormat>::Instance().Names();
-  formats.insert(formats.end(), std::begin(kSegmentBenchmarks), std::end(kSegmentBenchmarks));
-  b.Choice("format", pairs.format, formats);
+  b.Choice("format", pairs.format, Registry<ImageFormat>::Instance().Names());
   b.Field("scene", pairs.scene).Help("replaces the name of a single scene");
   b.Field("sequence", pairs.sequence).Help("of KITTI");
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
@@ -162,14 +159,6 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
       continue;
     }
     ++made;
-    if (IsSegmentBenchmark(set.pairs.format)) {
-      SegmentsRequest segments;
-      segments.format = set.pairs.format;
-      segments.input = files.input;
-      segments.output = set.output;
-      if (!PrepareSegments(segments, stop)) return false;
-      continue;
-    }
     PairsRequest pairs = set.pairs;
     pairs.input = files.input;
     pairs.output = set.output;

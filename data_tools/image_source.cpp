@@ -11,6 +11,7 @@
 #include "data_tools/image_format.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/calibration.h"
 
 namespace diffsac {
 namespace fs = std::filesystem;
@@ -49,14 +50,6 @@ std::string FolderName(const std::string& folder) {
   const fs::path whole = fs::weakly_canonical(folder, code);
   return (code ? fs::path(folder) : whole).filename().string();
 }
-
-namespace {
-
-bool IsCalibration(const Eigen::Matrix3d& K) {
-  return K.allFinite() && K(0, 0) > 0.0 && K(1, 1) > 0.0 && K.row(2) == Eigen::RowVector3d(0, 0, 1);
-}
-
-}  // namespace
 
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source) {
   const int frame = static_cast<int>(source->images.size() + source->left_out.size());

@@ -5,13 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "data_tools/detection.h"
 #include "data_tools/image_source.h"
-#include "diffsac/core/files.h"
+#include "data_tools/picture.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/pair_truth.h"
 
@@ -45,17 +44,9 @@ std::string FindImage(const std::string& folder, const std::string& name) {
   throw Error(folder + ": there is no image " + name);
 }
 
-// The image in grey, a little lighter, so that colours stand out.
-cv::Mat LightImage(const std::string& path) {
-  cv::Mat gray = ReadGrayImage(path), light, color;
-  gray.convertTo(light, CV_8U, 0.7, 60.0);
-  cv::cvtColor(light, color, cv::COLOR_GRAY2BGR);
-  return color;
-}
-
 // Or white.
 cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
-  if (!images.empty()) return LightImage(FindImage(images, name));
+  if (!images.empty()) return LightImage(ReadGrayImage(FindImage(images, name)));
   if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
   return {size.height, size.width, CV_8UC3, kWhite};
 }
@@ -156,15 +147,6 @@ void DrawLegend(const Example& pair, const PictureCounts& counts, double thresho
   canvas->Legend(pair.id, kWhite);
 }
 
-void WritePicture(const Canvas& canvas, const std::string& path) {
-  const std::string extension = fs::path(path).extension().string();
-  if (extension.empty() || !cv::haveImageWriter(path))
-    throw Error(path + ": expected a name that ends in .png, .jpg or another format of pictures");
-  std::vector<unsigned char> encoded;
-  cv::imencode(extension, canvas.image(), encoded);
-  WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
-}
-
 }  // namespace
 
 PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
@@ -179,7 +161,7 @@ PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::s
   for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier})
     Draw(pair.problem.points, kinds, kind, kMaxLines, &canvas);
   DrawLegend(pair, counts, threshold_px, &canvas);
-  WritePicture(canvas, path);
+  WritePicture(canvas.image(), path);
   return counts;
 }
 
@@ -189,14 +171,14 @@ void DrawInliers(const std::string& image1, const std::string& image2, const Poi
   for (std::size_t i = 0; i < std::min(kinds.size(), inliers.size()); ++i)
     if (inliers[i] != 0) kinds[i] = Kind::kInlier;
   const auto count = static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), Kind::kInlier));
-  Canvas canvas(LightImage(image1), LightImage(image2));
+  Canvas canvas(LightImage(ReadGrayImage(image1)), LightImage(ReadGrayImage(image2)));
   Draw(points, kinds, Kind::kOutlier, 0, &canvas);
   Draw(points, kinds, Kind::kInlier, kMaxLines, &canvas);
   const std::string lines = count > kMaxLines ? " (lines: " + std::to_string(kMaxLines) + " of them)" : "";
   canvas.Legend(std::to_string(count) + " inliers" + lines, kInlier);
   canvas.Legend(std::to_string(kinds.size() - count) + " other matches", kOutlier);
   canvas.Legend(caption, kWhite);
-  WritePicture(canvas, path);
+  WritePicture(canvas.image(), path);
 }
 
 }  // namespace diffsac

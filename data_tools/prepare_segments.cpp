@@ -9,6 +9,7 @@
 
 #include "data_tools/detection.h"
 #include "data_tools/exif_focal.h"
+#include "data_tools/image_format.h"
 #include "data_tools/segment_benchmarks.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
@@ -22,13 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ImageSegments ReadPhotograph(const std::string& path, const SegmentsRequest& request) {
-  ImageSegments image = DetectSegments(path, request.max_image_size);
-  if (const auto camera = CameraOf(request.calibration)) {
-    image.K = camera->K;
-  } else if (const auto focal = ExifFocalPx(path, image.size)) {
-    image.K = CentredCamera(*focal, image.size);
-  }
+ImageSegments SegmentsOf(const std::string& path, const SegmentsRequest& request) {
+  const Photograph photograph = ReadPhotograph(path, request.calibration);
+  ImageSegments image = DetectSegments(photograph.gray, request.max_image_size);
+  image.name = ImageName(path);
+  image.K = photograph.K;
   return image;
 }
 
@@ -41,7 +40,7 @@ std::vector<ImageSegments> ReadPhotographs(const SegmentsRequest& request, const
   ParallelFor(static_cast<std::int64_t>(paths.size()), request.threads, [&](std::int64_t i) {
     if (stop) return;
     try {
-      images[i] = ReadPhotograph(paths[i], request);
+      images[i] = SegmentsOf(paths[i], request);
     } catch (const Error& error) {
       problems[i] = error.what();
     }
@@ -58,13 +57,22 @@ std::vector<ImageSegments> ReadPhotographs(const SegmentsRequest& request, const
   return good;
 }
 
-std::vector<SegmentScene> ReadScenes(const SegmentsRequest& request, const std::atomic<bool>& stop) {
-  if (request.format == "nyu_vp") return ReadNyuVp(request.input);
-  if (request.format == "yud_plus") return ReadYudPlus(request.input);
+std::string SceneOfPhotographs(const SegmentsRequest& request) {
+  if (!request.scene.empty()) return request.scene;
   const fs::path input(request.input);
   const std::string folder = fs::is_directory(input) ? request.input : input.parent_path().string();
-  std::string name = request.scene.empty() ? FolderName(folder.empty() ? "." : folder) : request.scene;
-  return {{std::move(name), ReadPhotographs(request, stop)}};
+  return FolderName(folder.empty() ? "." : folder);
+}
+
+std::string FileOf(const SegmentsRequest& request, const std::string& scene) {
+  return (fs::path(request.output) / scene / kSegmentsFile).string();
+}
+
+bool IsDone(const SegmentsRequest& request, const std::string& scene) {
+  const std::string path = FileOf(request, scene);
+  if (request.overwrite || !fs::exists(path)) return false;
+  LogInfo(path + " is there already (--overwrite makes it again)");
+  return true;
 }
 
 void Say(const SegmentScene& scene, const std::string& path) {
@@ -78,23 +86,25 @@ void Say(const SegmentScene& scene, const std::string& path) {
   std::cout << std::endl;
 }
 
-}  // namespace
-
-bool IsSegmentBenchmark(const std::string& format) {
-  return std::find(std::begin(kSegmentBenchmarks), std::end(kSegmentBenchmarks), format) !=
-         std::end(kSegmentBenchmarks);
+void Write(const SegmentsRequest& request, const SegmentScene& scene) {
+  if (scene.images.empty()) throw Error(request.input + ": no image could be read");
+  const std::string path = FileOf(request, scene.name);
+  MakeWritableFolder(fs::path(path).parent_path().string());
+  WriteSegments(path, scene.images);
+  Say(scene, path);
 }
 
-ImageSegments DetectSegments(const std::string& path, int max_image_size) {
-  cv::Mat gray = ReadGrayImage(path);
+}  // namespace
+
+ImageSegments DetectSegments(const cv::Mat& gray, int max_image_size) {
   ImageSegments image;
-  image.name = ImageName(path);
   image.size = {gray.cols, gray.rows};
   const double scale =
       max_image_size > 0 ? std::max(1.0, double(std::max(gray.cols, gray.rows)) / max_image_size) : 1.0;
-  if (scale > 1.0) cv::resize(gray, gray, {}, 1.0 / scale, 1.0 / scale, cv::INTER_AREA);
+  cv::Mat reduced = gray;
+  if (scale > 1.0) cv::resize(gray, reduced, {}, 1.0 / scale, 1.0 / scale, cv::INTER_AREA);
   std::vector<cv::Vec4f> found;
-  cv::createLineSegmentDetector()->detect(gray, found);
+  cv::createLineSegmentDetector()->detect(reduced, found);
   std::stable_sort(found.begin(), found.end(), [](const cv::Vec4f& a, const cv::Vec4f& b) {
     return std::hypot(a[2] - a[0], a[3] - a[1]) > std::hypot(b[2] - b[0], b[3] - b[1]);
   });
@@ -105,22 +115,58 @@ ImageSegments DetectSegments(const std::string& path, int max_image_size) {
   return image;
 }
 
+Photograph ReadPhotograph(const std::string& path, const GivenCalibration& calibration) {
+  const bool focal_alone = calibration.file.empty() && calibration.focal > 0.0 && calibration.center.empty();
+  const std::optional<LensCamera> camera = focal_alone ? std::nullopt : CameraOf(calibration);
+  Photograph photograph;
+  photograph.gray = ReadGrayImage(path, camera ? Orientation::kAsStored : Orientation::kUpright);
+  const ImageSize size{photograph.gray.cols, photograph.gray.rows};
+  if (camera) {
+    photograph.K = camera->K;
+  } else if (focal_alone) {
+    photograph.K = CentredCamera(calibration.focal, size);
+  } else if (const auto focal = ExifFocalPx(path, size)) {
+    photograph.K = CentredCamera(*focal, size);
+    photograph.exif = true;
+  }
+  return photograph;
+}
+
 bool PrepareSegments(const SegmentsRequest& request, const std::atomic<bool>& stop) {
   if (!fs::exists(request.input)) throw Error("--input " + request.input + ": there is no such folder or file");
-  for (const SegmentScene& scene : ReadScenes(request, stop)) {
+  if (request.format == "images") {
+    const std::string name = SceneOfPhotographs(request);
+    if (IsDone(request, name)) return true;
+    const SegmentScene scene{name, ReadPhotographs(request, stop)};
     if (stop) return false;
-    if (scene.images.empty()) throw Error(request.input + ": no image could be read");
-    const std::string folder = (fs::path(request.output) / scene.name).string();
-    const std::string path = (fs::path(folder) / kSegmentsFile).string();
-    if (fs::exists(path) && !request.overwrite) {
-      LogInfo(path + " is there already (--overwrite makes it again)");
-      continue;
-    }
-    MakeWritableFolder(folder);
-    WriteSegments(path, scene.images);
-    Say(scene, path);
+    Write(request, scene);
+    return true;
+  }
+  for (const SegmentScene& scene : request.format == "nyu_vp" ? ReadNyuVp(request.input) : ReadYudPlus(request.input)) {
+    if (stop) return false;
+    if (!IsDone(request, scene.name)) Write(request, scene);
   }
   return true;
 }
+
+namespace {
+
+/// The benchmarks as image sets, beside those of pairs.
+PrepareResult PrepareBenchmark(const PairsRequest& pairs, const std::atomic<bool>& stop) {
+  if (!pairs.scene.empty()) throw Error("--scene is not for " + pairs.format);
+  SegmentsRequest request;
+  request.format = pairs.format;
+  request.input = pairs.input;
+  request.output = pairs.output;
+  request.overwrite = pairs.options.overwrite;
+  PrepareResult result;
+  result.finished = PrepareSegments(request, stop);
+  return result;
+}
+
+const Registered<ImageFormat> kNyuVp("nyu_vp", {.write = PrepareBenchmark});
+const Registered<ImageFormat> kYudPlus("yud_plus", {.write = PrepareBenchmark});
+
+}  // namespace
 
 }  // namespace diffsac

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "data_tools/image_source.h"
 #include "diffsac/io/segment_files.h"
@@ -23,14 +24,24 @@ struct SegmentsRequest {
   int threads = 0;
 };
 
-/// Benchmarks whose segments come with them.
-inline constexpr const char* kSegmentBenchmarks[] = {"nyu_vp", "yud_plus"};
-bool IsSegmentBenchmark(const std::string& format);
+/// The segments that the detector finds in a grey image, in its pixels, longest first; larger images are reduced to
+/// this longer side before, 0: never.
+ImageSegments DetectSegments(const cv::Mat& gray, int max_image_size);
 
-/// The segments that the detector finds, in pixels of the file, longest first. Throws Error naming the file.
-ImageSegments DetectSegments(const std::string& path, int max_image_size);
+/// A photograph whose segments are looked for.
+struct Photograph {
+  cv::Mat gray;
+  /// As given, which is of the image as it is stored, or else EXIF's focal length about the middle; nothing where there
+  /// is neither. A focal length that is given without a principal point is about the middle, too.
+  std::optional<Eigen::Matrix3d> K;
+  bool exif = false;  ///< K is by EXIF's focal length.
+};
 
-/// Prints a line a scene. False when it was stopped. Throws Error.
+/// Without a calibration the image is upright (Orientation::kUpright). Throws Error naming the file.
+Photograph ReadPhotograph(const std::string& path, const GivenCalibration& calibration);
+
+/// Prints a line a scene. A file that is there already stays, before anything is detected. False when it was stopped.
+/// Throws Error.
 bool PrepareSegments(const SegmentsRequest& request, const std::atomic<bool>& stop);
 
 }  // namespace diffsac

@@ -60,8 +60,6 @@ Eigen::VectorXd Ratios(const OptionalArray& ratio, Eigen::Index points) {
   return Eigen::Map<const Eigen::VectorXd>(NumbersOf(*ratio, "ratio", {points}).data(), points);
 }
 
-ImageSize SizeOf(const OptionalSize& size) { return size ? ImageSize{size->first, size->second} : ImageSize{}; }
-
 std::string& PackagedModels() {
   static std::string folder;
   return folder;
@@ -77,7 +75,13 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> Points3(const ArrayLike& array, const c
   return Rows<3>(array, name, kAny);
 }
 
+Eigen::Matrix<double, Eigen::Dynamic, 4> Points4(const ArrayLike& array, const char* name) {
+  return Rows<4>(array, name, kAny);
+}
+
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name) { return Rows<3>(array, name, 3); }
+
+ImageSize SizeOf(const OptionalSize& size) { return size ? ImageSize{size->first, size->second} : ImageSize{}; }
 
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
                   const OptionalSize& size2, const OptionalArray& similarities) {

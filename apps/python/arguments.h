@@ -35,6 +35,7 @@ using OptionalPath = std::optional<std::filesystem::path>;
 
 Eigen::Matrix<double, Eigen::Dynamic, 2> Points2(const ArrayLike& array, const char* name);
 Eigen::Matrix<double, Eigen::Dynamic, 3> Points3(const ArrayLike& array, const char* name);
+Eigen::Matrix<double, Eigen::Dynamic, 4> Points4(const ArrayLike& array, const char* name);
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name);
 
 /// `x1`, `x2`: N × 2; `ratio`: N.
@@ -45,6 +46,8 @@ ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, 
 
 /// Models are those of this folder where neither the caller nor $DIFFSAC_MODELS says another.
 void SetPackagedModels(const std::filesystem::path& folder);
+/// Unknown where there is none.
+ImageSize SizeOf(const OptionalSize& size);
 /// EstimateOptions::models_folder.
 std::string ModelsFolder(const OptionalPath& given);
 

@@ -195,6 +195,32 @@ void DefineOthers(nb::module_* module) {
   DefinePoints(module, "estimate_planes", "Several planes in the same points.", &Points3, &EstimatePlanes);
 }
 
+void DefineVanishingPoints(nb::module_* module) {
+  module->def(
+      "estimate_vanishing_points",
+      [](const ArrayLike& segments, const OptionalArray& K, const OptionalSize& size, double max_residual_deg,
+         double least_value, int max_iterations, bool use_network, const OptionalPath& models_folder,
+         std::uint64_t seed) {
+        const auto rows = Points4(segments, "segments");
+        VanishingPointOptions options;
+        if (K) options.K = Matrix3(*K, "K");
+        options.size = SizeOf(size);
+        options.max_residual_deg = max_residual_deg;
+        options.least_value = least_value;
+        Set(max_iterations, seed, &options);
+        options.use_network = use_network;
+        options.models_folder = ModelsFolder(models_folder);
+        return Unlocked([&] { return EstimateVanishingPoints(rows, options); });
+      },
+      "segments"_a, "K"_a = nb::none(), nb::kw_only(), "size"_a = nb::none(),
+      "max_residual_deg"_a = VanishingPointOptions().max_residual_deg,
+      "least_value"_a = VanishingPointOptions().least_value, "max_iterations"_a = 0, "use_network"_a = true,
+      "models_folder"_a = nb::none(), "seed"_a = 0,
+      "The vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels; with the focal "
+      "length\n"
+      "where no K is given, and the horizon. It needs K or size (width, height).");
+}
+
 void TranslateError(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
@@ -214,4 +240,5 @@ NB_MODULE(_native, module) {
   DefineTwoViews(&module);
   DefineSeveralTwoViews(&module);
   DefineOthers(&module);
+  DefineVanishingPoints(&module);
 }

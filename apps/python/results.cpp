@@ -64,6 +64,35 @@ nb::object FocalOf(const FocalEstimate& focal) {
   return Make("Focal", fields);
 }
 
+/// From 0, as Python counts.
+nb::object PlacesOf(const std::vector<int>& places) { return nb::tuple(Array(VectorOf(places)).attr("tolist")()); }
+
+nb::object VanishingFocalOf(const VanishingFocal& focal) {
+  nb::dict fields;
+  fields["focal_px"] = focal.focal_px;
+  fields["log_sigma"] = focal.log_sigma;
+  fields["orthogonal"] = PlacesOf(focal.orthogonal);
+  return Make("VanishingFocal", fields);
+}
+
+nb::object HorizonOf(const Horizon& horizon) {
+  nb::dict fields;
+  fields["line"] = Array(horizon.line);
+  fields["up"] = Array(horizon.up);
+  fields["tilt_deg"] = horizon.TiltDeg();
+  fields["pitch_deg"] = horizon.PitchDeg();
+  fields["vertical"] = horizon.vertical >= 0 ? nb::cast(horizon.vertical) : nb::none();
+  fields["horizontal"] = PlacesOf(horizon.horizontal);
+  return Make("Horizon", fields);
+}
+
+/// M × 3.
+nb::object RowsOf(const std::vector<Eigen::Vector3d>& vectors) {
+  Eigen::Matrix<double, Eigen::Dynamic, 3> rows(static_cast<Eigen::Index>(vectors.size()), 3);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = vectors[static_cast<std::size_t>(i)].transpose();
+  return Array(rows);
+}
+
 template <class Model>
 nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
   nb::dict fields;
@@ -136,5 +165,20 @@ PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate) { return S
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate) { return Several(estimate); }
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate) { return Several(estimate); }
+
+PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate) {
+  const bool has_directions = estimate.directions.size() == estimate.points.size() && estimate.K;
+  nb::dict fields;
+  fields["status"] = StatusOf(estimate.status);
+  fields["points"] = RowsOf(estimate.points);
+  fields["directions"] = has_directions ? RowsOf(estimate.directions) : nb::none();
+  fields["values"] = estimate.values.empty() ? nb::none() : Array(VectorOf(estimate.values));
+  fields["assignment"] = Array(VectorOf(estimate.assignment));
+  fields["K"] = estimate.K ? Array(*estimate.K) : nb::none();
+  fields["focal"] = estimate.focal ? VanishingFocalOf(*estimate.focal) : nb::none();
+  fields["horizon"] = estimate.horizon ? HorizonOf(*estimate.horizon) : nb::none();
+  fields["cost"] = CostOf(estimate.cost);
+  return nb::borrow<PyVanishingPointsEstimate>(Make("VanishingPointsEstimate", fields));
+}
 
 }  // namespace diffsac::python

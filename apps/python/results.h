@@ -23,6 +23,7 @@ DIFFSAC_PYTHON_RESULT(TwoViewEstimate)
 DIFFSAC_PYTHON_RESULT(SharedFocalEstimate)
 DIFFSAC_PYTHON_RESULT(AbsolutePoseEstimate)
 DIFFSAC_PYTHON_RESULT(Estimates)
+DIFFSAC_PYTHON_RESULT(VanishingPointsEstimate)
 #undef DIFFSAC_PYTHON_RESULT
 
 /// The GIL is held.
@@ -35,5 +36,6 @@ PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate);
+PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate);
 
 }  // namespace diffsac::python

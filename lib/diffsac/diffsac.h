@@ -10,6 +10,7 @@
 #include "diffsac/core/version.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "diffsac/geometry/vanishing_camera.h"
 #include "diffsac/problem/image_pair.h"
 #include "diffsac/problem/problem.h"
 
@@ -38,7 +39,8 @@ struct EstimateOptions {
   /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
   /// the search is confident earlier.
   int max_iterations = 0;
-  /// Two views: whether a network says where to draw. Without one PROSAC draws by the ratios, or uniformly.
+  /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
+  /// points: whether a network chooses them; without one those of most segments are taken, by length.
   bool use_network = true;
   /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
   std::string models_folder = {};
@@ -196,6 +198,45 @@ ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen:
 /// Several planes.
 ModelsEstimate<Eigen::Vector4d> EstimatePlanes(const Eigen::Matrix<double, Eigen::Dynamic, 3>& points,
                                                const PointOptions& options);
+
+/// Of vanishing points.
+struct VanishingPointOptions : EstimateOptions {
+  /// The image's calibration, without lens distortion. Absent: of unknown focal length about the image's middle.
+  std::optional<Eigen::Matrix3d> K = {};
+  ImageSize size = {};  ///< Of the image, in pixels; needed where K is absent.
+  /// A segment is of a vanishing point that it points at within this angle.
+  double max_residual_deg = 2.0;
+  /// The list ends before the first of which the network is less sure than this, in [0, 1]; 0: eight.
+  double least_value = 0.35;
+  /// Throws Error naming the field and what was expected.
+  void Check() const;
+};
+
+/// The vanishing points of one image, the surest first (without a network that of most length), and what they say of
+/// its camera.
+struct VanishingPointsEstimate {
+  Status status = Status::kNoModel;         ///< kNoModel: nothing that a person would call one.
+  std::vector<Eigen::Vector3d> points;      ///< Homogeneous pixels, of unit length.
+  std::vector<Eigen::Vector3d> directions;  ///< As DirectionOf has them; empty where K is unknown.
+  /// How sure the network is of each beside those before it, in [0, 1]; empty without a network.
+  std::vector<double> values;
+  /// N values: 0 for a segment of none, k for one of points[k − 1].
+  std::vector<std::int32_t> assignment;
+  std::optional<Eigen::Matrix3d> K = {};  ///< That was given, or of `focal`.
+  /// Where no K was given: found from orthogonal directions. Absent where no two vanishing points determine it.
+  std::optional<VanishingFocal> focal = {};
+  /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown. Without K its
+  /// `up` is that of a usual camera.
+  std::optional<Horizon> horizon = {};
+  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  /// Whether there are vanishing points.
+  bool ok() const { return status == Status::kOk; }
+};
+
+/// Vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels. Long ones count more. Chosen
+/// by a network that learned from people's labels (docs/vanishing_points.md).
+VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
+                                                const VanishingPointOptions& options);
 
 /// Models are looked for in this folder as well, after the others.
 void AddModelsFolder(const std::string& folder);

@@ -11,6 +11,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/correspondence_files.h"
+#include "diffsac/io/segment_files.h"
 
 namespace diffsac {
 namespace {
@@ -79,6 +80,22 @@ TEST_CASE(
   REQUIRE(problem.points.rows() == 12);
   CHECK(problem.points.leftCols(2).isApprox(keypoints));
   CHECK(problem.points.rightCols(2).isApprox(keypoints));
+}
+
+TEST_CASE("a set may be line segments, which come with its images") {
+  const TemporaryFolder folder;
+  MakeFolder(folder.File("data/rooms"));
+  WriteFileAtomically(folder.File("data/rooms/lsd_lines_0000.csv"),
+                      "point1_x point1_y point2_x point2_y\n10.5 20.25 30 40\n");
+  WriteFileAtomically(folder.File("data/rooms/vps_0000.csv"), "X Y\n100 200\n");
+  WriteFileAtomically(folder.File("sets.yaml"), "sets: [{name: rooms, input: [rooms], format: nyu_vp, output: " +
+                                                    folder.File("segments") + "}]\n");
+  SetsRequest request;
+  request.config = folder.File("sets.yaml");
+  request.data = folder.File("data");
+  const std::atomic<bool> stop{false};
+  REQUIRE(PrepareSets(request, stop));
+  REQUIRE(ReadSegments(folder.File("segments/nyu_vp_train/segments.h5")).size() == 1);
 }
 
 TEST_CASE("mistakes in a list of sets name the file, the line and the nearest key") {

@@ -6,7 +6,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "data_tools/exif_test_util.h"
 #include "datasets/data_test_util.h"
+#include "diffsac/core/files.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
@@ -63,7 +65,7 @@ TEST_CASE("segments of a photograph lie along its lines, longest first") {
     CHECK(length <= last);
     last = length;
   }
-  const auto half = DetectSegments(folder / "room.png", 160);
+  const auto half = DetectSegments(cv::imread(folder / "room.png", cv::IMREAD_GRAYSCALE), 160);
   REQUIRE(half.segments.rows() >= 5);
   CHECK(half.size == ImageSize{320, 240});
   for (Eigen::Index i = 0; i < 5; ++i)
@@ -79,10 +81,52 @@ TEST_CASE("segments: a file that is there already stays, and wrong input is name
   request.scene = "one";
   REQUIRE(PrepareSegments(request, kGoOn));
   const auto written = fs::last_write_time(output / "one/segments.h5");
+  // Before the image is looked at.
+  WriteRaw(folder / "room.png", "no image any more");
   REQUIRE(PrepareSegments(request, kGoOn));
   CHECK(fs::last_write_time(output / "one/segments.h5") == written);
+  request.overwrite = true;
+  CHECK(Has(ErrorOf([&] { PrepareSegments(request, kGoOn); }), "no image could be read"));
   request.input = folder / "nothing";
   CHECK(Has(ErrorOf([&] { PrepareSegments(request, kGoOn); }), "nothing"));
+}
+
+TEST_CASE("a photograph is upright and has EXIF's focal length, unless a calibration is given") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "portrait.jpg";
+  cv::imwrite(path, cv::Mat(240, 320, CV_8U, cv::Scalar(255)));
+  ExifBytes exif;
+  exif.shorts[0xA405] = 43;  // FocalLengthIn35mmFilm
+  WriteRaw(path, WithExif(ReadFile(path), exif.ToString()));
+  const Photograph plain = ReadPhotograph(path, {});
+  CHECK(plain.gray.cols == 320);
+  REQUIRE(plain.K);
+  CHECK(plain.exif);
+  CHECK((*plain.K)(0, 0) == Approx(43 / 43.26661531 * 400));
+  CHECK((*plain.K)(0, 2) == 159.5);
+  GivenCalibration given;
+  given.focal = 300.0;
+  const Photograph focal = ReadPhotograph(path, given);
+  CHECK_FALSE(focal.exif);
+  CHECK(*focal.K == (Eigen::Matrix3d() << 300, 0, 159.5, 0, 300, 119.5, 0, 0, 1).finished());
+  given.center = {100.0, 90.0};
+  CHECK((*ReadPhotograph(path, given).K)(1, 2) == 90.0);
+  given.focal = 0.0;
+  CHECK(Has(ErrorOf([&] { ReadPhotograph(path, given); }), "positive --focal"));
+}
+
+TEST_CASE("the orientation flag turns an image, but not one that a calibration is of") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "turned.jpg";
+  cv::imwrite(path, cv::Mat(240, 320, CV_8U, cv::Scalar(255)));
+  // A directory of one field, Orientation, 6: turned by 90 degrees.
+  const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
+  WriteRaw(path, WithExif(ReadFile(path), exif));
+  CHECK(ReadPhotograph(path, {}).gray.size() == cv::Size(240, 320));
+  GivenCalibration given;
+  given.focal = 300.0;
+  given.center = {160.0, 120.0};
+  CHECK(ReadPhotograph(path, given).gray.size() == cv::Size(320, 240));
 }
 
 TEST_CASE("NYU-VP's files: segments, vanishing points, calibration; a wrong line is named") {

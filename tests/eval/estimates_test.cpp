@@ -52,6 +52,8 @@ EstimateFile Content() {
   several.structures = {several.model, 2.0 * several.model, -several.model};
   for (int i = 0; i < several.points; ++i) several.assignment.push_back(i % 4);
   file.groups.push_back({"several", "all", {failed, several, none}});
+  several.structure_values = {0.9, 0.7, 0.4};
+  file.groups.push_back({"chosen", "all", {failed, several}});
   return file;
 }
 
@@ -66,7 +68,7 @@ TEST_CASE("estimates read back as they were written") {
   CHECK(read.experiment == "table");
   CHECK(read.task == "fundamental");
   CHECK(read.git_revision == "abc");
-  REQUIRE(read.groups.size() == 4);
+  REQUIRE(read.groups.size() == 5);
   for (const EstimateGroup& group : written.groups) {
     const auto same = std::find_if(read.groups.begin(), read.groups.end(), [&](const EstimateGroup& other) {
       return other.method == group.method && other.condition == group.condition;
@@ -103,6 +105,7 @@ TEST_CASE("estimates read back as they were written") {
              (std::isnan(a.inlier_threshold) && std::isnan(b.inlier_threshold))));
       CHECK(a.structures == b.structures);
       CHECK(a.assignment == b.assignment);
+      CHECK(a.structure_values == b.structure_values);
       CHECK(a.inlier_probabilities == b.inlier_probabilities);
     }
   }

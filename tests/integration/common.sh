@@ -53,3 +53,26 @@ gray_blobs() {
     for (i = 0; i < height; ++i) for (j = 0; j < width; ++j) {
       v = int(128 + sum[i, j - shift_x]); v = v < 0 ? 0 : (v > 255 ? 255 : v); print v } }'
 }
+
+# room WIDTH HEIGHT FOCAL TURN PITCH: a PGM image of a room with tiled walls, its camera turned and pitched (up) by degrees.
+room() {
+  awk -v width="$1" -v height="$2" -v focal="$3" -v turn="$4" -v pitch="$5" 'BEGIN {
+    degree = atan2(0, -1) / 180
+    ct = cos(turn * degree); st = sin(turn * degree); cp = cos(pitch * degree); sp = sin(pitch * degree)
+    split("3 1.5 4", half, " ")
+    print "P2\n" width, height, 255
+    for (v = 0; v < height; ++v) for (u = 0; u < width; ++u) {
+      sum = 0
+      for (s = 0; s < 4; ++s) {
+        x = (u + (s % 2) / 2 - 0.25 - (width - 1) / 2) / focal; y = (v + int(s / 2) / 2 - 0.25 - (height - 1) / 2) / focal
+        # From the camera to the world, whose y axis points down.
+        d[2] = cp * y - sp; z = sp * y + cp; d[1] = ct * x - st * z; d[3] = st * x + ct * z
+        least = 1e9
+        for (k = 1; k <= 3; ++k) { t = d[k] == 0 ? 1e9 : half[k] / (d[k] < 0 ? -d[k] : d[k]); if (t < least) { least = t; wall = k } }
+        a = wall == 1 ? 2 : 1; b = wall == 3 ? 2 : 3
+        i = int(least * d[a] / 0.75 + 100); j = int(least * d[b] / 0.75 + 100)
+        shade = 43758.5453 * (1 + sin(12.9898 * i + 78.233 * j + 37.719 * wall + (d[wall] > 0)))
+        sum += 40 + 180 * (shade - int(shade))
+      }
+      print int(sum / 4) } }'
+}

@@ -34,6 +34,9 @@ pair() { "$own/mo ved/bin/diffsac_pair" ../a.pgm ../b.pgm --threads 1 --picture 
 run_expecting 0 pair --task homography
 grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; fail "no homography"; }
 run_expecting 0 pair --task fundamental
+room 320 240 260 35 8 >"$own/room.pgm"
+run_expecting 0 "$own/mo ved/bin/diffsac_vanish" ../room.pgm --picture ""
+grep -q '^focal length: [0-9]* px' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
 run_expecting 0 pair --calibration ../K.txt --json ../pair.json --matches ../matches.txt
 # The function of the library gives the digits of the row that diffsac_pair runs. Its models moved with the prefix.
 DIFFSAC_MODELS="$own/mo ved/share/diffsac/models" "$own/build/pose" 300 100 75 <../matches.txt >../pose.txt ||

@@ -42,6 +42,22 @@ class Scene:
         self.ratio = np.where(self.wrong, 0.9, 0.5)
 
 
+# A room seen by a camera that is turned and looks up by 8 degrees: columns are its directions in the camera's frame.
+TURN, PITCH = np.radians(40), np.radians(8)
+ROOM = np.array([[1, 0, 0], [0, np.cos(PITCH), np.sin(PITCH)], [0, -np.sin(PITCH), np.cos(PITCH)]]) @ np.array(
+    [[np.cos(TURN), 0, np.sin(TURN)], [0, 1, 0], [-np.sin(TURN), 0, np.cos(TURN)]]
+)
+
+
+def room_segments():
+    """40 segments of each direction, and 40 of none."""
+    random = np.random.default_rng(5)
+    start = np.c_[random.uniform(-2, 2, 160), random.uniform(-1.5, 1.5, 160), random.uniform(4, 7, 160)]
+    along = np.repeat(ROOM.T, 40, axis=0) * random.uniform(0.5, 1.5, (120, 1))
+    ends = start + np.r_[along, np.c_[0.4 * random.normal(size=(40, 2)), np.zeros(40)]]
+    return np.c_[project(start), project(ends)] + 0.2 * random.normal(size=(160, 4))
+
+
 def angle_deg(a, b):
     return np.degrees(np.arccos(np.clip((np.trace(a @ b.T) - 1) / 2, -1, 1)))
 
@@ -108,6 +124,29 @@ class TestEstimates(unittest.TestCase):
         nothing = diffsac.estimate_homographies(self.scene.x1[:6], self.scene.x2[:6])
         self.assertFalse(nothing.ok)
         self.assertEqual(nothing.models.shape, (0, 3, 3))
+
+    def test_vanishing_points(self):
+        segments = room_segments()
+        estimate = diffsac.estimate_vanishing_points(segments, K)
+        self.assertTrue(estimate.ok)
+        self.assertEqual(estimate.points.shape, (3, 3))
+        self.assertEqual(estimate.values.shape, (3,))
+        self.assertEqual(estimate.assignment.shape, (len(segments),))
+        np.testing.assert_allclose(np.abs(estimate.directions @ ROOM).max(axis=0), 1, atol=1e-3)
+        self.assertIsNone(estimate.focal)
+        self.assertAlmostEqual(estimate.horizon.pitch_deg, 8, delta=0.5)
+        self.assertEqual(len(estimate.horizon.horizontal), 2)
+        unknown = diffsac.estimate_vanishing_points(segments, size=SIZE)
+        self.assertLess(abs(unknown.focal.focal_px / 600 - 1), 0.05)
+        self.assertEqual(unknown.K[0, 0], unknown.focal.focal_px)
+        self.assertEqual(unknown.focal.orthogonal, (0, 1, 2))
+        plain = diffsac.estimate_vanishing_points(segments, K, use_network=False)
+        self.assertIsNone(plain.values)
+        few = diffsac.estimate_vanishing_points(segments[:1], size=SIZE)
+        self.assertIs(few.status, diffsac.Status.TOO_FEW_POINTS)
+        self.assertEqual(few.points.shape, (0, 3))
+        self.assertIsNone(few.directions)
+        self.assertIsNone(few.horizon)
 
     def test_inputs_of_any_layout_and_type_are_the_same(self):
         s = self.scene
@@ -206,6 +245,9 @@ class TestMistakes(unittest.TestCase):
         self.refused("max_distance: expected", diffsac.estimate_line, s.x1, 0.0)
         self.refused("max_iterations: expected", diffsac.estimate_fundamental, s.x1, s.x2, max_iterations=-1)
         self.refused("max_residual_px: expected", diffsac.estimate_fundamental, s.x1, s.x2, max_residual_px=np.nan)
+        self.refused("size: expected the image's size, or K", diffsac.estimate_vanishing_points, room_segments())
+        self.refused("segments: expected shape (N, 4), got (200, 2)", diffsac.estimate_vanishing_points, s.x1, K)
+        self.refused("least_value: expected", diffsac.estimate_vanishing_points, room_segments(), K, least_value=2)
         self.refused("size1: expected", diffsac.estimate_shared_focal, s.x1, s.x2)
 
     def test_bad_data_is_a_status(self):
@@ -295,6 +337,12 @@ class TestDigits(unittest.TestCase):
             else:
                 self.assertNotIn(name + ".models", self.cpp)
             self.same(name + ".assignment", estimate.assignment)
+
+    def test_vanishing_points(self):
+        estimate = diffsac.estimate_vanishing_points(np.hstack([self.scene.x1, self.scene.x2]), K, least_value=0.35)
+        self.assertTrue(estimate.ok)
+        self.same("vanishing.models", estimate.points)
+        self.same("vanishing.assignment", estimate.assignment)
 
 
 if __name__ == "__main__":

@@ -222,6 +222,29 @@ TEST_CASE("of many conditions the reliability of four is drawn, from the first t
     CHECK((script.find("condition" + std::to_string(c)) != std::string::npos) == (c % 2 == 0));
 }
 
+TEST_CASE("segments are drawn from end to end, in the colour of their vanishing point") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpResults();
+  results.experiment.task = Task::kVanishingPoint;
+  KeptFit fit{};
+  fit.example.problem.task = Task::kVanishingPoint;
+  fit.example.problem.points.resize(3, 4);
+  fit.example.problem.points << 10, 20, 30, 40, 5, 6, 7, 8, 90, 80, 70, 60;
+  fit.estimate.status = Status::kOk;
+  fit.estimate.model = Eigen::Vector3d(1, 0, 0);
+  fit.estimate.structures = {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0)};
+  fit.estimate.assignment = {2, 0, 1};
+  fit.estimate.inliers = {1, 0, 1};
+  results.fits = {fit};
+  REQUIRE(PlotFits(results, folder.path()) == HasGnuplot());
+  const std::string script = ReadFile(folder.File("fits.gp"));
+  using Rows = std::vector<std::vector<double>>;
+  CHECK(BlockOf(script, "fit0_s0") == Rows{{90, 80}, {70, 60}});
+  CHECK(BlockOf(script, "fit0_s1") == Rows{{10, 20}, {30, 40}});
+  CHECK(BlockOf(script, "fit0_out") == Rows{{5, 6}, {7, 8}});
+  CHECK(script.find(std::string("$fit0_s1 with lines lw 2 lc rgb \"") + StructureColour(1)) != std::string::npos);
+}
+
 TEST_CASE("an estimated plane is drawn as a mesh where its inliers are") {
   const TemporaryFolder folder;
   ExperimentResults results = MadeUpResults();

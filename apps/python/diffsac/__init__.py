@@ -31,9 +31,10 @@ from ._native import (
     estimate_plane,
     estimate_planes,
     estimate_shared_focal,
+    estimate_vanishing_points,
 )
-from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Pose, SharedFocalEstimate, Status
-from ._results import TwoViewEstimate
+from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, SharedFocalEstimate, Status
+from ._results import TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
 
 __version__: str = _native.VERSION
 _native.set_packaged_models(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "models"))
@@ -44,10 +45,13 @@ __all__ = [
     "Estimate",
     "Estimates",
     "Focal",
+    "Horizon",
     "Pose",
     "SharedFocalEstimate",
     "Status",
     "TwoViewEstimate",
+    "VanishingFocal",
+    "VanishingPointsEstimate",
     "__version__",
     "estimate_absolute_pose",
     "estimate_absolute_poses",
@@ -63,4 +67,5 @@ __all__ = [
     "estimate_plane",
     "estimate_planes",
     "estimate_shared_focal",
+    "estimate_vanishing_points",
 ]

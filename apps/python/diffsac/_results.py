@@ -114,3 +114,43 @@ class Estimates:
     @property
     def ok(self) -> bool:
         return self.status is Status.OK
+
+
+@dataclass(frozen=True, eq=False)
+class VanishingFocal:
+    """A focal length that vanishing points say."""
+
+    focal_px: float
+    log_sigma: float  # Standard deviation of its logarithm.
+    orthogonal: Tuple[int, ...]  # The two or three vanishing points whose directions it makes orthogonal.
+
+
+@dataclass(frozen=True, eq=False)
+class Horizon:
+    """The image of all horizontal directions, of a camera that is held about upright."""
+
+    line: Floats  # (a, b, c): a x + b y + c = 0 in pixels, a² + b² = 1, b > 0.
+    up: Floats  # The upward direction in the camera's frame (x right, y down, z ahead); without K of a usual camera.
+    tilt_deg: float  # By how much it falls to the right.
+    pitch_deg: float  # How far the camera looks up.
+    vertical: Optional[int]  # The vanishing point of vertical lines.
+    horizontal: Tuple[int, ...]  # Those of horizontal lines.
+
+
+@dataclass(frozen=True, eq=False)
+class VanishingPointsEstimate:
+    """The vanishing points of an image, the surest first."""
+
+    status: Status  # NO_MODEL: nothing that a person would call one.
+    points: Floats  # M × 3: homogeneous pixels, of unit length.
+    directions: Optional[Floats]  # M × 3: in the camera's frame; None where K is unknown.
+    values: Optional[Floats]  # M: how sure the network is of each beside those before it; None without a network.
+    assignment: NDArray[np.int32]  # N: 0 for a segment of none, k for one of points[k - 1].
+    K: Optional[Floats]  # That was given, or of `focal`.
+    focal: Optional[VanishingFocal]  # Found where no K was given.
+    horizon: Optional[Horizon]
+    cost: Cost
+
+    @property
+    def ok(self) -> bool:
+        return self.status is Status.OK

@@ -56,6 +56,7 @@ struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
+  std::vector<double> values;  ///< Of kChosen: how sure the chooser was of each; empty for others.
   std::vector<std::int32_t>
       assignment;      ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
   int hypotheses = 0;  ///< models solved or fitted, all stages

@@ -110,8 +110,10 @@ class StructuresSearch {
 
   StructuresResult Chosen() {
     if (structures_.chosen_by == nullptr) return std::move(found_);
-    models_ = structures_.chosen_by->Choose(points_, priors_.point_weights, priors_.models, structures_.most,
-                                            structures_.least_value);
+    ChosenStructures chosen = structures_.chosen_by->Choose(points_, priors_.point_weights, priors_.models,
+                                                            structures_.most, structures_.least_value);
+    models_ = std::move(chosen.models);
+    found_.values = std::move(chosen.values);
     Assign();
     found_.models = models_;
     found_.status = models_.empty() ? Status::kNoModel : Status::kOk;

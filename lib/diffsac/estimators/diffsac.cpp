@@ -12,15 +12,12 @@
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/require.h"
 #include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
-
-void Require(bool ok, const std::string& field, const std::string& expected) {
-  if (!ok) throw Error(field + ": expected " + expected);
-}
 
 constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
 

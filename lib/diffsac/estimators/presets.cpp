@@ -56,6 +56,19 @@ ClassicalOptions RecommendedForPoints() {
   return options;
 }
 
+/// By the validation images of NYU-VP (docs/several.md).
+void ScoreByLength(ConsensusOptions* consensus) {
+  consensus->score = consensus->final_score = ScoreKind::kMsac;
+  consensus->refit = Refit::kIterated;
+  consensus->refit_rounds = 3;
+  consensus->refit_candidates = 10;
+  consensus->final_refinement = FinalRefinement::kRefinement;
+  consensus->inlier_prior_power = 1.0;
+}
+
+/// With it the lists end about where people's do, on the validation images of NYU-VP (docs/vanishing_points.md).
+constexpr double kLeastChooserValue = 0.35;
+
 }  // namespace
 
 ClassicalOptions RecommendedClassical(Task task) {
@@ -90,6 +103,7 @@ DiffsacOptions LearnedProsac(Task task) {
 }
 
 ClassicalOptions SeveralStructures(Task task) {
+  if (task == Task::kVanishingPoint) return VanishingPoints("models/" + ChooserFile(true));
   ClassicalOptions options = LoRansacOptions(task);
   options.max_iterations = kDraws;
   options.sampling.sampler = MinimalSamplerKind::kNapsac;
@@ -98,11 +112,32 @@ ClassicalOptions SeveralStructures(Task task) {
   return options;
 }
 
+ClassicalOptions VanishingPoints(const std::string& chooser) {
+  ClassicalOptions options;
+  options.sampling.sampler = MinimalSamplerKind::kWeighted;
+  options.structures.most = 8;
+  if (chooser.empty()) {
+    options.max_iterations = kDraws;
+    ScoreByLength(&options.consensus);
+    options.structures.search = StructureSearch::kAtOnce;
+    return options;
+  }
+  options.max_iterations = 1500;
+  options.structures.search = StructureSearch::kChosen;
+  options.structures.chooser = chooser;
+  options.structures.least_value = kLeastChooserValue;
+  return options;
+}
+
 DiffsacOptions PaperDiffsac() { return {}; }
 
 std::string ModelFile(Task task, bool rated) {
   const bool own = !rated && (task == Task::kEssential || task == Task::kFundamental);
   return (own ? "without_ratio_" : "") + ToString(task) + "/model.safetensors";
+}
+
+std::string ChooserFile(bool calibrated) {
+  return std::string("vanishing_point_chooser") + (calibrated ? "" : "_uncalibrated") + "/model.safetensors";
 }
 
 }  // namespace diffsac

@@ -14,7 +14,8 @@ namespace diffsac {
 /// field by field.
 ///   kDefault      "default": the plain method, as its paper or its name says; with a network, as its training says
 ///   kRecommended  "recommended": what to use for one model
-///   kSeveral      "several": for several models at once, without being told how many
+///   kSeveral      "several": for several models at once, without being told how many; vanishing points by the network
+///                 that chooses them where K is known
 ///   kPaper        "paper": DiffSAC as its paper describes it
 enum class Preset { kDefault, kRecommended, kSeveral, kPaper };
 template <>
@@ -37,8 +38,14 @@ ClassicalOptions RecommendedClassical(Task task);
 DiffsacOptions LearnedProsac(Task task);
 
 /// Several models: 1000 hypotheses of neighbouring points (NAPSAC), from which models are chosen one after the other
-/// while chance would not give them.
+/// while chance would not give them. Vanishing points: VanishingPoints with the network for a known K.
 ClassicalOptions SeveralStructures(Task task);
+
+/// Vanishing points of 1500 samples drawn by the segments' lengths, chosen one after the other by a network that
+/// learned from people's labels, while it is surer than .35 (docs/vanishing_points.md). chooser: its file (ChooserFile
+/// below a folder of models). Empty: without a network, of 1000 samples the points of most length, while chance would
+/// not give them.
+ClassicalOptions VanishingPoints(const std::string& chooser);
 
 /// The paper's estimator: the top-γ points of each of κ = 20 denoised confidence vectors, inlier count, one refit.
 DiffsacOptions PaperDiffsac();
@@ -46,5 +53,8 @@ DiffsacOptions PaperDiffsac();
 /// The file, below a folder of models, of the network that `task` is estimated with ("essential/model.safetensors").
 /// rated: whether the matches have ratios; E and F have another network for those that have none.
 std::string ModelFile(Task task, bool rated);
+
+/// The file, below a folder of models, of the network that chooses vanishing points. calibrated: whether K is known.
+std::string ChooserFile(bool calibrated);
 
 }  // namespace diffsac

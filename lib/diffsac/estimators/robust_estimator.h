@@ -56,6 +56,9 @@ struct Estimate {
   /// The points' assignment to `structures`, N values: 0 for a point of none of them, k ≥ 1 for one of structures[k −
   /// 1].
   std::vector<std::int32_t> assignment;
+  /// How sure the network was that chose `structures`, of each beside those before it (`structures.search: chosen`), in
+  /// [0, 1]; empty for others.
+  std::vector<double> structure_values;
   EstimateReport report;  ///< What it cost.
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }

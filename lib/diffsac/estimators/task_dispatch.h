@@ -67,6 +67,7 @@ inline Estimate EstimateOf(StructuresResult found) {
   }
   estimate.structures = std::move(found.models);
   estimate.assignment = std::move(found.assignment);
+  estimate.structure_values = std::move(found.values);
   return estimate;
 }
 

@@ -1,9 +1,12 @@
 #include "diffsac/estimators/vanishing_point_chooser.h"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <mutex>
+#include <string_view>
 
+#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/network/checkpoint_info.h"
@@ -14,6 +17,13 @@ namespace diffsac {
 namespace {
 
 constexpr const char* kMethod = "structure_chooser";
+
+/// Presets name it below `models/`, as configurations do, which have found it already.
+std::string PlaceOf(const std::string& file) {
+  constexpr std::string_view kModels = "models/";
+  const bool named = file.starts_with(kModels) && !std::filesystem::exists(file);
+  return named ? FindModel(file.substr(kModels.size())) : file;
+}
 
 std::shared_ptr<const SetScorer> LoadScorer(const std::string& file) {
   const TrainedConfig trained = ReadTrainedConfig(file, kMethod, Task::kVanishingPoint);
@@ -33,9 +43,9 @@ Eigen::VectorXd PoolLengths(const Eigen::VectorXd& weights) {
   return 2.5 * weights;
 }
 
-std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
-                                                           const std::vector<ModelParameters>& hypotheses, int most,
-                                                           double least) const {
+ChosenStructures VanishingPointChooser::Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
+                                               const std::vector<ModelParameters>& hypotheses, int most,
+                                               double least) const {
   if (points.cols() != VanishingPoint::kDimension || weights.size() != points.rows()) return {};  // Of another task.
   std::vector<Eigen::Vector3d> solved;
   for (const ModelParameters& hypothesis : hypotheses)
@@ -43,19 +53,23 @@ std::vector<ModelParameters> VanishingPointChooser::Choose(const PointMatrix& po
   const Eigen::VectorXd lengths = PoolLengths(weights);
   const VanishingPointPool pool = MakeVanishingPointPool(points, lengths, solved);
   if (pool.models.empty()) return {};
-  std::vector<Eigen::Vector3d> chosen;
+  ChosenStructures chosen;
+  std::vector<Eigen::Vector3d> models;
   const SetScorer::Set set(*scorer_, pool.features, pool.pairs);
   std::vector<std::uint8_t> taken(pool.models.size(), 0);
-  while (static_cast<int>(chosen.size()) < most && chosen.size() < pool.models.size()) {
+  while (static_cast<int>(models.size()) < most && models.size() < pool.models.size()) {
     const Eigen::VectorXf logits = set.Score(taken);
     int best = -1;
     for (int i = 0; i < static_cast<int>(taken.size()); ++i)
       if (taken[i] == 0 && (best < 0 || logits[i] > logits[best])) best = i;
-    if (!(1.0 / (1.0 + std::exp(-static_cast<double>(logits[best]))) >= least)) break;
+    const double value = 1.0 / (1.0 + std::exp(-static_cast<double>(logits[best])));
+    if (!(value >= least)) break;
     taken[best] = 1;
-    chosen.push_back(pool.models[best]);
+    models.push_back(pool.models[best]);
+    chosen.values.push_back(value);
   }
-  return RefineOnLongest(points, lengths, chosen);
+  chosen.models = RefineOnLongest(points, lengths, models);
+  return chosen;
 }
 
 void LoadChooser(StructureSearchOptions* options) {
@@ -64,7 +78,7 @@ void LoadChooser(StructureSearchOptions* options) {
   static std::map<std::string, std::weak_ptr<const SetScorer>> loaded;
   const std::lock_guard lock(mutex);
   std::shared_ptr<const SetScorer> scorer = loaded[options->chooser].lock();
-  if (scorer == nullptr) loaded[options->chooser] = scorer = LoadScorer(options->chooser);
+  if (scorer == nullptr) loaded[options->chooser] = scorer = LoadScorer(PlaceOf(options->chooser));
   options->chosen_by = std::make_shared<VanishingPointChooser>(scorer);
 }
 

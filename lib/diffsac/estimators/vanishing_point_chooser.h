@@ -15,9 +15,8 @@ namespace diffsac {
 class VanishingPointChooser : public StructureChooser {
  public:
   explicit VanishingPointChooser(std::shared_ptr<const SetScorer> scorer) : scorer_(std::move(scorer)) {}
-  std::vector<ModelParameters> Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
-                                      const std::vector<ModelParameters>& hypotheses, int most,
-                                      double least) const override;
+  ChosenStructures Choose(const PointMatrix& points, const Eigen::VectorXd& weights,
+                          const std::vector<ModelParameters>& hypotheses, int most, double least) const override;
 
  private:
   std::shared_ptr<const SetScorer> scorer_;

@@ -122,6 +122,7 @@ class Columns {
     Put(group, "structures_end", structures_end_);
     Put(group, "labels", labels_);
     Put(group, "labels_end", labels_end_);
+    if (has_values_) Put(group, "structure_values", structure_values_);
   }
 
  private:
@@ -159,8 +160,17 @@ class Columns {
     for (const ModelParameters& model : record.structures)
       structures_.insert(structures_.end(), model.data(), model.data() + model.size());
     structures_end_.push_back(static_cast<std::int64_t>(structures_.size() / width_));
+    AddValues(record);
     labels_.insert(labels_.end(), record.assignment.begin(), record.assignment.end());
     labels_end_.push_back(static_cast<std::int64_t>(labels_.size()));
+  }
+
+  /// One for each structure: NaN where there is none.
+  void AddValues(const EstimateRecord& record) {
+    const bool known = record.structure_values.size() == record.structures.size();
+    has_values_ = has_values_ || (known && !record.structures.empty());
+    for (std::size_t k = 0; k < record.structures.size(); ++k)
+      structure_values_.push_back(known ? record.structure_values[k] : kNan);
   }
 
   void AddFocal(const std::optional<FocalEstimate>& focal) {
@@ -175,11 +185,11 @@ class Columns {
 
   static constexpr hsize_t kFocalWidth = 6;
   hsize_t width_ = 1, covariance_width_ = 0;
-  bool has_focal_ = false;
+  bool has_focal_ = false, has_values_ = false;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_;
   std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_,
-      inlier_thresholds_;
+      inlier_thresholds_, structure_values_;
   std::vector<std::int64_t> draws_, points_, inliers_end_, rows_end_, probabilities_end_, structures_end_, labels_end_;
   std::vector<std::int32_t> inliers_, rows_, labels_, focal_observable_;
   std::vector<float> probabilities_;
@@ -237,8 +247,12 @@ void ReadStructures(const H5::Group& group, std::size_t width, std::vector<Estim
     if (end < 0 || end > rows) throw Error("structures_end: ends that are not in order");
     ends.push_back(end * static_cast<std::int64_t>(width));
   }
+  std::vector<double> values;
+  if (group.nameExists("structure_values"))
+    values = Get<double>(group, "structure_values", static_cast<std::size_t>(rows));
   for (std::size_t i = 0; i < count; ++i) {
     const std::vector<double> models = Slice(structures, ends, i);
+    if (!values.empty()) (*records)[i].structure_values = Slice(values, structures_end, i);
     for (std::size_t at = 0; at < models.size(); at += width)
       (*records)[i].structures.push_back(
           Eigen::Map<const Eigen::VectorXd>(models.data() + at, static_cast<Eigen::Index>(width)));
@@ -358,6 +372,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.inlier_probabilities = estimate.inlier_probabilities;
   record.structures = estimate.structures;
   record.assignment = estimate.assignment;
+  record.structure_values = estimate.structure_values;
   return record;
 }
 

@@ -38,6 +38,7 @@ struct EstimateRecord {
   /// Of rows that look for several structures: as in Estimate.
   std::vector<ModelParameters> structures;
   std::vector<std::int32_t> assignment;
+  std::vector<double> structure_values;
 };
 
 /// One method on one condition.

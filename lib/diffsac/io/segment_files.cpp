@@ -44,16 +44,50 @@ ImageSegments ReadImage(const H5::Group& group, const std::string& name, const s
   return image;
 }
 
+void WriteVectors(const H5::Group& group, const char* name, const std::vector<Eigen::Vector3d>& vectors) {
+  WriteNumbers(group, name, vectors.empty() ? nullptr : vectors[0].data(), {vectors.size(), 3});
+}
+
+void WriteCamera(const H5::Group& group, const std::optional<Eigen::Matrix3d>& camera) {
+  if (!camera) return;
+  const Matrix3Rows K = *camera;
+  WriteNumbers(group, "K", K.data(), {3, 3});
+}
+
 void WriteImage(const H5::Group& group, const ImageSegments& image) {
   WriteNumbers(group, "segments", image.segments.data(), {static_cast<hsize_t>(image.segments.rows()), 4});
-  if (!image.vanishing_points.empty())
-    WriteNumbers(group, "vanishing_points", image.vanishing_points[0].data(), {image.vanishing_points.size(), 3});
-  if (image.K) {
-    const Matrix3Rows K = *image.K;
-    WriteNumbers(group, "K", K.data(), {3, 3});
-  }
+  if (!image.vanishing_points.empty()) WriteVectors(group, "vanishing_points", image.vanishing_points);
+  WriteCamera(group, image.K);
   const double size[] = {static_cast<double>(image.size.width), static_cast<double>(image.size.height)};
   if (image.size.known()) WriteNumbers(group, "size", size, {2});
+}
+
+void WriteEstimate(const H5::Group& group, const VanishingPointsEstimate& estimate) {
+  const H5::StrType text(H5::PredType::C_S1, H5T_VARIABLE);
+  group.createAttribute("status", text, H5::DataSpace(H5S_SCALAR)).write(text, std::string(ToString(estimate.status)));
+  WriteVectors(group, "vanishing_points", estimate.points);
+  const std::vector<double> assignment(estimate.assignment.begin(), estimate.assignment.end());
+  WriteNumbers(group, "assignment", assignment.data(), {assignment.size()});
+  if (!estimate.directions.empty()) WriteVectors(group, "directions", estimate.directions);
+  if (!estimate.values.empty()) WriteNumbers(group, "values", estimate.values.data(), {estimate.values.size()});
+  WriteCamera(group, estimate.K);
+  if (estimate.horizon) WriteNumbers(group, "horizon", estimate.horizon->line.data(), {3});
+}
+
+/// write(group, i): of each image.
+template <class Write>
+void WriteGroups(const std::string& path, const std::vector<ImageSegments>& images, const Write& write) {
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    Hdf5Output output(temporary, path);
+    output.Use([&](H5::H5File& file) {
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        const H5::Group group = file.createGroup(images[i].name);
+        WriteImage(group, images[i]);
+        write(group, i);
+      }
+    });
+    output.Close();
+  });
 }
 
 }  // namespace
@@ -75,12 +109,13 @@ std::vector<ImageSegments> ReadSegments(const std::string& path) {
 }
 
 void WriteSegments(const std::string& path, const std::vector<ImageSegments>& images) {
-  WriteFileAtomically(path, [&](const std::string& temporary) {
-    Hdf5Output output(temporary, path);
-    output.Use([&](H5::H5File& file) {
-      for (const ImageSegments& image : images) WriteImage(file.createGroup(image.name), image);
-    });
-    output.Close();
+  WriteGroups(path, images, [](const H5::Group&, std::size_t) {});
+}
+
+void WriteSegments(const std::string& path, const std::vector<ImageSegments>& images,
+                   const std::vector<VanishingPointsEstimate>& estimates) {
+  WriteGroups(path, images, [&](const H5::Group& group, std::size_t i) {
+    WriteEstimate(group.createGroup("estimate"), estimates.at(i));
   });
 }
 

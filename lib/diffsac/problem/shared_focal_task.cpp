@@ -4,13 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/geometry/calibration.h"
+
 namespace diffsac {
 namespace {
-
-/// Of cameras in general, in longer sides of the image: the middle of the central 68 % (.59 to 1.38, so that log f has
-/// a standard deviation of .43) of 14 + 16 e^(.8 n) mm, n normal, over 36 mm, by which Hold-Geoffroy and others ("A
-/// deep perceptual measure for lens and camera calibration", TPAMI 2023) draw the focal lengths of photographs.
-constexpr double kMedianFocal = 0.9;
 
 struct ImageOf {
   const CameraHint& hint;
@@ -46,10 +43,6 @@ Eigen::Matrix3d FromPixels(const Eigen::Vector2d& principal_point, double unit) 
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity() / unit;
   matrix.col(2) << -principal_point / unit, 1.0;
   return matrix;
-}
-
-bool IsCalibration(const Eigen::Matrix3d& K) {
-  return K.allFinite() && K(0, 0) + K(1, 1) > 0.0 && K.determinant() != 0.0;
 }
 
 std::optional<FocalSpace> SharedSpace(const Problem& problem) {

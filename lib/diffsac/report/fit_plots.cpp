@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "diffsac/eval/structures_error.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plots.h"
@@ -218,14 +219,49 @@ std::string StructuresPanel(const KeptFit& fit, const std::string& prefix) {
   return text + plot + "\n";
 }
 
+// The segments for which `kept(i)` holds; one that no range shows where there are none.
+template <class Kept>
+std::string SegmentBlock(const std::string& name, const PointMatrix& segments, const Kept& kept) {
+  std::string text = "$" + name + " << EOD\n";
+  bool any = false;
+  for (Eigen::Index i = 0; i < segments.rows(); ++i) {
+    if (!kept(i) || !segments.row(i).allFinite()) continue;
+    text += RowText(segments.row(i).head(2)) + RowText(segments.row(i).tail(2)) + "\n";
+    any = true;
+  }
+  return text + (any ? "EOD\n" : "NaN NaN\nEOD\n");
+}
+
+// Line segments of an image in the colour of their vanishing point.
+std::string SegmentsPanel(const KeptFit& fit, const std::string& prefix) {
+  const PointMatrix& segments = fit.example.problem.points;
+  PointMatrix ends(2 * segments.rows(), 2);
+  ends << segments.leftCols(2), segments.rightCols(2);
+  const EstimatedStructures found = StructuresOf(fit.estimate, fit.example.problem);
+  const auto has = [&](std::int32_t label) {
+    return [&found, label](Eigen::Index i) { return found.assignment[static_cast<std::size_t>(i)] == label; };
+  };
+  std::string text = Box(ends).Ranges(true) + SegmentBlock(prefix + "_out", segments, has(0));
+  std::string plot = "plot $" + prefix + "_out with lines lw 1 lc rgb \"" + kOutlierColour + "\" title \"others\"";
+  for (std::size_t k = 0; k < found.models.size(); ++k) {
+    const std::string name = prefix + "_s" + std::to_string(k), number = std::to_string(k + 1);
+    text += SegmentBlock(name, segments, has(static_cast<std::int32_t>(k) + 1));
+    plot += ", $" + name + " with lines lw 2 lc rgb \"" + StructureColour(k) + "\" title \"" + number + "\"";
+  }
+  return text + plot + "\n";
+}
+
 // Whether a fit is one of several structures.
 bool HasStructures(const KeptFit& fit) {
   return !fit.estimate.structures.empty() || !fit.example.truth.structures.empty();
 }
 
 std::string FitPanel(const KeptFit& fit, const std::string& prefix) {
-  if (ImagePoints(fit.example.problem).size() > 0)
-    return "set xlabel \"u [px]\"\nset ylabel \"v [px]\"\n" + ImagePanel(fit, prefix);
+  if (ImagePoints(fit.example.problem).size() > 0) {
+    const bool segments = fit.example.problem.task == Task::kVanishingPoint;
+    return "set xlabel \"u [px]\"\nset ylabel \"v [px]\"\n" +
+           (segments ? SegmentsPanel(fit, prefix) : ImagePanel(fit, prefix));
+  }
   const std::string axes = fit.example.problem.points.cols() == 2 ? "set xlabel \"x\"\nset ylabel \"y\"\n" : "";
   if (HasStructures(fit)) return axes + StructuresPanel(fit, prefix);
   return axes + (axes.empty() ? PlanePanel(fit, prefix) : LinePanel(fit, prefix));

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -97,6 +98,37 @@ void Points() {
   Check(diffsac::EstimatePlanes(plane, diffsac::PointOptions(0.1)).models.size() == 1, "planes");
 }
 
+// Segments of the three directions of a room.
+void VanishingPoints() {
+  const Scene scene = MakeScene(false);
+  const Eigen::Matrix3d room = Eigen::AngleAxisd(0.6, Eigen::Vector3d(-0.2, 1.0, 0.05).normalized()).toRotationMatrix();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  Eigen::Matrix<double, Eigen::Dynamic, 4> segments(90, 4);
+  for (int i = 0; i < 90; ++i) {
+    const Eigen::Vector3d start(2.0 * unit(random), 1.5 * unit(random), 5.5 + unit(random));
+    segments.row(i) << (scene.K * start).hnormalized().transpose(),
+        (scene.K * (start + room.col(i % 3))).hnormalized().transpose();
+  }
+  diffsac::VanishingPointOptions options;
+  options.K = scene.K;
+  for (const bool network : {true, false}) {
+    options.use_network = network;
+    const auto found = diffsac::EstimateVanishingPoints(segments, options);
+    Check(found.ok() && found.points.size() == 3 && found.horizon, "vanishing points");
+    Check(found.values.size() == (network ? 3u : 0u), "values");
+    for (int axis = 0; axis < 3; ++axis) {
+      double most = 0.0;
+      for (const auto& direction : found.directions) most = std::max(most, std::abs(direction.dot(room.col(axis))));
+      Check(most > 0.9999, "directions");
+    }
+  }
+  options = {};
+  options.size = {640, 480};
+  const auto unknown = diffsac::EstimateVanishingPoints(segments, options);
+  Check(unknown.focal && std::abs(unknown.focal->focal_px / 600.0 - 1.0) < 0.05, "focal length");
+}
+
 template <class Call>
 void CheckThrows(const Call& call, const std::string& text) {
   try {
@@ -142,6 +174,7 @@ void Mistakes() {
 int main() {
   TwoViews();
   Points();
+  VanishingPoints();
   Mistakes();
   std::puts("all as expected");
 }

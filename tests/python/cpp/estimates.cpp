@@ -75,4 +75,9 @@ int main() {
   PrintSeveral("absolute_poses", EstimateAbsolutePoses(scene, K));
   PrintSeveral("lines", EstimateLines(rows.middleCols<2>(5), PointOptions(9.0)));
   PrintSeveral("planes", EstimatePlanes(rows.leftCols<3>(), PointOptions(0.3)));
+  VanishingPointOptions options;
+  options.K = K;
+  const auto vanishing = EstimateVanishingPoints(rows.middleCols<4>(3), options);
+  for (const Eigen::Vector3d& point : vanishing.points) PrintModel("vanishing.models", point);
+  Print("vanishing.assignment", vanishing.assignment);
 }

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace diffsac {
+
+/// A grey image in colour, a little lighter, so that what is drawn on it stands out.
+cv::Mat LightImage(const cv::Mat& gray);
+
+/// Writes the whole file, in the format that `path` ends in. Throws Error: no such format, a file that cannot be
+/// written.
+void WritePicture(const cv::Mat& image, const std::string& path);
+
+/// Throws Error unless WritePicture knows the format that `path` ends in.
+void CheckPictureName(const std::string& path);
+
+}  // namespace diffsac

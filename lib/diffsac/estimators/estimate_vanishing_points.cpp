@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "diffsac/core/resources.h"
+#include "diffsac/diffsac.h"
+#include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/require.h"
+#include "diffsac/estimators/vanishing_point_chooser.h"
+#include "diffsac/geometry/calibration.h"
+#include "diffsac/problem/coordinates.h"
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+namespace {
+
+/// Horizons of two focal lengths are the same where they differ by less than this share of the image's width at its
+/// sides.
+constexpr double kSameHorizon = 0.01;
+
+/// Of log f before anything is seen.
+const double kFocalLogSigma = ConsensusOptions().focal_log_sigma;
+
+/// Networks stay loaded: a second call costs no file.
+void UseLoadedChooser(StructureSearchOptions* options) {
+  static std::mutex mutex;
+  static std::map<std::string, std::shared_ptr<const StructureChooser>> choosers;
+  const std::lock_guard lock(mutex);
+  auto& chooser = choosers[options->chooser];
+  options->chosen_by = chooser;
+  LoadChooser(options);
+  chooser = options->chosen_by;
+}
+
+ClassicalOptions SearchOf(const VanishingPointOptions& options) {
+  std::string chooser;
+  if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
+  ClassicalOptions search = VanishingPoints(chooser);
+  search.structures.least_value = options.least_value;
+  if (options.max_iterations > 0) search.max_iterations = options.max_iterations;
+  UseLoadedChooser(&search.structures);
+  return search;
+}
+
+Problem ProblemOf(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments, const VanishingPointOptions& options) {
+  Problem problem;
+  problem.task = Task::kVanishingPoint;
+  problem.points = segments;
+  problem.inlier_threshold = options.max_residual_deg;
+  problem.size1 = options.size;
+  if (options.K) problem.cameras = CameraPair{*options.K, *options.K};
+  return problem;
+}
+
+std::vector<double> WeightsOf(const VanishingPointsEstimate& estimate) {
+  return estimate.values.empty() ? std::vector<double>(estimate.points.size(), 1.0) : estimate.values;
+}
+
+/// The horizon of a focal length that is unknown, where it is about the same for short and long ones.
+std::optional<Horizon> HorizonOfAnyFocal(const VanishingPointsEstimate& estimate, const ImageSize& size) {
+  const double middle = kMedianFocal * std::max(size.width, size.height), step = std::exp(kFocalLogSigma);
+  const auto at = [&](double focal) {
+    return HorizonOf(estimate.points, WeightsOf(estimate), CentredCamera(focal, size));
+  };
+  const auto likely = at(middle), near = at(middle / step), far = at(middle * step);
+  if (!likely || !near || !far) return std::nullopt;
+  for (const double x : {0.0, double(size.width)})
+    if (!(std::abs(near->RowAt(x) - far->RowAt(x)) < kSameHorizon * size.width)) return std::nullopt;
+  return likely;
+}
+
+void FindCamera(const ImageSize& size, VanishingPointsEstimate* estimate) {
+  const Eigen::Vector2d middle = CentredCamera(1.0, size).topRightCorner<2, 1>();
+  const FocalPrior prior{kMedianFocal * std::max(size.width, size.height), kFocalLogSigma};
+  estimate->focal = FocalOfVanishingPoints(estimate->points, WeightsOf(*estimate), middle, prior);
+  if (estimate->focal) estimate->K = CentredCamera(estimate->focal->focal_px, size);
+}
+
+}  // namespace
+
+void VanishingPointOptions::Check() const {
+  EstimateOptions::Check();
+  Require(max_residual_deg > 0.0 && max_residual_deg <= 90.0, "max_residual_deg", "degrees, above 0 and at most 90");
+  Require(least_value >= 0.0 && least_value <= 1.0, "least_value", "from 0 to 1");
+  Require(!K || IsCalibration(*K), "K", "a calibration matrix: finite, positive focal lengths, last row 0 0 1");
+  Require(K || size.known(), "size", "the image's size, or K");
+}
+
+VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
+                                                const VanishingPointOptions& options) {
+  options.Check();
+  const Problem problem = ProblemOf(segments, options);
+  Estimate found = ClassicalEstimator(SearchOf(options)).Run(problem, options.seed);
+  VanishingPointsEstimate estimate;
+  estimate.status = found.status;
+  estimate.cost = found.report;
+  estimate.K = options.K;
+  if (!estimate.ok()) return estimate;
+  for (const ModelParameters& model : found.structures)
+    estimate.points.push_back(VanishingPointTask::PixelPoint(model, problem));
+  estimate.values = std::move(found.structure_values);
+  estimate.assignment = std::move(found.assignment);
+  if (!estimate.K) FindCamera(options.size, &estimate);
+  if (!estimate.K) {
+    estimate.horizon = HorizonOfAnyFocal(estimate, options.size);
+    return estimate;
+  }
+  for (const Eigen::Vector3d& point : estimate.points) estimate.directions.push_back(DirectionOf(point, *estimate.K));
+  estimate.horizon = HorizonOf(estimate.points, WeightsOf(estimate), *estimate.K);
+  return estimate;
+}
+
+}  // namespace diffsac
