@@ -5,20 +5,23 @@ set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mapfile -t tables < <(basename -as .yaml configs/tables/*.yaml)
+readonly quick_problems=40
 usage() {
-  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [options of diffsac_eval, such as --threads 1, --limit 100]"
+  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--quick|--verify] [options of diffsac_eval, such as --threads 1, --limit 100]"
   echo "       scripts/reproduce.sh pairs|kitti|data --data DIR"
   echo "       scripts/reproduce.sh scoreboard [--data DIR] [options]"
   echo "tables: ${tables[*]}"
   echo "--data: where image sets (configs/sets.yaml), meshes and scans are; matches go to runs/pairs/ (data_tools/README.md)"
   echo "--again: also tables that were made here already"
+  echo "--quick: $quick_problems problems a condition and one seed, in runs/quick/; no page is written"
+  echo "--verify: makes the tables again in runs/verify/, and says which values of their pages differ; no page is written"
   echo "pairs: the tables learned_*; kitti: those on KITTI alone, in runs/kitti/; data: all matches, no table"
   echo "scoreboard: the tables scoreboard_*, and of all of them the page docs/results/what_decides.md"
 }
 fail() { echo "reproduce: $*" >&2; exit 1; }
 
 scoreboard=(scoreboard_{essential,fundamental,homography,absolute_pose,line,plane})
-wanted=() options=() only=() output=() effects=() mode="" data="" page=yes update=--update
+wanted=() options=() only=() output=() effects=() mode="" data="" page=yes update=--update quick="" verify="" differing=0
 while (($#)) && [[ "$1" != -* ]]; do wanted+=("$1"); shift; done
 case "${wanted[*]}${1:-}" in -h | --help) usage; exit ;; "" | -*) usage >&2; exit 1 ;; esac
 case "${wanted[*]}" in
@@ -34,6 +37,8 @@ while (($#)); do
   case "$1" in
     --data) data=${2:-}; if [[ -z "$data" ]]; then fail "--data needs a folder"; fi; shift ;;
     --again) update="" ;;
+    --quick) quick=yes page="" options+=(--limit "$quick_problems") ;;
+    --verify) verify=yes page="" ;;
     --threads) options+=("$1" "${2:-}"); shift ;;
     *) options+=("$1") page="" ;;   # A table with other options is another table than the one that docs/results shows.
   esac
@@ -51,8 +56,23 @@ scripts/setup.sh && mkdir -p build/release && echo "reproduce: building (details
 { cmake --preset release && cmake --build --preset release --target programs; } >build/release/reproduce.log 2>&1 ||
   { tail -n 30 build/release/reproduce.log >&2; fail "the build failed; all of its output is in build/release/reproduce.log"; }
 
+# What each table's page says that its run took, before anything starts.
+estimate() {
+  local table seconds total=0 unknown=()
+  for table in "$@"; do
+    seconds=$(sed -n 's/^- time: \([0-9]*\) s$/\1/p' "docs/results/$table.md" 2>/dev/null || true)
+    if [[ -n "$seconds" ]]; then total=$((total + seconds)); else unknown+=("$table"); fi
+  done
+  echo "reproduce: $# tables; $((total / 3600)) h $((total % 3600 / 60)) min by the times on their pages"
+  [[ ${#unknown[@]} -eq 0 ]] || echo "reproduce: no time is known of: ${unknown[*]}"
+}
+if [[ ${#wanted[@]} -gt 1 && -z "$quick" ]]; then estimate "${wanted[@]}"; fi
 # evaluate TABLE OPTIONS...
-evaluate() { build/release/bin/diffsac_eval --config "configs/tables/$1.yaml" ${data:+--data "$data"} "${options[@]}" "${@:2}"; }
+evaluate() {
+  local seeds=()
+  if [[ -n "$quick" ]] && grep -q '^sweep:.*seed:' "configs/tables/$1.yaml"; then seeds=(--set "sweep.seed=[1]"); fi
+  build/release/bin/diffsac_eval --config "configs/tables/$1.yaml" ${data:+--data "$data"} "${options[@]}" "${seeds[@]}" "${@:2}"
+}
 for table in "${wanted[@]}"; do mapfile -t -O "${#only[@]}" only < <(evaluate "$table" --needs); done
 if [[ "$mode" == data || ( -n "$data" && ${#only[@]} -gt 0 ) ]]; then
   build/release/bin/diffsac_prepare sets --config configs/sets.yaml --data "$data" ${only:+--only "${only[@]}"} ||
@@ -60,10 +80,17 @@ if [[ "$mode" == data || ( -n "$data" && ${#only[@]} -gt 0 ) ]]; then
 fi
 for table in "${wanted[@]}"; do
   if [[ "$mode" == kitti ]]; then output=(--output "runs/kitti/$table"); fi
+  if [[ -n "$quick" ]]; then output=(--output "runs/quick/$table"); fi
+  if [[ -n "$verify" ]]; then output=(--output "runs/verify/$table" --page "runs/verify/$table.md" --page-command verify); fi
   evaluate "$table" --train-missing $update "${output[@]}" \
     ${page:+--page "docs/results/$table.md" --page-command "scripts/reproduce.sh $table${data:+ --data DIR}"}
+  if [[ -n "$verify" ]]; then
+    build/release/bin/diffsac_docs --compare "docs/results/$table.md" "runs/verify/$table.md" || differing=1
+  fi
 done
 if [[ ${#effects[@]} -gt 0 ]]; then   # Names those that are not made.
   build/release/bin/diffsac_eval --effects "${effects[@]}" \
     ${page:+--page docs/results/what_decides.md --page-command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"}
 fi
+if [[ -n "$page" ]]; then build/release/bin/diffsac_docs README.md docs/*.md docs/results/claims.md; fi   # Their figures.
+if [[ "$differing" != 0 ]]; then fail "some values of the pages differ"; fi

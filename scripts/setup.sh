@@ -11,6 +11,7 @@ readonly PACKAGES=(
   libeigen3-dev libhdf5-dev libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libtbb-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev catch2 gnuplot-nox libgloo-dev libnanoflann-dev
   libboost-dev libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev libzip-dev libexif-dev libsqlite3-dev libmatio-dev
+  nettle-dev
   fonts-dejavu-core clang-format-14)
 
 usage() {

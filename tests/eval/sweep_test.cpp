@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
@@ -156,6 +157,36 @@ TEST_CASE("the folder of a sweep reads back as a run; over seeds alone its facto
   CHECK(other.experiment.methods.size() == 4);
   CHECK(other.experiment.factors.empty());
   CHECK(other.experiment.strata[0].rows.empty());
+}
+
+TEST_CASE("over seeds alone rows keep names, comparisons and network facts, and deviations are told") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  WriteFileAtomically(folder.File("seeds.yaml"),
+                      "name: s\nproblems: 10\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.7}\n"
+                      "methods: {few: {type: ransac, max_iterations: 5}, many: {type: ransac, max_iterations: 200}}\n"
+                      "compare: [[many, few]]\nsweep: {seed: [3, 4, 5]}\n");
+  request.config_path = folder.File("seeds.yaml");
+  request.page = folder.File("s.md");
+  request.page_command = "make s";
+  std::ostringstream out;
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
+  CHECK_THAT(out.str(), Contains("mean of seeds 3, 4, 5") &&
+                            Contains("standard deviation over 3 seeds of mAA@0.5deg") &&
+                            Contains("differences in mAA@0.5deg") && !Contains("RANSAC, mean of"));
+  const std::string joined = ReadFile(folder.File("out/results.csv")), metric = ",mAA@0.5deg,";
+  std::vector<double> values;
+  for (const char* seed : {"3", "4", "5"})
+    values.push_back(std::stod(
+        ValueAfter(ReadFile(folder.File("out/points/seed=") + seed + "/results.csv"), "mean,all,few" + metric)));
+  const double mean = (values[0] + values[1] + values[2]) / 3.0;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  CHECK(std::stod(ValueAfter(joined, "mean,all,few" + metric)) == Approx(mean));
+  CHECK(std::stod(ValueAfter(joined, "mean_seed_deviation,all,few" + metric)) == Approx(std::sqrt(squares / 2.0)));
+  const std::string page = ReadFile(request.page);
+  CHECK_THAT(page, Contains("- time: ") && Contains("- peak memory: ") && Contains("- data: sha256 "));
+  CHECK(ReadRun(folder.File("out")).seeds == std::vector<std::uint64_t>{3, 4, 5});
 }
 
 TEST_CASE("a problem that several seeds share counts once in an interval") {

@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/report/command_line.h"
+#include "diffsac/report/page_checks.h"
 #include "eval/eval_fixtures.h"
 
 namespace diffsac {
@@ -81,13 +82,20 @@ TEST_CASE("two pictures of matches are on a page, from first to last, and all ot
   std::filesystem::create_directories(folder.File("run"));
   WriteFileAtomically(folder.File("run/config.yaml"), "# program: p\n# seed: 3\n\nname: x\n");
   WriteFileAtomically(folder.File("run/table.md"), "# X\n");
+  WriteFileAtomically(
+      folder.File("run/results.json"),
+      "{\"facts\": {\"seconds\": 61.4, \"peak_memory_mib\": 99.6, \"data_sha256\": \"0123456789abcdef\", "
+      "\"networks_sha256\": {\"models/x/y.safetensors\": \"fedcba9876543210\"}}}");
   for (const char* name : {"matches_a", "matches_b", "matches_c", "matches_d", "bars", "curve"})
     WriteFileAtomically(folder.File(std::string("run/") + name + ".png"), name);
   WritePage(folder.File("run"), folder.File("page.md"), "c");
-  CHECK(ReadFile(folder.File("page.md")) ==
-        "# X\n\n![page: bars](page_bars.png)\n\n![page: curve](page_curve.png)\n\n![page: "
-        "matches_a](page_matches_a.png)\n\n"
-        "![page: matches_c](page_matches_c.png)\n\nWritten by `c`.\n\n- seed: 3\n");
+  const std::string text =
+      "# X\n\n![page: bars](page_bars.png)\n\n![page: curve](page_curve.png)\n\n![page: "
+      "matches_a](page_matches_a.png)\n\n"
+      "![page: matches_c](page_matches_c.png)\n\nWritten by `c`.\n\n- seed: 3\n"
+      "- time: 61 s\n- peak memory: 100 MiB\n- data: sha256 0123456789ab\n"
+      "- network: models/x/y.safetensors, sha256 fedcba987654\n";
+  CHECK(ReadFile(folder.File("page.md")) == text + PageDigestLine(text));
   CHECK(ReadFile(folder.File("page_matches_c.png")) == "matches_c");
   CHECK_FALSE(std::filesystem::exists(folder.File("page_matches_b.png")));
 }

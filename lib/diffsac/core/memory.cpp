@@ -1,5 +1,7 @@
 #include "diffsac/core/memory.h"
 
+#include <sys/resource.h>
+
 #include <cstdlib>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -14,6 +16,12 @@ void KeepFreedMemory() {
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, kGiveBackAbove);
 #endif
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
 }  // namespace diffsac

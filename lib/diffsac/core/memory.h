@@ -7,4 +7,7 @@ namespace diffsac {
 /// where several processes train. For programs; before threads are started. A process's memory then stays at its peak.
 void KeepFreedMemory();
 
+/// The most memory that the process has had at once, in MiB.
+double PeakMemoryMib();
+
 }  // namespace diffsac

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <unordered_map>
 
@@ -186,6 +187,44 @@ std::string AccuracyTitle(const ExperimentResults& results) {
   return JudgesStructures(results) ? "recall of structures" : AccuracyMetric(results);
 }
 
+namespace {
+
+// The records of each run, seeds apart.
+std::vector<Cell> RunsOf(const Cell& cell) {
+  std::map<int, Cell> runs;
+  for (const ProblemRecord& record : cell.records)
+    runs.try_emplace(record.run, Cell{cell.condition, cell.method, {}, {}}).first->second.records.push_back(record);
+  std::vector<Cell> cells;
+  for (auto& [run, one] : runs) {
+    for (ProblemRecord& record : one.records) record.run = 0;
+    cells.push_back(std::move(one));
+  }
+  return cells;
+}
+
+// The sample's standard deviation.
+double Deviation(const std::vector<double>& values) {
+  const double mean = Mean(values);
+  double sum = 0.0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+void AddDeviations(const Cell& cell, const Tolerance& tolerance, std::vector<MetricValue>* all) {
+  const std::vector<Cell> cells = RunsOf(cell);
+  if (cells.size() < 2) return;
+  std::vector<std::vector<MetricValue>> runs;
+  for (const Cell& run : cells) runs.push_back(CellMetrics(run, tolerance));
+  for (const MetricValue& value : runs.front()) {
+    if (value.scene != "mean" && value.scene != kAllPairs) continue;
+    std::vector<double> values;
+    for (const auto& run : runs) values.push_back(FindMetric(run, value.scene, value.metric));
+    all->push_back({DeviationOf(value.scene), value.metric, Deviation(values)});
+  }
+}
+
+}  // namespace
+
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
@@ -208,6 +247,7 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
     const auto values = SceneMetrics(kAllPairs, records, tolerance, kinds);
     all.insert(all.end(), values.begin(), values.end());
   }
+  AddDeviations(cell, tolerance, &all);
   return all;
 }
 

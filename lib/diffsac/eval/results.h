@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diffsac/estimators/robust_estimator.h"
@@ -43,6 +44,7 @@ struct ProblemRecord {
   int structures = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
+  int run = 0;        ///< Which of the joined runs of other seeds it is of (JoinSweep).
 };
 
 /// One method on one condition: records in the order of the dataset, only those that were done.
@@ -73,6 +75,16 @@ struct LearnedRow {
   TrainingFacts facts;
 };
 
+/// What a run took and read, so that its numbers can be checked elsewhere.
+struct RunFacts {
+  double seconds = 0.0;          ///< 0: unknown.
+  double peak_memory_mib = 0.0;  ///< Of the process; 0: unknown.
+  /// SHA-256 of all problems' points, in their order; of several runs on other data that of their digests. Empty of
+  /// shards.
+  std::string data_digest;
+  std::vector<std::pair<std::string, std::string>> networks;  ///< Checkpoints that rows name, with their SHA-256.
+};
+
 struct ExperimentResults {
   ExperimentOptions experiment;
   std::string dataset;  ///< The data's type.
@@ -87,8 +99,10 @@ struct ExperimentResults {
   bool partial = false;               ///< An interrupt stopped the run.
   Shard shard;                        ///< Which problems these are.
   std::vector<std::size_t> problems;  ///< By condition: how many there are, those of other shards included.
-  std::string git_revision;           ///< Of the program that ran.
-  std::string machine;                ///< Where it ran; of joined shards all of them.
+  RunFacts facts;
+  std::vector<std::uint64_t> seeds;  ///< Of the runs that were joined, where they differ in nothing else.
+  std::string git_revision;          ///< Of the program that ran.
+  std::string machine;               ///< Where it ran; of joined shards all of them.
 
   const Cell* Find(std::size_t condition, std::size_t method) const;
 };
@@ -127,6 +141,9 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
 /// Stands for the scene in the metrics over all pairs.
 inline constexpr const char* kAllPairs = "all_pairs";
 
+/// What stands for the scene in the standard deviations over seeds of the metrics of `mean` or kAllPairs.
+inline std::string DeviationOf(const std::string& scene) { return scene + "_seed_deviation"; }
+
 /// Whether rotation and translation are judged on their own: the errors are angles, and some problem knows its
 /// rotation.
 bool JudgesPoses(const Cell& cell, const Tolerance& tolerance);
@@ -149,7 +166,8 @@ inline constexpr const char* kSetsMetric = "one_structure_sets";
 inline double SetsOf(const ProblemRecord& record) { return record.one_structure_sets; }
 
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
-/// scenes also those of all problems together, where large scenes weigh more: `all_pairs`.
+/// scenes also those of all problems together, where large scenes weigh more: `all_pairs`. Of several runs (seeds) the
+/// standard deviations of these over the runs follow (DeviationOf).
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance);
 
 /// The value of one metric in a list; NaN when it is not there.

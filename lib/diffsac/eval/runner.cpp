@@ -1,7 +1,9 @@
 #include "diffsac/eval/runner.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <numeric>
@@ -10,9 +12,12 @@
 
 #include "diffsac/baselines/oracle.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/core/memory.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
+#include "diffsac/core/resources.h"
 #include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/eval/digest.h"
 #include "diffsac/eval/problem_quantities.h"
 #include "diffsac/eval/shown_fits.h"
 #include "diffsac/eval/structures_error.h"
@@ -250,6 +255,28 @@ std::size_t BlockSize(const Estimators& methods, std::size_t problems) {
   return size * ((kProblems + size - 1) / size);
 }
 
+void AddPoints(const Eigen::MatrixXd& points, Digest* data) {
+  data->Add(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
+}
+
+// "models/line/model.safetensors", wherever these folders are.
+std::string EndOf(const std::string& path) {
+  const std::filesystem::path file(path), folder = file.parent_path();
+  return (folder.parent_path().filename() / folder.filename() / file.filename()).string();
+}
+
+std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOptions& experiment) {
+  std::vector<std::pair<std::string, std::string>> networks;
+  std::set<std::string> known;
+  for (const EstimatorRow& row : experiment.methods) {
+    const std::string path = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
+    if (path.empty() || !known.insert(path).second) continue;
+    const std::string found = RequiredPath(row.config.Sub("checkpoint"), "checkpoint");
+    networks.emplace_back(EndOf(found), DigestOfFile(found));
+  }
+  return networks;
+}
+
 // A group without a scene is most likely a misspelt name, but data that is not here may have it.
 void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::string>& groups) {
   if (groups.empty()) return;
@@ -287,12 +314,15 @@ class ConditionRun {
     if (pictures && ShowsFits(experiment, condition)) fits_rows_ = FitsRows(experiment);
   }
 
-  void Run(Progress& progress, ExperimentResults* results) {
+  void Run(Progress& progress, Digest* data, ExperimentResults* results) {
     const std::size_t size = BlockSize(methods_, problems_);
     std::set<std::string> groups;
     for (std::size_t first = 0; first < problems_ && !Stopped(inputs_); first += size) {
       const Block block = Load(first, std::min(first + size, problems_));
-      for (const Example& example : block.examples) groups.insert(experiment_.GroupOf(example.scene));
+      for (const Example& example : block.examples) {
+        groups.insert(experiment_.GroupOf(example.scene));
+        AddPoints(example.problem.points, data);
+      }
       for (std::size_t m = 0; m < methods_.size(); ++m) RunRow(block, m, progress, results);
     }
     results->problems.push_back(problems_);
@@ -352,6 +382,7 @@ std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem)
 }
 
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
+  const auto start = std::chrono::steady_clock::now();
   ExperimentResults results;
   results.experiment = experiment;
   results.shard = inputs.shard;
@@ -366,9 +397,12 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   const int fits_row = FitsRow(experiment);
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));
+  Digest points;
   for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
-    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &results);
+    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &points, &results);
   progress.Finish();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  results.facts = {elapsed.count(), PeakMemoryMib(), inputs.shard.whole() ? points.Hex() : "", NetworksOf(experiment)};
   results.partial = Stopped(inputs);
   return results;
 }

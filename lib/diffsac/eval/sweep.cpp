@@ -7,6 +7,7 @@
 
 #include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
+#include "diffsac/eval/digest.h"
 #include "diffsac/lab/yaml.h"
 
 namespace diffsac {
@@ -128,8 +129,19 @@ void CheckAlike(const SweepPoint& first, const ExperimentOptions& a, const Sweep
                 "' have different tasks or conditions");
 }
 
-/// The first point's results without rows, and without what names rows.
-ExperimentResults EmptyOf(const ExperimentResults& first) {
+/// The seeds of points that differ in nothing else; empty where they differ in more.
+std::vector<std::uint64_t> SeedsAlone(const std::vector<SweepPoint>& points,
+                                      const std::vector<ExperimentResults>& results) {
+  std::vector<std::uint64_t> seeds;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (points[p].assignments.size() != 1 || !points[p].assignments.front().starts_with("seed=")) return {};
+    seeds.push_back(results[p].experiment.seed);
+  }
+  return seeds;
+}
+
+/// The first point's results without rows, and, unless rows keep their names, without what names rows.
+ExperimentResults EmptyOf(const ExperimentResults& first, const std::vector<std::uint64_t>& seeds) {
   ExperimentResults joined;
   joined.experiment = first.experiment;
   joined.dataset = first.dataset;
@@ -138,11 +150,16 @@ ExperimentResults EmptyOf(const ExperimentResults& first) {
   joined.problems = first.problems;
   ExperimentOptions& experiment = joined.experiment;
   experiment.methods.clear();
+  experiment.estimates = false;
+  joined.seeds = seeds;
+  if (!seeds.empty()) {
+    joined.learned = first.learned;
+    return joined;
+  }
   experiment.compare.clear();
   experiment.paper.clear();
   experiment.reference.clear();
   experiment.figures = {};
-  experiment.estimates = false;
   return joined;
 }
 
@@ -168,8 +185,10 @@ void AddRow(const std::vector<const RowAtPoint*>& alike, const SweepPoint& point
     row.name += " " + point.parts[axis];
     row.label += ", " + point.parts[axis];
   }
-  if (alike.size() > 1) row.label += ", mean of " + std::to_string(alike.size()) + " seeds";
-  row.series.clear();
+  if (joined->seeds.empty()) {
+    if (alike.size() > 1) row.label += ", mean of " + std::to_string(alike.size()) + " seeds";
+    row.series.clear();
+  }
   const std::size_t place = joined->experiment.methods.size();
   std::map<std::size_t, Cell> cells;
   for (const RowAtPoint* at : alike)
@@ -177,12 +196,29 @@ void AddRow(const std::vector<const RowAtPoint*>& alike, const SweepPoint& point
       if (cell.method != at->method) continue;
       Cell& all = cells.try_emplace(cell.condition, Cell{cell.condition, place, {}, {}}).first->second;
       all.records.insert(all.records.end(), cell.records.begin(), cell.records.end());
+      for (auto record = all.records.end() - cell.records.size(); record != all.records.end(); ++record)
+        record->run = static_cast<int>(at->point);
     }
   for (auto& [condition, cell] : cells) {
     numbers->Renumber(&cell);
     joined->cells.push_back(std::move(cell));
   }
   joined->experiment.methods.push_back(std::move(row));
+}
+
+RunFacts JoinedFacts(const std::vector<ExperimentResults>& results) {
+  RunFacts joined = results.front().facts;
+  joined.seconds = 0.0;
+  std::string digests;
+  bool alike = true;
+  for (const ExperimentResults& one : results) {
+    joined.seconds += one.facts.seconds;
+    joined.peak_memory_mib = std::max(joined.peak_memory_mib, one.facts.peak_memory_mib);
+    alike = alike && one.facts.data_digest == joined.data_digest;
+    digests += one.facts.data_digest;
+  }
+  if (!alike) joined.data_digest = DigestOfText(digests);
+  return joined;
 }
 
 }  // namespace
@@ -231,7 +267,7 @@ std::vector<SweepPoint> SweepPoints(const std::vector<SweepAxis>& axes) {
 }
 
 ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::vector<ExperimentResults>& results) {
-  ExperimentResults joined = EmptyOf(results.front());
+  ExperimentResults joined = EmptyOf(results.front(), SeedsAlone(points, results));
   ProblemNumbers numbers;
   for (std::size_t p = 0; p < results.size(); ++p) {
     CheckAlike(points.front(), results.front().experiment, points[p], results[p].experiment);
@@ -255,6 +291,7 @@ ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::ve
     }
     for (const auto& alike : different) AddRow(alike, points[alike.front()->point], axes, results, &numbers, &joined);
   }
+  joined.facts = JoinedFacts(results);
   ForgetLostRows(&joined.experiment);
   std::stable_sort(joined.cells.begin(), joined.cells.end(),
                    [](const Cell& a, const Cell& b) { return a.condition < b.condition; });

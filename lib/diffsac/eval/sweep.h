@@ -38,8 +38,9 @@ std::vector<SweepPoint> SweepPoints(const std::vector<SweepAxis>& axes);
 /// The results of all points as one experiment: a row for each different row of the points, named and labelled with the
 /// values that make a difference to it. Points that differ in the seed alone are one row: its metrics are means over
 /// the seeds, and a problem that all seeds share (one that is read, not drawn) counts once, with the mean of its
-/// values; of these rows there are the factors' effects as well. Throws Error where points have different tasks or
-/// conditions.
+/// values; of these rows there are the factors' effects as well. Where all points differ in the seed alone the rows
+/// keep names and labels, and the experiment its comparisons, the paper's rows and pictures of curves. Throws Error
+/// where points have different tasks or conditions.
 ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::vector<ExperimentResults>& results);
 
 }  // namespace diffsac

@@ -77,8 +77,13 @@ std::string ReportSetting(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   std::size_t most = 0;
   for (const Cell& cell : results.cells) most = std::max(most, cell.records.size());
-  return std::to_string(most) + " problems a condition (" + experiment.condition_label + "), seed " +
-         std::to_string(experiment.seed);
+  std::string seeds = "seed " + std::to_string(experiment.seed);
+  if (!results.seeds.empty()) {
+    seeds = "mean of seeds";
+    for (const std::uint64_t seed : results.seeds)
+      seeds += (seed == results.seeds.front() ? " " : ", ") + std::to_string(seed);
+  }
+  return std::to_string(most) + " problems a condition (" + experiment.condition_label + "), " + seeds;
 }
 
 std::string MarkdownTable(const Table& table) {

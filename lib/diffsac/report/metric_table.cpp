@@ -92,7 +92,7 @@ void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_
   }
   for (std::size_t c = 0; c < shown.columns.size(); ++c) {
     const MetricColumn& column = shown.columns[c];
-    if (RowsShareProblems(results, column.condition))
+    if (shown.best && RowsShareProblems(results, column.condition))
       MarkBest(numbers, c, column.digits, column.higher_is_better, table);
   }
 }

@@ -26,6 +26,7 @@ struct MetricTable {
   std::vector<MetricColumn> columns;
   bool costs = false;      ///< Hypotheses and milliseconds beside the numbers.
   bool intervals = false;  ///< Each number is followed by its interval where it has one.
+  bool best = true;        ///< Whether the best values are marked.
 };
 
 /// A row of numbers before the best are known.

@@ -6,13 +6,17 @@
 #include <vector>
 
 #include "diffsac/core/files.h"
+#include "diffsac/report/metric_table.h"
+#include "diffsac/report/page_checks.h"
+#include "diffsac/report/run_reader.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMatches = 2;  // Pictures of matches on a page.
+constexpr std::size_t kShownDigits = 12;  // Of a digest.
+constexpr std::size_t kMostMatches = 2;   // Pictures of matches on a page.
 
 /// All but those of matches, then two of these, from first to last.
 std::vector<fs::path> PicturesIn(const std::string& folder) {
@@ -62,6 +66,12 @@ std::string FactsOfRun(const std::string& folder) {
   std::string text;
   for (const std::string& line : HeaderOf(ReadFile(folder + "/config.yaml")))
     if (!line.starts_with("program: ")) text += "- " + line + "\n";
+  const RunFacts facts = ReadRunFacts(folder);
+  if (facts.seconds > 0.0) text += "- " + std::string(kRunSeconds) + FixedText(facts.seconds, 0) + " s\n";
+  if (facts.peak_memory_mib > 0.0) text += "- peak memory: " + FixedText(facts.peak_memory_mib, 0) + " MiB\n";
+  if (!facts.data_digest.empty()) text += "- data: sha256 " + facts.data_digest.substr(0, kShownDigits) + "\n";
+  for (const auto& [path, digest] : facts.networks)
+    text += "- network: " + path + ", sha256 " + digest.substr(0, kShownDigits) + "\n";
   return text;
 }
 
@@ -71,7 +81,8 @@ void WritePage(const std::string& folder, const std::string& page, const std::st
   if (path.has_parent_path()) fs::create_directories(path.parent_path());
   std::string text = ReadFile(folder + "/table.md") + "\n";
   for (const fs::path& picture : PicturesIn(folder)) text += PictureBeside(picture.string(), page, name);
-  WriteFileAtomically(page, text + "Written by `" + command + "`.\n\n" + FactsOfRun(folder));
+  text += "Written by `" + command + "`.\n\n" + FactsOfRun(folder);
+  WriteFileAtomically(page, text + PageDigestLine(text));
 }
 
 bool IsMade(const ExperimentOptions& experiment, const std::string& folder, const std::string& page) {

@@ -89,6 +89,25 @@ Json PaperJson(const ExperimentResults& results) {
   return rows;
 }
 
+Json FactsJson(const RunFacts& facts) {
+  Json networks = Json::object();
+  for (const auto& [path, digest] : facts.networks) networks[path] = digest;
+  return {{"seconds", facts.seconds},
+          {"peak_memory_mib", facts.peak_memory_mib},
+          {"data_sha256", facts.data_digest},
+          {"networks_sha256", networks}};
+}
+
+Json LearnedJson(const ExperimentResults& results) {
+  Json rows = Json::object();
+  for (const LearnedRow& row : results.learned)
+    rows[results.experiment.methods[row.method].name] = {{"parameters", row.facts.parameters},
+                                                         {"samples", row.facts.samples},
+                                                         {"run_samples", row.facts.run_samples},
+                                                         {"start", row.facts.start}};
+  return rows;
+}
+
 // An error that is unknown is empty, one of no end is "inf".
 std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
 
@@ -185,11 +204,14 @@ std::string ResultsJson(const Report& report) {
                      {"task", ToString(experiment.task)},
                      {"dataset", results.dataset},
                      {"seed", experiment.seed},
+                     {"seeds", results.seeds},
                      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
                      {"partial", results.partial},
                      {"left_out", experiment.left_out},
                      {"git_revision", results.git_revision},
                      {"machine", results.machine},
+                     {"learned", LearnedJson(results)},
+                     {"facts", FactsJson(results.facts)},
                      {"results", cells},
                      {"differences", ComparisonsJson(report)},
                      {"paper", PaperJson(results)}};

@@ -155,6 +155,25 @@ void ReadProblems(const std::string& path, ExperimentResults* results) {
   for (const auto& known : problems) results->problems.push_back(known.size());
 }
 
+RunFacts FactsOf(const nlohmann::json& json) {
+  RunFacts facts{json.at("seconds").get<double>(),
+                 json.at("peak_memory_mib").get<double>(),
+                 json.at("data_sha256").get<std::string>(),
+                 {}};
+  for (const auto& [path, digest] : json.at("networks_sha256").items())
+    facts.networks.emplace_back(path, digest.get<std::string>());
+  return facts;
+}
+
+LearnedRow LearnedRowOf(const nlohmann::json& facts, std::size_t method) {
+  LearnedRow row{method, {}};
+  row.facts.parameters = facts.at("parameters").get<std::int64_t>();
+  row.facts.samples = facts.at("samples").get<std::int64_t>();
+  row.facts.run_samples = facts.at("run_samples").get<std::int64_t>();
+  row.facts.start = facts.at("start").get<std::string>();
+  return row;
+}
+
 void ReadFacts(const std::string& path, ExperimentResults* results) {
   const auto json = nlohmann::json::parse(ReadFile(path), nullptr, false);
   try {
@@ -163,12 +182,26 @@ void ReadFacts(const std::string& path, ExperimentResults* results) {
     results->partial = json.at("partial").get<bool>();
     results->git_revision = json.at("git_revision").get<std::string>();
     results->machine = json.at("machine").get<std::string>();
+    results->seeds = json.value("seeds", std::vector<std::uint64_t>());
+    if (json.contains("facts")) results->facts = FactsOf(json.at("facts"));
+    for (const auto& [name, facts] : json.value("learned", nlohmann::json::object()).items())
+      results->learned.push_back(LearnedRowOf(facts, results->experiment.RowOf(name)));
   } catch (const nlohmann::json::exception&) {
     throw Error(path + ": not the results.json of a run, or damaged");
   }
 }
 
 }  // namespace
+
+RunFacts ReadRunFacts(const std::string& folder) {
+  const std::string path = (fs::path(folder) / "results.json").string();
+  try {
+    const auto json = nlohmann::json::parse(ReadFile(path));
+    return json.contains("facts") ? FactsOf(json.at("facts")) : RunFacts();
+  } catch (const nlohmann::json::exception&) {
+    throw Error(path + ": not the results.json of a run, or damaged");
+  }
+}
 
 ExperimentResults ReadRun(const std::string& folder) {
   const fs::path path(folder);

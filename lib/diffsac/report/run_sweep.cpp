@@ -66,13 +66,24 @@ ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const Eva
   return *first;
 }
 
-void WriteJoined(ExperimentResults results, const EvalRequest& request, const std::string& folder, std::ostream& out) {
+/// Pictures of single problems are the first seed's.
+void CopyExamples(const std::string& from, const std::string& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(from)) {
+    const std::string name = entry.path().filename().string();
+    const bool example = name.starts_with("matches_") || name == "fits.png" || name == "confidence.png";
+    if (example) WriteFileAtomically((std::filesystem::path(folder) / name).string(), ReadFile(entry.path().string()));
+  }
+}
+
+void WriteJoined(ExperimentResults results, const std::string& first_point, const EvalRequest& request,
+                 const std::string& folder, std::ostream& out) {
   // The points may have other data: pictures of pairs are in their own reports.
   for (Cell& cell : results.cells) cell.estimates.clear();
   const Report report = MakeReport(results);
   RunDirectory(folder, "diffsac_eval", WriteExperiment(results.experiment), results.experiment.seed);
   WriteResults(report, folder);
   DrawFigures(report, folder);
+  if (!results.seeds.empty()) CopyExamples(first_point, folder);
   WriteReport(report, folder);
   EndResults(report, folder);
   if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
@@ -113,7 +124,8 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
     out << "[" << p + 1 << "/" << points.size() << "] " << points[p].name << ": in " << one.output << std::endl;
     results.push_back(ReadRun(one.output));
   }
-  if (!request.needs) WriteJoined(JoinSweep(points, results), request, folder, out);
+  if (!request.needs)
+    WriteJoined(JoinSweep(points, results), RequestOf(points.front(), request, folder).output, request, folder, out);
   return kExitOk;
 }
 

@@ -152,6 +152,20 @@ std::size_t MostScenes(const ExperimentResults& results) {
 
 namespace {
 
+// What a table of means over seeds is worth: the deviation of each number over these seeds.
+MetricTable DeviationKind(const ExperimentResults& results, const MetricTable& means) {
+  MetricTable kind{"standard deviation over " + std::to_string(results.seeds.size()) + " seeds of " + means.heading,
+                   means.columns};
+  kind.heading = kind.heading.substr(0, kind.heading.find(", higher is better"));
+  kind.heading = kind.heading.substr(0, kind.heading.find(", lower is better"));
+  for (MetricColumn& column : kind.columns) {
+    column.scene = DeviationOf(column.scene);
+    column.paper = nullptr;
+  }
+  kind.best = false;
+  return kind;
+}
+
 // Accuracy and error, or, without ground truth, inliers; of several structures what is said of those.
 std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth) {
   std::vector<MetricTable> kinds;
@@ -160,12 +174,17 @@ std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth)
     AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
     return kinds;
   }
-  if (JudgesStructures(results)) return StructureKinds(results);
+  if (JudgesStructures(results)) {
+    kinds = StructureKinds(results);
+    if (!results.seeds.empty()) kinds.push_back(DeviationKind(results, kinds.front()));
+    return kinds;
+  }
   const std::size_t scenes = MostScenes(results);
   kinds.push_back(AccuracyKind(
       results, "mean", scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : std::string()));
   if (scenes > 1) kinds.push_back(AccuracyKind(results, kAllPairs, ", mean over all pairs"));
   kinds.push_back(MedianKind(results));
+  if (!results.seeds.empty()) kinds.push_back(DeviationKind(results, kinds.front()));
   return kinds;
 }
 
