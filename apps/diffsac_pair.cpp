@@ -33,8 +33,6 @@ namespace {
 using namespace diffsac;
 namespace fs = std::filesystem;
 
-constexpr int kExitNoModel = 1;
-
 constexpr const char* kFooter = R"(Examples:
   diffsac_pair first.jpg second.jpg                        pose and focal length; matches.png
   diffsac_pair first.jpg second.jpg --focal 2900           pose; the principal point is the image's middle

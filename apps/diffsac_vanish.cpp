@@ -27,8 +27,6 @@ namespace {
 using namespace diffsac;
 namespace fs = std::filesystem;
 
-constexpr int kExitNoModel = 1;
-
 struct Request {
   std::vector<std::string> images;
   std::string picture = "vanishing_points.png", json, estimates, segments;
@@ -44,7 +42,8 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--focal", request->calibration.focal,
                   "Focal length of the images, in pixels (default: EXIF's, or found from the vanishing points)")
       ->check(CLI::PositiveNumber);
-  app->add_option("--center", request->calibration.center, "Principal point, as 320,240 (default: the middle)")
+  app->add_option("--center", request->calibration.center,
+                  "With --focal: the principal point, as 320,240 (default: the middle)")
       ->delimiter(',');
   app->add_option("--max-image-size", request->max_image_size,
                   "Reduce larger images to this side before segments are looked for; 0: never")
@@ -167,6 +166,12 @@ int main(int argc, char** argv) {
   CLI::App app{"Vanishing points of photographs, with the camera's focal length and the horizon"};
   Request request;
   app.set_version_flag("--version", VersionText("diffsac_vanish"));
+  app.footer(
+      "Examples:\n"
+      "  diffsac_vanish hall.jpg\n"
+      "  diffsac_vanish street.png --focal 719 --center 607,185 --json street.json\n"
+      "  diffsac_vanish photos/*.jpg --picture pictures/found.jpg --estimates found.h5\n"
+      "Exit status: 0 every image has vanishing points, 1 one has none, 2 bad input. More: docs/vanishing_points.md");
   AddOptions(&app, &request);
   try {
     app.parse(argc, argv);

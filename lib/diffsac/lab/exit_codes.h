@@ -2,9 +2,10 @@
 
 namespace diffsac {
 
-/// How the programs end (docs/reliability.md): done; bad input, data or files, which one line on stderr names; stopped
-/// by Ctrl-C or SIGTERM. diffsac_pair has 1 besides, for images without a model.
+/// How the programs end (docs/reliability.md): done; photographs without a model; bad input, data or files, which one
+/// line on stderr names; stopped by Ctrl-C or SIGTERM.
 inline constexpr int kExitOk = 0;
+inline constexpr int kExitNoModel = 1;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
 
