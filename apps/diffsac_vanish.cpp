@@ -18,8 +18,8 @@
 #include "diffsac/eval/format.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
-#include "diffsac/report/command_line.h"
 #include "diffsac/report/colours.h"
+#include "diffsac/report/command_line.h"
 #include "diffsac/report/vanishing_text.h"
 
 namespace {
