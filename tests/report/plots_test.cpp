@@ -12,6 +12,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/report/colours.h"
 #include "diffsac/report/gnuplot.h"
 #include "diffsac/report/plot_series.h"
 #include "eval/factor_fixtures.h"
