@@ -21,6 +21,7 @@
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/selection.h"
+#include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/run_lock.h"
 #include "diffsac/lab/terminal_log.h"
@@ -98,10 +99,10 @@ void AddEstimator(CLI::App* app, Request* request) {
                   "Replaces the estimator's network (default: the row's)");
   app->add_option("--threshold-px", request->threshold_px,
                   "The most that an inlier's residual can be (default: 1; homographies 3)")
-      ->check(CLI::PositiveNumber);
+      ->check(NumberAbove(0));
   app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX")->capture_default_str();
   app->add_option("--threads", request->context.threads, "Threads; 0: all cores")
-      ->check(CLI::Range(0, 1024))
+      ->check(NumberWithin(0, 1024))
       ->capture_default_str();
   app->add_option("--seed", request->seed, "Of the search; every pair has the same")->capture_default_str();
 }

@@ -16,6 +16,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/eval/format.h"
+#include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/report/colours.h"
@@ -41,21 +42,21 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of the images");
   app->add_option("--focal", request->calibration.focal,
                   "Focal length of the images, in pixels (default: EXIF's, or found from the vanishing points)")
-      ->check(CLI::PositiveNumber);
+      ->check(NumberAbove(0));
   app->add_option("--center", request->calibration.center,
                   "With --focal: the principal point, as 320,240 (default: the middle)")
       ->delimiter(',');
   app->add_option("--max-image-size", request->max_image_size,
                   "Reduce larger images to this side before segments are looked for; 0: never")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberFrom(0))
       ->capture_default_str();
   app->add_option("--threshold-deg", options.max_residual_deg,
                   "A segment is of a vanishing point that it points at within this angle")
-      ->check(CLI::Range(0.01, 90.0))
+      ->check(NumberWithin(0.01, 90.0))
       ->capture_default_str();
   app->add_option("--least-value", options.least_value,
                   "The list ends where the network is less sure than this; 0: eight vanishing points")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(NumberWithin(0.0, 1.0))
       ->capture_default_str();
   app->add_flag("!--no-network", options.use_network, "Choose by the length of the segments alone");
   app->add_option("--picture", request->picture,
