@@ -7,7 +7,8 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
           "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool; `chosen`, of "
-          "that pool by a network that learned from labels");
+          "that pool by a network that learned from labels; `energy`, of that pool by an energy of all labels, and "
+          "of models that are drawn within the structures found");
   const bool several = Several();
   const char* only = "structures.search other than one";
   b.Field("most", most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
@@ -23,7 +24,29 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
           "is more");
   b.Field("rounds", rounds, Within(0, 100))
       .OnlyIf(several && !chosen, by_chance)
-      .Help("of assigning points to the nearest model and refitting models to their points");
+      .Help(
+          "of assigning points to the nearest model and refitting models to their points; of `energy`, of drawing "
+          "within structures, adding, merging and removing models");
+  const bool energy = search == StructureSearch::kEnergy;
+  const char* by_energy = "structures.search: energy";
+  b.Field("core", core, Within(1e-3, 1.0))
+      .OnlyIf(energy, by_energy)
+      .Help("the cost of a residual rises from this share of ε on, by its logarithm");
+  b.Field("outlier_cost", outlier_cost, Within(0.0, 100.0))
+      .OnlyIf(energy, by_energy)
+      .Help("of a point without a model; one that is ε away from its model costs 1");
+  b.Field("support_weight", support_weight, Within(0.0, 100.0))
+      .OnlyIf(energy, by_energy)
+      .Help(
+          "of what the neighbours of a match say for it, added to its cost as an outlier; points of other data have "
+          "none");
+  b.Field("structure_cost", structure_cost, Within(0.0, 1e6)).OnlyIf(energy, by_energy).Help("of each model");
+  b.Field("spatial_weight", spatial_weight, Within(0.0, 100.0))
+      .OnlyIf(energy, by_energy)
+      .Help("cost of two neighbours that have different models");
+  b.Field("neighbors", neighbors, Within(1, 1000))
+      .OnlyIf(energy, by_energy)
+      .Help("nearest points, in all coordinates, that are a point's neighbours");
   b.Field("chooser", chooser)
       .OnlyIf(chosen, "structures.search: chosen")
       .Help("the file of a network that was trained with `method: structure_chooser`");
