@@ -42,9 +42,9 @@ class EnergySearch {
   /// from these.
   const std::vector<int>& likely() const { return likely_; }
 
-  /// hypotheses: models, each with the row around which it was drawn (−1: none, and all likely points are).
-  Found Run(const std::vector<std::pair<Parameters, int>>& hypotheses) {
-    for (const auto& [model, row] : hypotheses) AddToPool(model, row < 0 ? likely_ : Around(row));
+  /// hypotheses: models, each with the rows of the set that it was solved from; none, where it comes from elsewhere.
+  Found Run(const std::vector<std::pair<Parameters, std::vector<int>>>& hypotheses) {
+    for (const auto& [model, set] : hypotheses) AddToPool(model, set.empty() ? likely_ : Around(set));
     State state;
     state.labels.assign(static_cast<std::size_t>(points_.rows()), 0);
     state.energy = energy_.Value(state.costs, state.labels);
@@ -68,7 +68,7 @@ class EnergySearch {
  private:
   static constexpr int kSupportNeighbors = 10;
   static constexpr double kMostSupport = 3.0;
-  static constexpr int kAround = 40;       ///< Nearest likely points to which a hypothesis is fitted first.
+  static constexpr int kMostAround = 60;   ///< Nearest likely points to which a hypothesis is fitted first, at most.
   static constexpr double kLocal = 0.2;    ///< of ε, for these fits
   static constexpr int kTried = 25;        ///< Hypotheses of which the energy is looked at, for each that is added.
   static constexpr double kAlike = 0.8;    ///< Hypotheses with so large a share of common points are one.
@@ -126,9 +126,14 @@ class EnergySearch {
     return cost;
   }
 
-  std::vector<int> Around(int row) const {
-    std::vector<int> around = near_.NearestTo(points_.data() + row * points_.cols(), kAround);
+  /// Likely points around a set: about twice as many as are no farther from its first point than the others.
+  std::vector<int> Around(const std::vector<int>& set) const {
+    std::vector<int> around = near_.NearestTo(points_.data() + set[0] * points_.cols(), kMostAround);
     for (int& i : around) i = likely_[i];
+    std::size_t reach = 0;
+    for (std::size_t n = 0; n < around.size(); ++n)
+      if (std::find(set.begin(), set.end(), around[n]) != set.end()) reach = n + 1;
+    around.resize(std::min(around.size(), 2 * reach));
     return around;
   }
 

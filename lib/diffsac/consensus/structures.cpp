@@ -12,22 +12,21 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
   const bool several = Several();
   const char* only = "structures.search other than one";
   b.Field("most", most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
-  const bool chosen = search == StructureSearch::kChosen;
-  const char* by_chance = "structures.search other than one and chosen";
+  const bool chosen = search == StructureSearch::kChosen, energy = search == StructureSearch::kEnergy;
+  const char* by_chance = "structures.search other than one, chosen and energy";
   b.Field("log_false_alarms", log_false_alarms)
-      .OnlyIf(several && !chosen, by_chance)
+      .OnlyIf(several && !chosen && !energy, by_chance)
       .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
   b.Field("least_chance", least_chance, Within(0.0, 1.0))
-      .OnlyIf(several && !chosen, by_chance)
+      .OnlyIf(several && !chosen && !energy, by_chance)
       .Help(
           "a point anywhere is within ε of a model with this probability at least; what uniform points say where that "
           "is more");
   b.Field("rounds", rounds, Within(0, 100))
-      .OnlyIf(several && !chosen, by_chance)
+      .OnlyIf(several && !chosen, "structures.search other than one and chosen")
       .Help(
           "of assigning points to the nearest model and refitting models to their points; of `energy`, of drawing "
           "within structures, adding, merging and removing models");
-  const bool energy = search == StructureSearch::kEnergy;
   const char* by_energy = "structures.search: energy";
   b.Field("core", core, Within(1e-3, 1.0))
       .OnlyIf(energy, by_energy)

@@ -66,7 +66,6 @@ class StructuresSearch {
         return Chosen();
       case StructureSearch::kEnergy:
         ByEnergy();
-        DropFew();
         Finish();
         return std::move(found_);
       case StructureSearch::kAtOnce:
@@ -99,10 +98,11 @@ class StructuresSearch {
 
   /// All hypotheses, before any is chosen.
   void Solve() {
-    SolveSets(AllRows(points_.rows()), [&](const Parameters& model, int) { priors_.models.emplace_back(model); });
+    SolveSets(AllRows(points_.rows()),
+              [&](const Parameters& model, const int*) { priors_.models.emplace_back(model); });
   }
 
-  /// Sets of these rows; `take` gets each finite model and the first row of its set.
+  /// Sets of these rows; `take` gets each finite model and its set.
   template <class Take>
   void SolveSets(const std::vector<int>& rows, const Take& take) {
     const auto sampler = source_of_(rows, 0);
@@ -114,7 +114,7 @@ class StructuresSearch {
       const int solutions = solve(sets.data() + first, models);
       found_.hypotheses += std::max(1, solutions);
       for (int i = 0; i < solutions; ++i)
-        if (models[i].allFinite()) take(models[i], sets[first]);
+        if (models[i].allFinite()) take(models[i], sets.data() + first);
     }
     found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
     found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
@@ -123,25 +123,15 @@ class StructuresSearch {
 
   void ByEnergy() {
     EnergySearch<Model> search(points_, threshold_, structures_, rng_.Fork("energy"));
-    std::vector<std::pair<Parameters, int>> hypotheses;
-    for (const ModelParameters& model : priors_.models) hypotheses.emplace_back(Parameters(model), -1);
-    SolveSets(search.likely(), [&](const Parameters& model, int row) { hypotheses.emplace_back(model, row); });
+    std::vector<std::pair<Parameters, std::vector<int>>> hypotheses;
+    for (const ModelParameters& model : priors_.models) hypotheses.emplace_back(Parameters(model), std::vector<int>());
+    SolveSets(search.likely(), [&](const Parameters& model, const int* set) {
+      hypotheses.emplace_back(model, std::vector<int>(set, set + Model::kMinimalSize));
+    });
     auto found = search.Run(hypotheses);
     found_.hypotheses += found.fits;
     models_ = std::move(found.models);
     found_.assignment = std::move(found.labels);
-  }
-
-  /// Leaves out models whose own points chance would give among them and those of none.
-  void DropFew() {
-    const auto free = static_cast<int>(RowsOf(0).size());
-    for (std::size_t k = models_.size(); k-- > 0;) {
-      const auto label = static_cast<std::int32_t>(k + 1);
-      const auto own = static_cast<int>(RowsOf(label).size());
-      if (!IsChance(models_[k], free + own, own)) continue;
-      models_.erase(models_.begin() + static_cast<std::ptrdiff_t>(k));
-      for (std::int32_t& given : found_.assignment) given = given == label ? 0 : given - (given > label ? 1 : 0);
-    }
   }
 
   StructuresResult Chosen() {
