@@ -105,7 +105,7 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example pair = PlanesPair();
   const auto stray = std::find(pair.truth.assignment.begin(), pair.truth.assignment.end(), 0);
   *stray = 7;
-  FitStructures(pair.problem, 0.5, &pair.truth);
+  FitStructures(Task::kHomography, pair.problem, 0.5, &pair.truth);
   REQUIRE(pair.truth.structures.size() == 3);
   std::vector<double> distances;
   for (std::size_t i = 0; i < pair.truth.assignment.size(); ++i)
@@ -116,11 +116,11 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example line = PlanesPair();
   for (Eigen::Index i = 0; i < line.problem.points.rows(); ++i)
     if (line.truth.assignment[i] == 7) line.problem.points.row(i) << 3.0 * i, 2.0 * i, 3.0 * i + 5.0, 2.0 * i;
-  FitStructures(line.problem, 2.0, &line.truth);
+  FitStructures(Task::kHomography, line.problem, 2.0, &line.truth);
   CHECK(line.truth.structures.size() == 2);
   Example none = PlanesPair();
   std::fill(none.truth.assignment.begin(), none.truth.assignment.end(), 0);
-  FitStructures(none.problem, 2.0, &none.truth);
+  FitStructures(Task::kHomography, none.problem, 2.0, &none.truth);
   CHECK(none.truth.structures.empty());
   CHECK(none.truth.model.size() == 0);
   CHECK(!none.truth.homography);

@@ -16,7 +16,8 @@ namespace diffsac {
 
 /// Several models at once, by the energy of all labels (LabelEnergy): models are added, refitted, merged and removed
 /// while that lowers it, and new hypotheses are drawn within the structures found. The cost of a residual r is
-///   D(r) = log(1 + (r / c ε)²) / log(1 + 1 / c²) for r ≤ ε, c = options.core: 0 to 1, and no more than ε is allowed.
+///   D(r) = log(1 + (r / c ε)²) / log(1 + (R / c)²) for r ≤ R ε, c = options.core, R = options.reach:
+/// from 0 to 1, and none is farther away.
 /// An outlier costs options.outlier_cost; of matches options.support_weight times the log-odds that the match is right
 /// by its neighbours (NeighborhoodSupport, limited to ± kMostSupport) are added.
 template <MinimalModel Model>
@@ -69,11 +70,10 @@ class EnergySearch {
   static constexpr int kSupportNeighbors = 10;
   static constexpr double kMostSupport = 3.0;
   static constexpr int kMostAround = 60;   ///< Nearest likely points to which a hypothesis is fitted first, at most.
-  static constexpr double kLocal = 0.2;    ///< of ε, for these fits
   static constexpr int kTried = 25;        ///< Hypotheses of which the energy is looked at, for each that is added.
   static constexpr double kAlike = 0.8;    ///< Hypotheses with so large a share of common points are one.
   static constexpr int kDrawnWithin = 30;  ///< Sets that are drawn within each structure in a round.
-  static constexpr double kFar = 1e4;      ///< The cost of a residual beyond ε: none takes it.
+  static constexpr double kFar = 1e4;      ///< The cost of a residual beyond R ε: none takes it.
   static constexpr double kLeastGain = 1e-6;
 
   /// Labels k belong to models[k − 1].
@@ -106,8 +106,9 @@ class EnergySearch {
   }
 
   double CostOf(double residual) const {
-    const double t = residual / threshold_, square = options_.core * options_.core;
-    return t <= 1.0 ? std::log1p(t * t / square) / std::log1p(1.0 / square) : kFar;
+    const auto rise = [&](double t) { return std::log1p(t * t / (options_.core * options_.core)); };
+    const double t = residual / threshold_;
+    return t <= options_.reach ? rise(t) / rise(options_.reach) : kFar;
   }
 
   double ResidualOf(const Parameters& model, int row) const {
@@ -150,7 +151,7 @@ class EnergySearch {
     for (int fit = 0; fit < kFits; ++fit) {
       inside.clear();
       for (const int i : region)
-        if (ResidualOf(model, i) <= kLocal * threshold_) inside.push_back(i);
+        if (ResidualOf(model, i) <= threshold_) inside.push_back(i);
       if (static_cast<int>(inside.size()) <= Model::kMinimalSize) break;
       Parameters fitted = model;
       ++found_.fits;
@@ -293,7 +294,7 @@ class EnergySearch {
   }
 
   bool Alike(std::size_t a, std::size_t b) const {
-    const double near = CostOf(kLocal * threshold_);
+    const double near = CostOf(threshold_);
     const auto first = pool_[a].costs.array() < near, second = pool_[b].costs.array() < near;
     return static_cast<double>((first && second).count()) > kAlike * static_cast<double>((first || second).count());
   }

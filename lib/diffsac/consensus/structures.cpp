@@ -28,12 +28,15 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
           "of assigning points to the nearest model and refitting models to their points; of `energy`, of drawing "
           "within structures, adding, merging and removing models");
   const char* by_energy = "structures.search: energy";
-  b.Field("core", core, Within(1e-3, 1.0))
+  b.Field("core", core, Within(1e-3, 100.0))
       .OnlyIf(energy, by_energy)
       .Help("the cost of a residual rises from this share of ε on, by its logarithm");
+  b.Field("reach", reach, Within(1e-3, 1000.0))
+      .OnlyIf(energy, by_energy)
+      .Help("so many ε from its model a point can be; there it costs 1");
   b.Field("outlier_cost", outlier_cost, Within(0.0, 100.0))
       .OnlyIf(energy, by_energy)
-      .Help("of a point without a model; one that is ε away from its model costs 1");
+      .Help("of a point without a model");
   b.Field("support_weight", support_weight, Within(0.0, 100.0))
       .OnlyIf(energy, by_energy)
       .Help(

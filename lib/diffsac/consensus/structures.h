@@ -47,8 +47,9 @@ struct StructureSearchOptions {
   /// Rounds in which each point goes to the model that it is nearest to, and each model is refitted to its points. Of
   /// kEnergy: in which models are drawn within structures, added, merged and removed.
   int rounds = 2;
-  // Of kEnergy (energy_search.h), in units of the cost of a point ε away from its model.
-  double core = 0.04;            ///< c: the cost of a residual begins to rise at this share of ε.
+  // Of kEnergy (energy_search.h), in units of the cost of a point as far from its model as can be.
+  double core = 0.25;            ///< c: the cost of a residual begins to rise at this share of ε.
+  double reach = 6.0;            ///< R: so many ε from its model a point can be.
   double outlier_cost = 0.5;     ///< Of a point without a model.
   double support_weight = 0.45;  ///< Of what a match's neighbours say for it; 0: they are not asked.
   double structure_cost = 5.0;   ///< Of each model: so many points have to speak for it.
@@ -67,8 +68,8 @@ struct StructuresResult {
   /// kNoModel, and no models: nothing that chance would not give. The points' own, where they are unfit.
   Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
-  std::vector<std::int32_t>
-      assignment;      ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
+  std::vector<std::int32_t> assignment;  ///< N values: 0 for none, k for models[k − 1], from which it is at most ε
+  /// away, of kEnergy reach · ε.
   int hypotheses = 0;  ///< models solved or fitted, all stages
   int unique_minimal_sets = 0;
   std::int64_t iterations = 0;               ///< minimal sets drawn
