@@ -7,6 +7,7 @@
 #include "diffsac/generators/structure_sizes.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
