@@ -1,14 +1,12 @@
 #include "data_tools/segment_benchmarks.h"
 
-#include <matio.h>
-
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <sstream>
 #include <utility>
 
 #include "data_tools/image_source.h"
+#include "data_tools/matlab_file.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 
@@ -78,17 +76,9 @@ Eigen::Matrix3d Calibration(double fx, double fy, double cx, double cy) {
 
 /// The variable `vp` of a MATLAB file: directions in space, 3 × K.
 Eigen::Matrix3Xd ReadDirections(const std::string& path) {
-  const auto close_file = [](mat_t* file) { Mat_Close(file); };
-  const auto free_variable = [](matvar_t* variable) { Mat_VarFree(variable); };
-  Mat_LogInit("diffsac_prepare");
-  const std::unique_ptr<mat_t, decltype(close_file)> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), close_file);
-  if (!file) throw Error(path + ": not a readable MATLAB file");
-  const std::unique_ptr<matvar_t, decltype(free_variable)> variable(Mat_VarRead(file.get(), "vp"), free_variable);
-  if (!variable || variable->class_type != MAT_C_DOUBLE || variable->isComplex || variable->rank != 2 ||
-      variable->dims[0] != 3 || variable->dims[1] == 0 || variable->data == nullptr)
-    throw Error(path + ": expected a variable vp of 3xK numbers");
-  return Eigen::Map<const Eigen::Matrix3Xd>(static_cast<const double*>(variable->data), 3,
-                                            static_cast<Eigen::Index>(variable->dims[1]));
+  const Eigen::MatrixXd directions = MatlabFile(path).Matrix("vp", "3xK numbers");
+  if (directions.rows() != 3 || directions.cols() == 0) throw Error(path + ": expected a variable vp, 3xK numbers");
+  return directions;
 }
 
 /// Divides images into scenes, of which each begins at a place.

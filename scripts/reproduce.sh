@@ -8,13 +8,14 @@ mapfile -t tables < <(basename -as .yaml configs/tables/*.yaml)
 readonly quick_problems=40
 usage() {
   echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--quick|--verify] [options of diffsac_eval, such as --threads 1, --limit 100]"
-  echo "       scripts/reproduce.sh pairs|kitti|data --data DIR"
+  echo "       scripts/reproduce.sh multi_motions|pairs|kitti|data --data DIR"
   echo "       scripts/reproduce.sh scoreboard [--data DIR] [options]"
   echo "tables: ${tables[*]}"
   echo "--data: where image sets (configs/sets.yaml), meshes and scans are; matches go to runs/pairs/ (data_tools/README.md)"
   echo "--again: also tables that were made here already"
   echo "--quick: $quick_problems problems a condition and one seed, in runs/quick/; no page is written"
   echo "--verify: makes the tables again in runs/verify/, and says which values of their pages differ; no page is written"
+  echo "multi_motions: the tables adelaide_motions and adelaide_planes"
   echo "pairs: the tables learned_*; kitti: those on KITTI alone, in runs/kitti/; data: all matches, no table"
   echo "scoreboard: the tables scoreboard_*, and of all of them the page docs/results/what_decides.md"
 }
@@ -29,6 +30,7 @@ case "${wanted[*]}" in
   data) mode=data wanted=() ;;
   scoreboard) effects=("${scoreboard[@]/#/runs/}") wanted=()
               for table in "${scoreboard[@]}"; do [[ ! -e "configs/tables/$table.yaml" ]] || wanted+=("$table"); done ;;
+  multi_motions) wanted=(adelaide_motions adelaide_planes) ;;
   pairs) mode=pairs wanted=(learned_essential learned_fundamental learned_homography) ;;
   kitti) mode=kitti page="" wanted=(learned_essential learned_fundamental)
          options=(--set "data.paths=[$(printf 'runs/pairs/test/kitti_01_step_%s,' 01 02 05 10)]") ;;

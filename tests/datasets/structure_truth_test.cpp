@@ -1,15 +1,18 @@
 #include "diffsac/datasets/structure_truth.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <vector>
 
 #include "data_test_util.h"
 #include "diffsac/generators/synthetic_plane_views.h"
+#include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/io/correspondence_files.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/yaml.h"
+#include "diffsac/problem/tasks.h"
 #include "generators/structures_test_util.h"
 
 namespace diffsac {
@@ -105,7 +108,7 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example pair = PlanesPair();
   const auto stray = std::find(pair.truth.assignment.begin(), pair.truth.assignment.end(), 0);
   *stray = 7;
-  FitStructures(pair.problem, 0.5, &pair.truth);
+  FitStructures(Task::kHomography, pair.problem, 0.5, &pair.truth);
   REQUIRE(pair.truth.structures.size() == 3);
   std::vector<double> distances;
   for (std::size_t i = 0; i < pair.truth.assignment.size(); ++i)
@@ -116,14 +119,46 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example line = PlanesPair();
   for (Eigen::Index i = 0; i < line.problem.points.rows(); ++i)
     if (line.truth.assignment[i] == 7) line.problem.points.row(i) << 3.0 * i, 2.0 * i, 3.0 * i + 5.0, 2.0 * i;
-  FitStructures(line.problem, 2.0, &line.truth);
+  FitStructures(Task::kHomography, line.problem, 2.0, &line.truth);
   CHECK(line.truth.structures.size() == 2);
   Example none = PlanesPair();
   std::fill(none.truth.assignment.begin(), none.truth.assignment.end(), 0);
-  FitStructures(none.problem, 2.0, &none.truth);
+  FitStructures(Task::kHomography, none.problem, 2.0, &none.truth);
   CHECK(none.truth.structures.empty());
   CHECK(none.truth.model.size() == 0);
   CHECK(!none.truth.homography);
+}
+
+TEST_CASE("labelled motions become several fundamental matrices; of too few matches none") {
+  // Two rigid motions of general points, the second turned further, and seven matches of a third.
+  Rng rng(4);
+  Example pair;
+  pair.id = "a-b";
+  pair.image1 = "a";
+  pair.image2 = "b";
+  pair.problem.size1 = pair.problem.size2 = {640, 480};
+  pair.problem.points.resize(107, 4);
+  for (int i = 0; i < 107; ++i) {
+    const int motion = i < 60 ? 1 : i < 100 ? 2 : 3;
+    pair.truth.assignment.push_back(motion);
+    const Eigen::Vector3d here(rng.Uniform(-1.0, 1.0), rng.Uniform(-1.0, 1.0), rng.Uniform(4.0, 7.0));
+    const Eigen::AngleAxisd turn(0.05 * motion, Eigen::Vector3d(0.2, 1.0, 0.1 * motion).normalized());
+    const Eigen::Vector3d there = turn * here + Eigen::Vector3d(0.4, 0.3 - 0.2 * motion, 0.1);
+    pair.problem.points.row(i) << 500.0 * here.head<2>().transpose() / here.z() + Eigen::RowVector2d(320.0, 240.0),
+        500.0 * there.head<2>().transpose() / there.z() + Eigen::RowVector2d(320.0, 240.0);
+  }
+  const TemporaryFolder folder;
+  Write(folder / "scene", pair);
+  const Example read = Read(folder / "scene", "task: fundamental\nstructures: true\ninlier_threshold_px: 2\n")->Get(0);
+  REQUIRE(read.truth.structures.size() == 2);
+  for (int i = 0; i < 107; ++i) {
+    const int label = read.truth.assignment[i];
+    CHECK(label == (i < 60 ? 1 : i < 100 ? 2 : 0));
+    if (label == 0) continue;
+    const Matrix3Parameters model = read.truth.structures[label - 1];
+    CHECK(Fundamental::Residual(model, pair.problem.points.data() + 4 * i) < 1e-4);
+  }
+  CHECK(AsParameters(*read.truth.fundamental).isApprox(read.truth.model));
 }
 
 TEST_CASE("structures of pairs: mistakes are named") {
@@ -136,7 +171,7 @@ TEST_CASE("structures of pairs: mistakes are named") {
     return ErrorOf([&] { Read(folder / scene, more)->Get(0); });
   };
   CHECK(Has(error("bare", kStructures), "a-b: no labels (labels.h5)"));
-  CHECK(Has(error("labelled", "task: fundamental\nstructures: true\n"), "task: homography"));
+  CHECK(Has(error("labelled", "task: shared_focal\nstructures: true\n"), "task: homography or fundamental"));
   CHECK(Has(error("labelled", std::string(kStructures) + "dominant_plane: true\n"), "dominant_plane"));
 }
 

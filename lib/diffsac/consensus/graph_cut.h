@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <utility>
 #include <vector>
 
+#include "diffsac/consensus/minimum_cut.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
@@ -14,14 +14,11 @@ namespace diffsac {
 /// RANSAC", CVPR 2018, section 3). With K_i = exp(−r_i²/2ε²), label 1 an inlier, and λ the weight of agreement:
 ///   E = Σ_i [L_i = 0] K_i + [L_i = 1] (1 − K_i) + λ Σ_(i,j) R,
 ///   R = 1 where L_i ≠ L_j, (K_i + K_j)/2 where both are 0, 1 − (K_i + K_j)/2 where both are 1.
-/// The energy is submodular, so one minimum cut finds its minimum (Kolmogorov and Zabih, PAMI 2004; maximum flow by
-/// Boykov and Kolmogorov, PAMI 2004).
+/// The energy is submodular, so one minimum cut finds its minimum.
 class GraphCut {
  public:
   /// Neighbours: each point and its `neighbors` nearest in all coordinates. spatial_weight: λ ≥ 0.
   GraphCut(const PointMatrix& points, int neighbors, double spatial_weight);
-  ~GraphCut();
-  GraphCut(GraphCut&&) noexcept;
   /// Labels of least energy; threshold: ε. Energies are compared to within 1e-6 of a point's.
   std::vector<std::uint8_t> Label(const Eigen::VectorXd& residuals, double threshold) const;
   /// The energy of any labels.
@@ -31,8 +28,7 @@ class GraphCut {
   int size_;
   double spatial_weight_;
   std::vector<std::pair<int, int>> edges_;
-  struct Arcs;
-  std::unique_ptr<const Arcs> arcs_;
+  MinimumCut cut_;
 };
 
 }  // namespace diffsac

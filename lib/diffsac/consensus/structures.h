@@ -20,8 +20,10 @@ namespace diffsac {
 ///                and Fusiello, "Robust multiple structures estimation with J-linkage", ECCV 2008)
 ///   kTLinkage    "t_linkage": by soft preferences (Magri and Fusiello, "T-linkage: a continuous relaxation of
 ///                J-linkage for multi-model fitting", CVPR 2014)
+///   kEnergy      "energy": of the same hypotheses those that, with labels of all points, make one energy least
+///                (energy_search.h)
 ///   kChosen      "chosen": of the same hypotheses a StructureChooser takes some, in its order
-enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage, kChosen };
+enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage, kChosen, kEnergy };
 template <>
 inline constexpr auto kEnumNames<StructureSearch> = NamesOf<StructureSearch>({{StructureSearch::kOne, "one"},
                                                                               {StructureSearch::kSequential,
@@ -29,7 +31,8 @@ inline constexpr auto kEnumNames<StructureSearch> = NamesOf<StructureSearch>({{S
                                                                               {StructureSearch::kAtOnce, "at_once"},
                                                                               {StructureSearch::kJLinkage, "j_linkage"},
                                                                               {StructureSearch::kTLinkage, "t_linkage"},
-                                                                              {StructureSearch::kChosen, "chosen"}});
+                                                                              {StructureSearch::kChosen, "chosen"},
+                                                                              {StructureSearch::kEnergy, "energy"}});
 
 /// The group `structures` of a row.
 struct StructureSearchOptions {
@@ -41,10 +44,19 @@ struct StructureSearchOptions {
   /// A point anywhere is within ε of a model with this probability at least. Outliers that are not uniform, correct
   /// matches of other depths say, fit by chance more often than uniform ones, from which it is otherwise reckoned.
   double least_chance = 0.0;
-  /// Rounds in which each point goes to the model that it is nearest to, and each model is refitted to its points.
+  /// Rounds in which each point goes to the model that it is nearest to, and each model is refitted to its points. Of
+  /// kEnergy: in which models are drawn within structures, added, merged and removed.
   int rounds = 2;
-  std::string chooser;                                     ///< Of kChosen: the file of its network.
-  double least_value = 0.0;                                ///< Of kChosen: a structure is taken of which it is so sure.
+  // Of kEnergy (energy_search.h), in units of the cost of a point as far from its model as can be.
+  double core = 0.25;            ///< c: the cost of a residual begins to rise at this share of ε.
+  double reach = 6.0;            ///< R: so many ε from its model a point can be.
+  double outlier_cost = 0.5;     ///< Of a point without a model.
+  double support_weight = 0.45;  ///< Of what a match's neighbours say for it; 0: they are not asked.
+  double structure_cost = 5.0;   ///< Of each model: so many points have to speak for it.
+  double spatial_weight = 0.2;   ///< Of two neighbours with different models.
+  int neighbors = 6;             ///< Nearest points, in all coordinates, that are a point's neighbours.
+  std::string chooser;           ///< Of kChosen: the file of its network.
+  double least_value = 0.0;      ///< Of kChosen: a structure is taken of which it is so sure.
   std::shared_ptr<const StructureChooser> chosen_by = {};  ///< Of kChosen, by whoever read that file.
   void Bind(OptionsBinder& b);
   bool Several() const { return search != StructureSearch::kOne; }
@@ -57,8 +69,8 @@ struct StructuresResult {
   Status status = Status::kNoModel;
   std::vector<ModelParameters> models;
   std::vector<double> values;  ///< Of kChosen: how sure the chooser was of each; empty for others.
-  std::vector<std::int32_t>
-      assignment;      ///< N values: 0 for none, k for models[k − 1], from which it is at most ε away.
+  /// N values: 0 for none, k for models[k − 1], from which it is at most ε away, of kEnergy reach · ε.
+  std::vector<std::int32_t> assignment;
   int hypotheses = 0;  ///< models solved or fitted, all stages
   int unique_minimal_sets = 0;
   std::int64_t iterations = 0;               ///< minimal sets drawn

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "diffsac/consensus/energy_search.h"
 #include "diffsac/consensus/linkage.h"
 #include "diffsac/consensus/structure_support.h"
 #include "diffsac/consensus/structures.h"
@@ -63,6 +64,10 @@ class StructuresSearch {
       case StructureSearch::kChosen:
         Solve();
         return Chosen();
+      case StructureSearch::kEnergy:
+        ByEnergy();
+        Finish();
+        return std::move(found_);
       case StructureSearch::kAtOnce:
         Solve();
         TakeOneByOne();
@@ -93,19 +98,40 @@ class StructuresSearch {
 
   /// All hypotheses, before any is chosen.
   void Solve() {
-    const auto sampler = source_of_(AllRows(points_.rows()), 0);
-    const std::vector<int> sets = DrawSets(*sampler, Model::kMinimalSize, options_.max_iterations);
+    SolveSets(AllRows(points_.rows()),
+              [&](const Parameters& model, const int*) { priors_.models.emplace_back(model); });
+  }
+
+  /// Sets of these rows; `take` gets each finite model and its set.
+  template <class Take>
+  void SolveSets(const std::vector<int>& rows, const Take& take) {
+    const auto sampler = source_of_(rows, 0);
+    std::vector<int> sets = DrawSets(*sampler, Model::kMinimalSize, options_.max_iterations);
+    for (int& i : sets) i = i >= 0 && i < static_cast<int>(rows.size()) ? rows[i] : -1;
     const MinimalSolver<Model> solve(points_);
     Parameters models[Model::kMaxSolutions];
     for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
       const int solutions = solve(sets.data() + first, models);
       found_.hypotheses += std::max(1, solutions);
       for (int i = 0; i < solutions; ++i)
-        if (models[i].allFinite()) priors_.models.emplace_back(models[i]);
+        if (models[i].allFinite()) take(models[i], sets.data() + first);
     }
     found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
     found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
     found_.first_sets = FirstSets(sets, Model::kMinimalSize);
+  }
+
+  void ByEnergy() {
+    EnergySearch<Model> search(points_, threshold_, structures_, rng_.Fork("energy"));
+    std::vector<std::pair<Parameters, std::vector<int>>> hypotheses;
+    for (const ModelParameters& model : priors_.models) hypotheses.emplace_back(Parameters(model), std::vector<int>());
+    SolveSets(search.likely(), [&](const Parameters& model, const int* set) {
+      hypotheses.emplace_back(model, std::vector<int>(set, set + Model::kMinimalSize));
+    });
+    auto found = search.Run(hypotheses);
+    found_.hypotheses += found.fits;
+    models_ = std::move(found.models);
+    found_.assignment = std::move(found.labels);
   }
 
   StructuresResult Chosen() {

@@ -18,7 +18,7 @@ PairReadingOptions ReadingOf(const PairsOptions& options) {
   const bool plane = options.dominant_plane && options.task == Task::kHomography;
   const double threshold = options.inlier_threshold_px;
   return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0,
-          options.non_finite};
+          options.task,        options.non_finite};
 }
 
 // The part of a scene's pairs that is asked for, thinned to `max_pairs`.
@@ -76,7 +76,7 @@ class PairDataset : public Dataset {
     Example example = Filtered(*Pair(places_[index]), options_.filter);
     SetTask(task_, options_.inlier_threshold_px, &example);
     GiveHints(options_, &example);
-    if (options_.structures) ArrangePlanes(&example.truth);
+    if (options_.structures) ArrangeStructuresOf(task_, &example.truth);
     example.index = index;
     return example;
   }
@@ -163,8 +163,10 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
       .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
   b.Field("structures", structures)
-      .OnlyIf(task == Task::kHomography, "task: homography")
-      .Help("several models at once: the homography of each label (labels.h5) of at least five matches");
+      .OnlyIf(task == Task::kHomography || task == Task::kFundamental, "task: homography or fundamental")
+      .Help(
+          "several models at once: of each label (labels.h5) the homography of at least five matches, or the "
+          "fundamental matrix of at least eight");
   b.Require(!structures || !dominant_plane, "structures", "either this or dominant_plane, not both");
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)

@@ -47,9 +47,10 @@ struct PairsOptions {
   /// Task homography, pairs that have a pose but no homography: the truth is that of most true matches
   /// (datasets/dominant_plane.h); where there is none, the example has no true model and no inliers.
   bool dominant_plane = false;
-  /// Task homography, pairs with labels (labels.h5): several models are true at once, the homography of each label
+  /// Task homography or fundamental, pairs with labels (labels.h5): several models are true at once, that of each label
   /// (FitStructures in datasets/structure_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
-  /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than five become outliers.
+  /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than FewestOfStructure
+  /// become outliers.
   bool structures = false;
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
   bool shuffle = false;

@@ -140,7 +140,8 @@ std::shared_ptr<const Example> PairReading::Read(std::int64_t position) const {
     truth.assignment.clear();
     if (!truth.homography) truth.fundamental.reset();
   }
-  if (options_.structures_px > 0.0) FitStructures(pair->problem, options_.structures_px, &truth);
+  if (options_.structures_px > 0.0)
+    FitStructures(options_.structures_task, pair->problem, options_.structures_px, &truth);
   return pair;
 }
 

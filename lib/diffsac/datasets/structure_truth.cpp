@@ -5,7 +5,9 @@
 
 #include "diffsac/datasets/dominant_plane.h"
 #include "diffsac/generators/structure_sizes.h"
+#include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 namespace {
@@ -14,8 +16,8 @@ namespace {
 // is what most of them follow.
 ModelParameters FitPlane(const PointMatrix& points, double loss_px) {
   const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
-  if (points.rows() < kFewestOnPlane || !Homography::Determined(points)) return {};
-  const auto start = FitDominantPlane(points, loss_px, kFewestOnPlane, Rng(0).Fork("structure"));
+  if (points.rows() < FewestOfStructure(Task::kHomography) || !Homography::Determined(points)) return {};
+  const auto start = FitDominantPlane(points, loss_px, FewestOfStructure(Task::kHomography), Rng(0).Fork("structure"));
   Matrix3Parameters model;
   if (start) {
     model = *start;
@@ -26,9 +28,23 @@ ModelParameters FitPlane(const PointMatrix& points, double loss_px) {
   return model;
 }
 
+ModelParameters FitMotion(const PointMatrix& points, double loss_px) {
+  const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
+  Matrix3Parameters model;
+  if (points.rows() < FewestOfStructure(Task::kFundamental) || !Fundamental::Determined(points) ||
+      !Fundamental::Fit(points, weights, &model))
+    return {};
+  Fundamental::Refine(points, weights, {LossKind::kHuber, loss_px}, &model);
+  return model;
+}
+
 }  // namespace
 
-void FitStructures(const Problem& problem, double loss_px, GroundTruth* truth) {
+int FewestOfStructure(Task task) {
+  return 1 + (task == Task::kFundamental ? Fundamental::kMinimalSize : Homography::kMinimalSize);
+}
+
+void FitStructures(Task task, const Problem& problem, double loss_px, GroundTruth* truth) {
   truth->structures.clear();
   std::vector<std::vector<int>> rows;
   for (std::size_t i = 0; i < truth->assignment.size(); ++i) {
@@ -37,18 +53,20 @@ void FitStructures(const Problem& problem, double loss_px, GroundTruth* truth) {
     rows.resize(std::max(rows.size(), static_cast<std::size_t>(label)));
     rows[label - 1].push_back(static_cast<int>(i));
   }
-  for (const std::vector<int>& plane : rows) {
-    truth->structures.push_back(FitPlane(problem.points(plane, Eigen::all), loss_px));
+  const auto fit = task == Task::kFundamental ? FitMotion : FitPlane;
+  for (const std::vector<int>& structure : rows) {
+    truth->structures.push_back(fit(problem.points(structure, Eigen::all), loss_px));
     if (truth->structures.back().size() > 0) continue;
-    for (const int i : plane) truth->assignment[i] = 0;
+    for (const int i : structure) truth->assignment[i] = 0;
   }
-  ArrangePlanes(truth);
+  ArrangeStructuresOf(task, truth);
 }
 
-void ArrangePlanes(GroundTruth* truth) {
-  ArrangeStructures(kFewestOnPlane, truth);
-  truth->homography.reset();
-  if (!truth->structures.empty()) truth->homography = AsMatrix(Matrix3Parameters(truth->model));
+void ArrangeStructuresOf(Task task, GroundTruth* truth) {
+  ArrangeStructures(FewestOfStructure(task), truth);
+  auto& largest = task == Task::kFundamental ? truth->fundamental : truth->homography;
+  largest.reset();
+  if (!truth->structures.empty()) largest = AsMatrix(Matrix3Parameters(truth->model));
 }
 
 }  // namespace diffsac

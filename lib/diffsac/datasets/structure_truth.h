@@ -4,18 +4,19 @@
 
 namespace diffsac {
 
-/// A labelled plane of fewer matches is no structure: four fix a homography, and the fifth says whether it holds.
-inline constexpr int kFewestOnPlane = 5;
+/// A label of fewer matches is no structure: four fix a homography and seven a fundamental matrix, and one more says
+/// whether it holds.
+int FewestOfStructure(Task task);
 
-/// Makes the labels of a pair a truth of several homographies: of each label of at least kFewestOnPlane matches, that
-/// of least symmetric transfer errors on them: Huber's loss from `loss_px` on, so that wrong labels count little,
-/// from FitDominantPlane (datasets/dominant_plane.h; the normalised DLT on all where too few follow that) by
-/// Levenberg-Marquardt. Matches of other labels, and of those that fix no
-/// homography, become outliers. Order, inliers, model: ArrangeStructures (generators/structure_sizes.h); `homography`
-/// is that of the largest, or empty.
-void FitStructures(const Problem& problem, double loss_px, GroundTruth* truth);
+/// Makes the labels of a pair a truth of several models of the task, homographies or fundamental matrices: of each
+/// label of at least FewestOfStructure matches, that of least transfer errors or Sampson distances on them: Huber's
+/// loss from `loss_px` on, so that wrong labels count little, by Levenberg-Marquardt; from least squares on all, of a
+/// homography from FitDominantPlane (datasets/dominant_plane.h) where enough matches follow that. Matches of other
+/// labels, and of those that fix no model, become outliers. Order, inliers, model: ArrangeStructures
+/// (generators/structure_sizes.h); `homography` or `fundamental` is that of the largest, or empty.
+void FitStructures(Task task, const Problem& problem, double loss_px, GroundTruth* truth);
 
-/// ArrangeStructures of homographies: what remains of them after some matches were left out.
-void ArrangePlanes(GroundTruth* truth);
+/// ArrangeStructures of models of the task: what remains of them after some matches were left out.
+void ArrangeStructuresOf(Task task, GroundTruth* truth);
 
 }  // namespace diffsac
