@@ -16,8 +16,8 @@ namespace {
 // is what most of them follow.
 ModelParameters FitPlane(const PointMatrix& points, double loss_px) {
   const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
-  if (points.rows() < FewestOfStructure(Task::kHomography) || !Homography::Determined(points)) return {};
-  const auto start = FitDominantPlane(points, loss_px, FewestOfStructure(Task::kHomography), Rng(0).Fork("structure"));
+  if (points.rows() < FewestLabelled(Task::kHomography) || !Homography::Determined(points)) return {};
+  const auto start = FitDominantPlane(points, loss_px, FewestLabelled(Task::kHomography), Rng(0).Fork("structure"));
   Matrix3Parameters model;
   if (start) {
     model = *start;
@@ -31,7 +31,7 @@ ModelParameters FitPlane(const PointMatrix& points, double loss_px) {
 ModelParameters FitMotion(const PointMatrix& points, double loss_px) {
   const Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
   Matrix3Parameters model;
-  if (points.rows() < FewestOfStructure(Task::kFundamental) || !Fundamental::Determined(points) ||
+  if (points.rows() < FewestLabelled(Task::kFundamental) || !Fundamental::Determined(points) ||
       !Fundamental::Fit(points, weights, &model))
     return {};
   Fundamental::Refine(points, weights, {LossKind::kHuber, loss_px}, &model);
@@ -40,7 +40,7 @@ ModelParameters FitMotion(const PointMatrix& points, double loss_px) {
 
 }  // namespace
 
-int FewestOfStructure(Task task) {
+int FewestLabelled(Task task) {
   return 1 + (task == Task::kFundamental ? Fundamental::kMinimalSize : Homography::kMinimalSize);
 }
 
@@ -63,7 +63,7 @@ void FitStructures(Task task, const Problem& problem, double loss_px, GroundTrut
 }
 
 void ArrangeStructuresOf(Task task, GroundTruth* truth) {
-  ArrangeStructures(FewestOfStructure(task), truth);
+  ArrangeStructures(FewestLabelled(task), truth);
   auto& largest = task == Task::kFundamental ? truth->fundamental : truth->homography;
   largest.reset();
   if (!truth->structures.empty()) largest = AsMatrix(Matrix3Parameters(truth->model));

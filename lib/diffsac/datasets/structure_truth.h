@@ -6,10 +6,10 @@ namespace diffsac {
 
 /// A label of fewer matches is no structure: four fix a homography and seven a fundamental matrix, and one more says
 /// whether it holds.
-int FewestOfStructure(Task task);
+int FewestLabelled(Task task);
 
 /// Makes the labels of a pair a truth of several models of the task, homographies or fundamental matrices: of each
-/// label of at least FewestOfStructure matches, that of least transfer errors or Sampson distances on them: Huber's
+/// label of at least FewestLabelled matches, that of least transfer errors or Sampson distances on them: Huber's
 /// loss from `loss_px` on, so that wrong labels count little, by Levenberg-Marquardt; from least squares on all, of a
 /// homography from FitDominantPlane (datasets/dominant_plane.h) where enough matches follow that. Matches of other
 /// labels, and of those that fix no model, become outliers. Order, inliers, model: ArrangeStructures
