@@ -48,12 +48,12 @@ struct StructureSearchOptions {
   /// kEnergy: in which models are drawn within structures, added, merged and removed.
   int rounds = 2;
   // Of kEnergy (energy_search.h), in units of the cost of a point as far from its model as can be.
-  double core = 0.25;            ///< c: the cost of a residual begins to rise at this share of ε.
+  double core = 0.2;             ///< c: the cost of a residual begins to rise at this share of ε.
   double reach = 6.0;            ///< R: so many ε from its model a point can be.
-  double outlier_cost = 0.5;     ///< Of a point without a model.
-  double support_weight = 0.45;  ///< Of what a match's neighbours say for it; 0: they are not asked.
+  double outlier_cost = 0.4;     ///< Of a point without a model.
+  double support_weight = 0.35;  ///< Of what a match's neighbours say for it; 0: they are not asked.
   double structure_cost = 5.0;   ///< Of each model: so many points have to speak for it.
-  double spatial_weight = 0.2;   ///< Of two neighbours with different models.
+  double spatial_weight = 0.15;  ///< Of two neighbours with different models.
   int neighbors = 6;             ///< Nearest points, in all coordinates, that are a point's neighbours.
   std::string chooser;           ///< Of kChosen: the file of its network.
   double least_value = 0.0;      ///< Of kChosen: a structure is taken of which it is so sure.

@@ -49,7 +49,7 @@ struct PairsOptions {
   bool dominant_plane = false;
   /// Task homography or fundamental, pairs with labels (labels.h5): several models are true at once, that of each label
   /// (FitStructures in datasets/structure_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
-  /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than FewestOfStructure
+  /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than FewestLabelled
   /// become outliers.
   bool structures = false;
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
