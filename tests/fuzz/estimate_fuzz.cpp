@@ -141,7 +141,9 @@ void RunStructures(const FuzzProblem& problem) {
     if (label == 0) continue;
     const typename Model::Parameters model = result.models[static_cast<std::size_t>(label - 1)];
     const double* point = problem.points.data() + static_cast<Eigen::Index>(i) * problem.points.cols();
-    Require(Model::Residual(model, point) <= problem.threshold, "a structure's points are within the threshold");
+    const bool energy = problem.structures.search == StructureSearch::kEnergy;
+    const double farthest = problem.threshold * (energy ? problem.structures.reach : 1.0);
+    Require(Model::Residual(model, point) <= farthest, "a structure's points are within the threshold, or its reach");
   }
 }
 
