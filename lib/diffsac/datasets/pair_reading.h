@@ -20,7 +20,7 @@ struct PairReadingOptions {
   double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (datasets/refined_truth.h) with this loss; 0: not.
   double dominant_plane_px = 0.0;  ///< DominantHomography (datasets/dominant_plane.h) with this threshold; 0: not.
   double structures_px = 0.0;      ///< FitStructures (datasets/structure_truth.h) of the labels with this loss; 0: not.
-  Task structures_task = {};  ///< Of which models these are.
+  Task structures_task = {};       ///< Of which models these are.
   NonFinitePoints non_finite = NonFinitePoints::kDrop;
   auto operator<=>(const PairReadingOptions&) const = default;
 };
