@@ -50,6 +50,8 @@ int Documents(const Request& request) {
     const auto line = std::count(text.begin(), at.first, '\n') + 1;
     std::cout << path << ":" << line << ": a figure is not what its page has; diffsac_docs fills it" << std::endl;
   }
+  for (const std::string& change : figures.Changed())
+    std::cout << change << "; read again what is said about it" << std::endl;
   for (const std::string& name : figures.Unused()) {
     std::cout << request.definitions << ": no document asks for " << name << std::endl;
     ++faults;
@@ -63,17 +65,24 @@ bool IsAncestor(const std::string& revision) {
 }
 
 int Pages(const Request& request) {
+  const Config definitions = ConfigFromFile(request.definitions);
   const bool checkout = std::system("git rev-parse HEAD >/dev/null 2>&1") == 0;
   if (!checkout) std::cout << "no git checkout here: the pages' revisions are not looked up" << std::endl;
   int faults = 0;
   for (const auto& entry : fs::directory_iterator(request.pages)) {
     if (entry.path().extension() != ".md") continue;
-    const fs::path config = fs::path(request.tables) / entry.path().stem().concat(".yaml");
-    if (!fs::exists(config)) continue;  // Written by hand, or of several tables.
-    std::vector<std::string> found = PageFaults(entry.path().string(), config.string());
-    const std::string revision = ReadResultsPage(entry.path().string()).revision;
+    const fs::path table = fs::path(request.tables) / entry.path().stem().concat(".yaml");
+    const std::string config = fs::exists(table) ? table.string() : "", page = entry.path().string();
+    const std::string revision = ReadResultsPage(page).revision;
+    if (config.empty() && revision.empty()) continue;  // Written by hand.
+    const std::string key = "older_pages." + entry.path().stem().string();
+    if (definitions.Has(key)) {
+      std::cout << page << ": of an older revision, " << revision << ": " << definitions.Text(key) << std::endl;
+      continue;
+    }
+    std::vector<std::string> found = PageFaults(page, config);
     if (checkout && !revision.empty() && !revision.ends_with("-dirty") && !IsAncestor(revision))
-      found.push_back(entry.path().string() + ": its revision " + revision + " is not an ancestor of this one");
+      found.push_back(page + ": its revision " + revision + " is not an ancestor of this one");
     for (const std::string& fault : found) std::cout << fault << std::endl;
     faults += static_cast<int>(found.size());
   }

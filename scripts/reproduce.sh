@@ -1,18 +1,20 @@
 #!/usr/bin/env bash
 # Reproduces tables: sets up, builds the programs in Release and runs them. Everything is written under runs/; a whole table goes
-# to docs/results/TABLE.md as well. Stopped and started again, it continues. With --data it begins with images.
+# to docs/results/TABLE.md as well. Stopped or killed and started again, it continues: tables that are made stay, and a table's
+# trainings go on from their checkpoints. With --data it begins with images.
 set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mapfile -t tables < <(basename -as .yaml configs/tables/*.yaml)
 readonly quick_problems=40
 usage() {
-  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--quick|--verify] [options of diffsac_eval, such as --threads 1, --limit 100]"
+  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--jobs N] [--quick|--verify] [options of diffsac_eval, such as --threads 1, --limit 100]"
   echo "       scripts/reproduce.sh multi_motions|pairs|kitti|data --data DIR"
   echo "       scripts/reproduce.sh scoreboard [--data DIR] [options]"
   echo "tables: ${tables[*]}"
   echo "--data: where image sets (configs/sets.yaml), meshes and scans are; matches go to runs/pairs/ (data_tools/README.md)"
   echo "--again: also tables that were made here already"
+  echo "--jobs: N tables side by side, each on one thread; what they print goes to runs/logs/TABLE.log"
   echo "--quick: $quick_problems problems a condition and one seed, in runs/quick/; no page is written"
   echo "--verify: makes the tables again in runs/verify/, and says which values of their pages differ; no page is written"
   echo "multi_motions: the tables adelaide_motions and adelaide_planes"
@@ -22,11 +24,11 @@ usage() {
 fail() { echo "reproduce: $*" >&2; exit 1; }
 
 scoreboard=(scoreboard_{essential,fundamental,homography,absolute_pose,line,plane})
-wanted=() options=() only=() output=() effects=() mode="" data="" page=yes update=--update quick="" verify="" differing=0
+wanted=() options=() only=() effects=() mode="" data="" page=yes update=--update quick="" verify="" jobs=1
 while (($#)) && [[ "$1" != -* ]]; do wanted+=("$1"); shift; done
 case "${wanted[*]}${1:-}" in -h | --help) usage; exit ;; "" | -*) usage >&2; exit 1 ;; esac
 case "${wanted[*]}" in
-  all) wanted=("${tables[@]}") ;;
+  all) wanted=("${tables[@]}") effects=("${scoreboard[@]/#/runs/}") ;;
   data) mode=data wanted=() ;;
   scoreboard) effects=("${scoreboard[@]/#/runs/}") wanted=()
               for table in "${scoreboard[@]}"; do [[ ! -e "configs/tables/$table.yaml" ]] || wanted+=("$table"); done ;;
@@ -39,6 +41,7 @@ while (($#)); do
   case "$1" in
     --data) data=${2:-}; if [[ -z "$data" ]]; then fail "--data needs a folder"; fi; shift ;;
     --again) update="" ;;
+    --jobs) jobs=${2:-}; [[ "$jobs" =~ ^[1-9][0-9]*$ ]] || fail "--jobs needs a number of tables"; shift ;;
     --quick) quick=yes page="" options+=(--limit "$quick_problems") ;;
     --verify) verify=yes page="" ;;
     --threads) options+=("$1" "${2:-}"); shift ;;
@@ -58,41 +61,71 @@ scripts/setup.sh && mkdir -p build/release && echo "reproduce: building (details
 { cmake --preset release && cmake --build --preset release --target programs; } >build/release/reproduce.log 2>&1 ||
   { tail -n 30 build/release/reproduce.log >&2; fail "the build failed; all of its output is in build/release/reproduce.log"; }
 
-# What each table's page says that its run took, before anything starts.
+# What a table's page says that its run took; nothing where there is none.
+known_seconds() { sed -n 's/^- time: \([0-9]*\) s$/\1/p' "docs/results/$1.md" 2>/dev/null || true; }
 estimate() {
   local table seconds total=0 unknown=()
   for table in "$@"; do
-    seconds=$(sed -n 's/^- time: \([0-9]*\) s$/\1/p' "docs/results/$table.md" 2>/dev/null || true)
+    seconds=$(known_seconds "$table")
     if [[ -n "$seconds" ]]; then total=$((total + seconds)); else unknown+=("$table"); fi
   done
-  echo "reproduce: $# tables; $((total / 3600)) h $((total % 3600 / 60)) min by the times on their pages"
+  echo "reproduce: $# tables; $((total / jobs / 3600)) h $((total / jobs % 3600 / 60)) min by the times on their pages, $jobs at a time"
   [[ ${#unknown[@]} -eq 0 ]] || echo "reproduce: no time is known of: ${unknown[*]}"
 }
-if [[ ${#wanted[@]} -gt 1 && -z "$quick" ]]; then estimate "${wanted[@]}"; fi
 # evaluate TABLE OPTIONS...
 evaluate() {
   local seeds=()
-  if [[ -n "$quick" ]] && grep -q '^sweep:.*seed:' "configs/tables/$1.yaml"; then seeds=(--set "sweep.seed=[1]"); fi
+  if [[ -n "$quick" ]]; then seeds=(--set "sweep.seed=[1]"); fi
   build/release/bin/diffsac_eval --config "configs/tables/$1.yaml" ${data:+--data "$data"} "${options[@]}" "${seeds[@]}" "${@:2}"
 }
+# make_table TABLE: the table, its page, and with --verify what differs.
+make_table() {
+  local output=()
+  if [[ "$mode" == kitti ]]; then output=(--output "runs/kitti/$1"); fi
+  if [[ -n "$quick" ]]; then output=(--output "runs/quick/$1"); fi
+  if [[ -n "$verify" ]]; then output=(--output "runs/verify/$1" --page "runs/verify/$1.md" --page-command verify); fi
+  evaluate "$1" --train-missing $update "${output[@]}" \
+    ${page:+--page "docs/results/$1.md" --page-command "scripts/reproduce.sh $1${data:+ --data DIR}"} || return
+  [[ -z "$verify" ]] || build/release/bin/diffsac_docs --compare "docs/results/$1.md" "runs/verify/$1.md"
+}
+# A table among others. What it printed is in runs/logs/TABLE.log; its last lines are shown where it failed.
+make_logged() {
+  local start=$SECONDS code=0 told
+  make_table "$1" >"runs/logs/$1.log" 2>&1 || code=$?
+  told=$(grep -m 1 -e ': skipped, ' -e ': made already' "runs/logs/$1.log" || true)
+  echo "reproduce: $1: ${told:-$((SECONDS - start)) s}$([[ $code == 0 ]] || echo ", FAILED ($code), see runs/logs/$1.log")"
+  [[ $code == 0 ]] || tail -n 3 "runs/logs/$1.log" >&2
+  return $code
+}
+# The longest first, so that the last ones end together.
+make_side_by_side() {
+  local table failed=0 options=("${options[@]}" --threads 1)
+  mkdir -p runs/logs
+  # Not the terminal's Ctrl-C alone: the programs end tidily, and the same call goes on.
+  trap 'pkill -TERM -P "$(jobs -pr | paste -sd,)" || true; wait; exit 130' INT TERM
+  while read -r _ table; do
+    while (($(jobs -pr | wc -l) >= jobs)); do wait -n || failed=1; done
+    make_logged "$table" &
+  done < <(for table in "$@"; do echo "$(known_seconds "$table" | grep . || echo 99999) $table"; done | sort -rn)
+  while [[ -n "$(jobs -pr)" ]]; do wait -n || failed=1; done
+  return $failed
+}
+
+if [[ ${#wanted[@]} -gt 1 && -z "$quick" ]]; then estimate "${wanted[@]}"; fi
 for table in "${wanted[@]}"; do mapfile -t -O "${#only[@]}" only < <(evaluate "$table" --needs); done
 if [[ "$mode" == data || ( -n "$data" && ${#only[@]} -gt 0 ) ]]; then
   build/release/bin/diffsac_prepare sets --config configs/sets.yaml --data "$data" ${only:+--only "${only[@]}"} ||
     { code=$?; if [[ -n "$mode" || $code != 2 ]]; then exit $code; fi; }   # A table may do without.
 fi
-for table in "${wanted[@]}"; do
-  if [[ "$mode" == kitti ]]; then output=(--output "runs/kitti/$table"); fi
-  if [[ -n "$quick" ]]; then output=(--output "runs/quick/$table"); fi
-  if [[ -n "$verify" ]]; then output=(--output "runs/verify/$table" --page "runs/verify/$table.md" --page-command verify); fi
-  evaluate "$table" --train-missing $update "${output[@]}" \
-    ${page:+--page "docs/results/$table.md" --page-command "scripts/reproduce.sh $table${data:+ --data DIR}"}
-  if [[ -n "$verify" ]]; then
-    build/release/bin/diffsac_docs --compare "docs/results/$table.md" "runs/verify/$table.md" || differing=1
-  fi
-done
+failed=0
+if [[ "$jobs" != 1 ]]; then
+  make_side_by_side "${wanted[@]}" || failed=1
+else
+  for table in "${wanted[@]}"; do make_table "$table" || { [[ -n "$verify" ]] || exit; failed=1; }; done
+fi
 if [[ ${#effects[@]} -gt 0 ]]; then   # Names those that are not made.
   build/release/bin/diffsac_eval --effects "${effects[@]}" \
     ${page:+--page docs/results/what_decides.md --page-command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"}
 fi
 if [[ -n "$page" ]]; then build/release/bin/diffsac_docs README.md docs/*.md docs/results/claims.md; fi   # Their figures.
-if [[ "$differing" != 0 ]]; then fail "some values of the pages differ"; fi
+if [[ "$failed" != 0 ]]; then fail "not every table was made, or is as its page says"; fi

@@ -189,6 +189,21 @@ TEST_CASE("over seeds alone rows keep names, comparisons and network facts, and 
   CHECK(ReadRun(folder.File("out")).seeds == std::vector<std::uint64_t>{3, 4, 5});
 }
 
+TEST_CASE("over seeds alone a row is one row, though its options or its network are the seed's") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  WriteFileAtomically(folder.File("seeds.yaml"),
+                      "name: s\nseed: 1\nproblems: 10\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.7}\n"
+                      "methods: {few: {type: ransac, max_iterations: \"${seed}\"}}\nsweep: {seed: [3, 40]}\n");
+  request.config_path = folder.File("seeds.yaml");
+  std::ostringstream out;
+  REQUIRE(Evaluate(request, {}, std::atomic<bool>{false}, out) == kExitOk);
+  const ExperimentResults joined = ReadRun(folder.File("out"));
+  REQUIRE(joined.experiment.methods.size() == 1);
+  CHECK(joined.experiment.methods[0].name == "few");
+  CHECK(joined.cells[0].records.size() == 20);
+}
+
 TEST_CASE("a problem that several seeds share counts once in an interval") {
   Cell cell{0, 0, {}, {}};
   for (const double value : {1.0, 3.0, 5.0, 9.0}) {

@@ -19,7 +19,8 @@ TEST_CASE("RunDirectory records where a result comes from and stays readable YAM
   const RunDirectory run(folder.File("a/run"), "diffsac_train", "model:\n  width: 64\n", 42);
   const std::string text = ReadFile(run.File("config.yaml"));
   CHECK_THAT(text, Contains("# program: diffsac_train\n") && Contains("# seed: 42\n") && Contains("# machine: ") &&
-                       Contains("# date: 20") && Contains("# git revision: " + GitRevision() + "\n"));
+                       Contains("# date: 20") && Contains("# libraries: LibTorch 2.") && Contains(", OpenCV 4.") &&
+                       Contains(", Eigen 3.") && Contains("# git revision: " + GitRevision() + "\n"));
   CHECK(ToYaml(ConfigFromFile(run.File("config.yaml"))) == "model:\n  width: 64\n");
   CHECK(std::filesystem::path(run.File("x.csv")).parent_path() == run.path());
 }

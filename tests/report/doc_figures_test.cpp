@@ -127,6 +127,23 @@ TEST_CASE("a claim follows from the intervals of its differences") {
   CHECK_THROWS_WITH(answer({"few"}), Contains("no difference with its interval"));
 }
 
+TEST_CASE("a claim that changes is told, and its evidence is a table with the number of trainings") {
+  const Pages pages;
+  WriteFileAtomically(pages.folder.File("d.md"),
+                      "## differences\n\n| A minus B | x |\n|---|---:|\n| up − b | **+0.118 [+0.069, +0.172]** |\n\n"
+                      "- network: a_seed_1/checkpoints/best.safetensors, sha256 1\n"
+                      "- network: b_seed_1/checkpoints/best.safetensors, sha256 2\n"
+                      "- network: a_seed_2/checkpoints/best.safetensors, sha256 3\n");
+  DocFigures figures = pages.Figures("claims: {c: {differences: [{page: d, table: differences, row: up, column: x}]}}");
+  const std::string filled = figures.Fill("<!-- claim: c -->no<!-- / --> <!-- evidence: c --><!-- /evidence -->");
+  CHECK_THAT(filled,
+             Contains("up − b") && Contains("[d](d.md)") && Contains("**+.118 [+0.069, +0.172]**") && Contains("2 |"));
+  REQUIRE(figures.Changed().size() == 1);
+  CHECK_THAT(figures.Changed()[0], Contains("claim c: it said 'no', now 'yes'"));
+  CHECK(ReadResultsPage(pages.folder.File("d.md")).Trainings() == 2);
+  CHECK(ReadResultsPage(pages.folder.File("x.md")).Trainings() == 0);
+}
+
 TEST_CASE("a mark without a definition, an end or a cell is an error that says where") {
   const Pages pages;
   CHECK_THROWS_WITH(pages.Figures().Fill("<!-- figure: nothing -->1<!-- / -->"), Contains("figures.nothing"));

@@ -77,5 +77,22 @@ TEST_CASE("missing networks are trained on the device that is asked for") {
         std::vector<std::string>{"--config", "net.yaml", "--output", folder.File("runs/net"), "--device", "cuda:1"});
 }
 
+TEST_CASE("a network of another seed is made by the same training with that seed") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.File("configs"));
+  WriteFileAtomically(folder.File("configs/net.yaml"), "name: net\ntrain: {iterations: 1}\n");
+  const ExperimentOptions experiment = ReadExperiment(ConfigFromYaml(R"(
+seed: 3
+data: {type: correspondences, task: line, paths: [runs/pairs/test]}
+methods: {a: {type: diffsac, checkpoint: "runs/net_seed_${seed}/checkpoints/best.safetensors"}}
+)"));
+  const auto networks = MissingNetworks(experiment, folder.File("configs"));
+  REQUIRE(networks.size() == 1);
+  CHECK(networks[0].config == folder.File("configs/net.yaml"));
+  const auto command = TrainingCommand(networks[0], "cpu");
+  CHECK(std::vector<std::string>(command.end() - 2, command.end()) ==
+        std::vector<std::string>{"--set", "train.seed=3"});
+}
+
 }  // namespace
 }  // namespace diffsac

@@ -43,7 +43,10 @@ TEST_CASE("a page has the tables, the pictures and what made it; a run that is t
   CHECK_THAT(Run(request), Contains("mAA@0.5deg"));
   const std::string page = ReadFile(request.page);
   CHECK_THAT(page, Contains("mAA@0.5deg") && Contains("Written by `make x`") && Contains("- date: ") &&
-                       Contains("- git revision: ") && !Contains("program"));
+                       Contains("- git revision: ") && Contains("- libraries: LibTorch ") && !Contains("program"));
+  const std::string resolved = ReadFile(folder.File("docs/resolved/x.yaml"));
+  CHECK(resolved.starts_with("name: "));
+  CHECK_THAT(resolved, Contains("threshold_deg: 0.5") && !Contains("# date"));
   CHECK_THAT(Run(request), Contains("made already"));
   request.limit = 5;  // Another experiment.
   CHECK_THAT(Run(request), Contains("mAA@0.5deg"));

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "diffsac/baselines/oracle.h"
+#include "diffsac/baselines/recorded.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/parallel.h"
@@ -138,6 +139,7 @@ struct CellRun {
   const ExperimentOptions& experiment;
   const RunInputs& inputs;
   const Block& examples;
+  const Condition& condition;
   const RobustEstimator* method;  // null: the oracle
   Progress& progress;
   const std::vector<std::size_t>& shown;  // Ascending positions of the problems whose estimates pictures show.
@@ -145,6 +147,8 @@ struct CellRun {
   bool Shows(std::size_t position) const { return std::binary_search(shown.begin(), shown.end(), position); }
   Estimate EstimateOne(const Example& example) const {
     if (method == nullptr) return OracleEstimate(example.problem, example.truth);
+    if (const auto* recorded = dynamic_cast<const RecordedEstimator*>(method))
+      return recorded->Of(example, condition.name, experiment.seed);
     return method->Run(example.problem, ProblemSeed(experiment.seed, example));
   }
 };
@@ -352,7 +356,13 @@ class ConditionRun {
     const EstimatorRow& row = experiment_.methods[m];
     if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
     const bool shows_fits = std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end();
-    const CellRun run{experiment_, inputs_, block, methods_[m].get(), progress, shows_fits ? fit_positions_ : kNone};
+    const CellRun run{experiment_,
+                      inputs_,
+                      block,
+                      experiment_.conditions[condition_],
+                      methods_[m].get(),
+                      progress,
+                      shows_fits ? fit_positions_ : kNone};
     RunBlock(run, &rows_[m]);
     if (shows_fits) KeepFits(run, condition_, m, &rows_[m], &fits_[m]);
     if (run.method != nullptr && shows_trace_) KeepTrace(run, row.label, results);

@@ -86,11 +86,11 @@ void LeaveOutData(ExperimentOptions* experiment) {
 void LeaveOutRows(ExperimentOptions* experiment) {
   std::vector<std::string> kept;
   for (const EstimatorRow& row : experiment->methods) {
-    const std::string checkpoint = CheckpointOf(row);
-    if (checkpoint.empty() || IsThere(checkpoint))
+    const std::string file = row.config.Has("recording") ? row.config.Text("recording") : CheckpointOf(row);
+    if (file.empty() || IsThere(file))
       kept.push_back(row.name);
     else
-      experiment->left_out.push_back(row.label + " (needs " + checkpoint + ")");
+      experiment->left_out.push_back(row.label + " (needs " + file + ")");
   }
   if (kept.empty()) experiment->methods.clear();
   SelectEstimators(kept, experiment);

@@ -87,8 +87,9 @@ std::string SignatureOf(const ExperimentOptions& experiment, std::size_t method)
   return text + ToYaml(experiment.methods[method].config);
 }
 
-/// By the rows' names, in the order in which they first stand.
-std::vector<std::vector<RowAtPoint>> RowsByName(const std::vector<ExperimentResults>& results) {
+/// By the rows' names, in the order in which they first stand. seeds_alone: all points differ in the seed alone, so
+/// that a row is the same at all of them, though its network may have been trained with the seed.
+std::vector<std::vector<RowAtPoint>> RowsByName(const std::vector<ExperimentResults>& results, bool seeds_alone) {
   std::vector<std::string> names;
   std::vector<std::vector<RowAtPoint>> rows;
   for (std::size_t p = 0; p < results.size(); ++p) {
@@ -100,7 +101,7 @@ std::vector<std::vector<RowAtPoint>> RowsByName(const std::vector<ExperimentResu
         names.push_back(experiment.methods[m].name);
         rows.emplace_back();
       }
-      rows[place].push_back({p, m, SignatureOf(experiment, m)});
+      rows[place].push_back({p, m, seeds_alone ? "" : SignatureOf(experiment, m)});
     }
   }
   return rows;
@@ -216,6 +217,9 @@ RunFacts JoinedFacts(const std::vector<ExperimentResults>& results) {
     joined.peak_memory_mib = std::max(joined.peak_memory_mib, one.facts.peak_memory_mib);
     alike = alike && one.facts.data_digest == joined.data_digest;
     digests += one.facts.data_digest;
+    for (const auto& network : one.facts.networks)
+      if (std::find(joined.networks.begin(), joined.networks.end(), network) == joined.networks.end())
+        joined.networks.push_back(network);
   }
   if (!alike) joined.data_digest = DigestOfText(digests);
   return joined;
@@ -273,7 +277,7 @@ ExperimentResults JoinSweep(const std::vector<SweepPoint>& points, const std::ve
     CheckAlike(points.front(), results.front().experiment, points[p], results[p].experiment);
     joined.partial = joined.partial || results[p].partial;
   }
-  for (const std::vector<RowAtPoint>& row : RowsByName(results)) {
+  for (const std::vector<RowAtPoint>& row : RowsByName(results, !joined.seeds.empty())) {
     std::vector<std::size_t> axes;
     for (std::size_t axis = 0; axis < points.front().parts.size(); ++axis)
       if (Matters(axis, row, points)) axes.push_back(axis);

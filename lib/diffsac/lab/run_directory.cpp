@@ -80,7 +80,7 @@ RunDirectory::RunDirectory(const std::string& path, const std::string& program, 
   MakeWritableFolder(path);
   const std::string header = std::string(kProgram) + program + "\n# git revision: " + GitRevision() +
                              "\n# seed: " + std::to_string(seed) + "\n# machine: " + MachineText() +
-                             "\n# date: " + UtcNow() + "\n\n";
+                             "\n# libraries: " + DIFFSAC_LIBRARIES + "\n# date: " + UtcNow() + "\n\n";
   WriteFileAtomically(File(kConfigFile), header + resolved_config);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kEnd = " -->";
 
-enum class Mark { kFigure, kClaim, kTable };
+enum class Mark { kFigure, kClaim, kEvidence, kTable };
 
 // The kinds of marks: what begins one, and what ends what it holds.
 struct MarkKind {
@@ -22,6 +22,7 @@ struct MarkKind {
 };
 constexpr MarkKind kKinds[] = {{"<!-- figure: ", "<!-- / -->", Mark::kFigure},
                                {"<!-- claim: ", "<!-- / -->", Mark::kClaim},
+                               {"<!-- evidence: ", "<!-- /evidence -->", Mark::kEvidence},
                                {"<!-- figures: ", "<!-- /figures -->", Mark::kTable}};
 
 constexpr const char* kSections[] = {"figures", "claims", "tables"};
@@ -82,7 +83,13 @@ std::string DocFigures::Fill(const std::string& document) {
     const std::string name = document.substr(name_at, name_end - name_at);
     filled += document.substr(at, name_end + kEnd.size() - at);
     if (kind->mark == Mark::kFigure) filled += Figure(name);
-    if (kind->mark == Mark::kClaim) filled += Claim(name);
+    if (kind->mark == Mark::kClaim) {
+      const std::string answer = Claim(name),
+                        before = document.substr(name_end + kEnd.size(), end - name_end - kEnd.size());
+      if (answer != before) changed_.push_back("claim " + name + ": it said '" + before + "', now '" + answer + "'");
+      filled += answer;
+    }
+    if (kind->mark == Mark::kEvidence) filled += "\n" + Evidence(name);
     if (kind->mark == Mark::kTable) filled += "\n" + Table(name);
     at = end;
   }
@@ -104,24 +111,48 @@ std::string DocFigures::Figure(const std::string& name) {
   return whole ? value : value.substr(0, value.find(" ["));
 }
 
-std::string DocFigures::Claim(const std::string& name) {
+std::vector<DocFigures::Difference> DocFigures::DifferencesOf(const std::string& name) {
   const Config claim = definitions_.Sub("claims." + name);
-  const std::vector<Config> differences = claim.Sequence("differences");
-  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name + ".differences");
-  used_["claims." + name] = true;
-  int above = 0, below = 0;
-  for (const Config& place : differences) {
+  std::vector<Difference> differences;
+  for (const Config& place : claim.Sequence("differences")) {
     const std::string value = Value(place);
     const std::optional<int> side = SideOf(value);
     if (!side) throw Error(place.Where() + ": '" + value + "' is no difference with its interval");
     const bool swapped = place.Has("swapped") && place.Text("swapped") == "yes";
-    above += swapped ? *side < 0 : *side > 0;
-    below += swapped ? *side > 0 : *side < 0;
+    differences.push_back({place, value, swapped ? -*side : *side});
   }
-  if (above == static_cast<int>(differences.size())) return "yes";
+  if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name + ".differences");
+  used_["claims." + name] = true;
+  return differences;
+}
+
+std::string DocFigures::Claim(const std::string& name) {
+  const Config claim = definitions_.Sub("claims." + name);
+  const std::vector<Difference> differences = DifferencesOf(name);
+  std::size_t above = 0, below = 0;
+  for (const Difference& difference : differences) {
+    above += difference.side > 0;
+    below += difference.side < 0;
+  }
+  if (above == differences.size()) return "yes";
   const bool every = claim.Has("every") && claim.Text("every") == "yes";
   if (above > 0 && !every) return "in part";
   return below > 0 ? "no" : "open";
+}
+
+std::string DocFigures::Evidence(const std::string& name) {
+  diffsac::Table table;
+  table.columns = {"A − B", "page", "of", "difference and 95 % interval", "trainings"};
+  for (const auto& [place, value, side] : DifferencesOf(name)) {
+    const std::string page_name = place.Text("page");
+    const ResultsPage& page = Page(page_name);
+    const std::size_t trainings = page.Trainings();
+    table.rows.push_back(
+        {{page.RowName(place.Text("table"), place.Text("row")), "[" + page_name + "](" + page_name + ".md)",
+          place.Text("column"), value, trainings == 0 ? "" : std::to_string(trainings)},
+         {false, false, false, side != 0, false}});
+  }
+  return MarkdownTable(table);
 }
 
 std::string DocFigures::Table(const std::string& name) {

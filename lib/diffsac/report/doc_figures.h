@@ -14,6 +14,9 @@ namespace diffsac {
 ///
 ///     <!-- figure: NAME -->.283<!-- / -->
 ///     <!-- claim: NAME -->in part<!-- / -->
+///     <!-- evidence: NAME -->
+///     | ... the claim's differences, as a table ... |
+///     <!-- /evidence -->
 ///     <!-- figures: NAME -->
 ///     | ... a table ... |
 ///     <!-- /figures -->
@@ -34,6 +37,8 @@ namespace diffsac {
 ///         rows:
 ///           - {title: ours, row: "learned PROSAC, until"}
 ///           - {title: published elsewhere, cells: [".50"]}
+///     older_pages:   # --check-pages passes over them.
+///       NAME: why it was not made again
 ///
 /// A cell of a table is where its column and its row say together: either may name page, table, row and column, and the
 /// row's word counts.
@@ -56,12 +61,24 @@ class DocFigures {
   /// not there.
   std::string Fill(const std::string& document);
 
+  /// Of the claims filled so far those that said something else, a line each: prose about them may be wrong now.
+  const std::vector<std::string>& Changed() const { return changed_; }
+
   /// The names of all definitions that no document has asked for.
   std::vector<std::string> Unused() const;
 
  private:
   std::string Figure(const std::string& name);
+  /// A difference of a claim: where it stands, its text, and 1 or −1 where its interval is on the side for or against
+  /// the claim.
+  struct Difference {
+    Config place;
+    std::string text;
+    int side = 0;
+  };
+  std::vector<Difference> DifferencesOf(const std::string& name);
   std::string Claim(const std::string& name);
+  std::string Evidence(const std::string& name);
   std::string Table(const std::string& name);
   std::string Value(const Config& place);
   const ResultsPage& Page(const std::string& name);
@@ -70,6 +87,7 @@ class DocFigures {
   std::string pages_;
   std::map<std::string, ResultsPage> read_;
   std::map<std::string, bool> used_;
+  std::vector<std::string> changed_;
 };
 
 }  // namespace diffsac

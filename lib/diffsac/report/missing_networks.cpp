@@ -10,6 +10,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -26,6 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kSeed = "_seed_";
 constexpr int kInterrupted = 130;  // The exit code of a training that was stopped.
 
 /// NAME of runs/NAME/checkpoints/FILE; empty for other paths.
@@ -111,6 +113,10 @@ std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
     const std::string name = RunOf(checkpoint);
     if (name.empty() || (fs::exists(checkpoint) && !IsUnfinished(checkpoint))) continue;
     networks.push_back({name, checkpoint, TrainingOf(name, configs)});
+    const std::size_t seed = name.rfind(kSeed);
+    if (!networks.back().config.empty() || seed == std::string::npos) continue;
+    networks.back().config = TrainingOf(name.substr(0, seed), configs);
+    networks.back().seed = name.substr(seed + kSeed.size());
   }
   return networks;
 }
@@ -132,6 +138,7 @@ std::vector<std::string> TrainingCommand(const MissingNetwork& network, const st
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "diffsac_train", run = RunOf(network);
   std::vector<std::string> command = {program.string(), "--config", network.config, "--output",
                                       run.string(),     "--device", device};
+  if (!network.seed.empty()) command.insert(command.end(), {"--set", "train.seed=" + network.seed});
   if (fs::exists(run / "checkpoints" / "last.safetensors")) command.push_back("--resume");
   return command;
 }

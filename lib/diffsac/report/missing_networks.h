@@ -14,6 +14,8 @@ struct MissingNetwork {
   std::string name;
   std::string checkpoint;
   std::string config;  ///< The training configuration named NAME; empty where there is none.
+  /// Of a network named NAME_seed_N, which the configuration NAME makes with another seed: N.
+  std::string seed = {};
 };
 
 /// Those of an experiment's rows. Training configurations are looked for below `configs`, by their `name`.

@@ -11,7 +11,7 @@ std::string PageDigestLine(const std::string& text);
 
 /// What is wrong with a page of results, a line each: it was changed since it was written, it is of a tree with changes
 /// ("-dirty") or names no revision, or it has rows that its experiment has not. `config`: the table's configuration;
-/// empty for pages of none. Throws Error where a file cannot be read.
+/// empty for pages of none, which need no digest. Throws Error where a file cannot be read.
 std::vector<std::string> PageFaults(const std::string& page, const std::string& config);
 
 }  // namespace diffsac

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "diffsac/core/files.h"
@@ -11,7 +12,7 @@
 namespace diffsac {
 namespace {
 
-constexpr std::string_view kRevision = "- git revision: ";
+constexpr std::string_view kRevision = "- git revision: ", kNetwork = "- network: ";
 
 std::string Trimmed(std::string text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -136,23 +137,51 @@ std::vector<std::string> TableCells(const std::string& line) {
   return cells;
 }
 
+namespace {
+
+const PageTable& TableNamed(const ResultsPage& page, const std::string& name) {
+  std::vector<std::string> headings;
+  for (const PageTable& one : page.tables) headings.push_back(one.heading);
+  return page.tables[FindName(headings, name, page.path)];
+}
+
+std::string PlaceOf(const ResultsPage& page, const PageTable& table) {
+  return page.path + ", table '" + table.heading + "'";
+}
+
+}  // namespace
+
 const std::string& ResultsPage::Cell(const std::string& table, const std::string& row,
                                      const std::string& column) const {
-  std::vector<std::string> headings;
-  for (const PageTable& one : tables) headings.push_back(one.heading);
-  const PageTable& found = tables[FindName(headings, table, path)];
-  const std::string where = path + ", table '" + found.heading + "'";
+  const PageTable& found = TableNamed(*this, table);
+  const std::string where = PlaceOf(*this, found);
   const std::size_t r = FindName(FirstCells(found), row, where);
   return found.rows[r][FindName(found.columns, column, where)];
 }
 
+const std::string& ResultsPage::RowName(const std::string& table, const std::string& row) const {
+  const PageTable& found = TableNamed(*this, table);
+  return found.rows[FindName(FirstCells(found), row, PlaceOf(*this, found))].front();
+}
+
+std::size_t ResultsPage::Trainings() const {
+  std::set<std::string> seeds;
+  for (const std::string& network : networks) {
+    const std::size_t seed = network.find("_seed_");
+    seeds.insert(seed == std::string::npos ? "" : network.substr(seed, network.find('/', seed) - seed));
+  }
+  return std::max(seeds.size() - seeds.count(""), std::size_t{networks.empty() ? 0U : 1U});
+}
+
 ResultsPage ReadResultsPage(const std::string& path) {
-  ResultsPage page{path, {}, {}};
+  ResultsPage page{path, {}, {}, {}};
   std::istringstream in(ReadFile(path));
   std::string heading;
   bool inside = false;
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with(kRevision)) page.revision = line.substr(kRevision.size());
+    if (line.starts_with(kNetwork))
+      page.networks.push_back(line.substr(kNetwork.size(), line.find(',') - kNetwork.size()));
     if (line.starts_with("#")) heading = line.substr(line.find_first_not_of("# "));
     const std::vector<std::string> cells = TableCells(line);
     if (cells.empty()) {

@@ -16,11 +16,18 @@ struct PageTable {
 struct ResultsPage {
   std::string path;
   std::vector<PageTable> tables;
-  std::string revision;  ///< Empty where the page names none.
+  std::string revision;               ///< Empty where the page names none.
+  std::vector<std::string> networks;  ///< Files of the networks that its rows used.
 
   /// A cell by its table, row and column. Each is the whole name, or a beginning that only one of them has. Throws
   /// Error naming the page and what it has instead.
   const std::string& Cell(const std::string& table, const std::string& row, const std::string& column) const;
+
+  /// The whole name of a row, as Cell finds it.
+  const std::string& RowName(const std::string& table, const std::string& row) const;
+
+  /// How many seeds its networks were trained with: those of networks named "..._seed_N"; 1 of others, 0 without any.
+  std::size_t Trainings() const;
 };
 
 /// Throws Error where there is no such file or a row has more or fewer cells than its table has columns.

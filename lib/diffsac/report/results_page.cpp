@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/files.h"
+#include "diffsac/lab/yaml.h"
 #include "diffsac/report/metric_table.h"
 #include "diffsac/report/page_checks.h"
 #include "diffsac/report/run_reader.h"
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kShownDigits = 12;  // Of a digest.
 constexpr std::size_t kMostMatches = 2;   // Pictures of matches on a page.
+constexpr const char* kDataRoot = "data";
 
 /// All but those of matches, then two of these, from first to last.
 std::vector<fs::path> PicturesIn(const std::string& folder) {
@@ -75,13 +77,31 @@ std::string FactsOfRun(const std::string& folder) {
   return text;
 }
 
+namespace {
+
+/// The run's configuration with every key, without what is this machine's: its header, and where its data is.
+std::string ResolvedConfig(const std::string& folder) {
+  std::string text = BodyOf(ReadFile(folder + "/config.yaml"));
+  const Config config = ConfigFromYaml(text, folder + "/config.yaml");
+  const std::string root = config.Has("data_root") ? config.Text("data_root") : "";
+  for (std::size_t at = 0; root.starts_with('/') && (at = text.find(root, at)) != std::string::npos;)
+    text.replace(at, root.size(), kDataRoot), at += std::string(kDataRoot).size();
+  return text;
+}
+
+}  // namespace
+
 void WritePage(const std::string& folder, const std::string& page, const std::string& command) {
   const fs::path path(page);
   const std::string name = path.stem().string();
   if (path.has_parent_path()) fs::create_directories(path.parent_path());
   std::string text = ReadFile(folder + "/table.md") + "\n";
   for (const fs::path& picture : PicturesIn(folder)) text += PictureBeside(picture.string(), page, name);
-  text += "Written by `" + command + "`.\n\n" + FactsOfRun(folder);
+  const fs::path resolved = fs::path("resolved") / (name + ".yaml");
+  fs::create_directories(path.parent_path() / "resolved");
+  WriteFileAtomically((path.parent_path() / resolved).string(), ResolvedConfig(folder));
+  text += "Written by `" + command + "`.\n\n" + FactsOfRun(folder) + "- configuration, with every key: [" + name +
+          ".yaml](" + resolved.string() + ")\n";
   WriteFileAtomically(page, text + PageDigestLine(text));
 }
 

@@ -184,7 +184,8 @@ void ReadFacts(const std::string& path, ExperimentResults* results) {
     results->machine = json.at("machine").get<std::string>();
     results->seeds = json.value("seeds", std::vector<std::uint64_t>());
     if (json.contains("facts")) results->facts = FactsOf(json.at("facts"));
-    for (const auto& [name, facts] : json.value("learned", nlohmann::json::object()).items())
+    const nlohmann::json learned = json.value("learned", nlohmann::json::object());
+    for (const auto& [name, facts] : learned.items())
       results->learned.push_back(LearnedRowOf(facts, results->experiment.RowOf(name)));
   } catch (const nlohmann::json::exception&) {
     throw Error(path + ": not the results.json of a run, or damaged");

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "diffsac/core/options.h"
+#include "diffsac/estimators/robust_estimator.h"
+
+namespace diffsac {
+
+/// Models that another program estimated of the same problems (scripts/peers/two_view.py writes such files): lines of
+/// text with the columns `row,condition,id,seed,ms,model` under a line of these names; lines that begin with '#' are
+/// comments. `id`: as in problems.csv. `seed`: that of the experiment. `ms`: what the other program took. `model`:
+/// numbers with spaces between them, in the form of estimates.h5 (docs/estimates.md); empty: no estimate.
+struct RecordedOptions {
+  std::string recording;  ///< The file.
+  std::string row;        ///< Which of its rows.
+  void Bind(OptionsBinder& b);
+};
+
+/// A row of such a file: what it has of the problem that is asked for. Inliers are those of ε under the model.
+class RecordedEstimator : public RobustEstimator {
+ public:
+  /// Throws Error, with the file and the line, for what is no such file or has not this row.
+  explicit RecordedEstimator(const RecordedOptions& options);
+
+  /// The estimate of one problem. Throws Error where the file does not name it.
+  Estimate Of(const Example& example, const std::string& condition, std::uint64_t seed) const;
+
+ private:
+  struct Record {
+    double ms = 0.0;
+    ModelParameters model;
+  };
+  /// Throws Error: a problem does not say which one it is.
+  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+
+  RecordedOptions options_;
+  std::map<std::tuple<std::string, std::string, std::uint64_t>, Record> records_;  // By condition, id and seed.
+};
+
+}  // namespace diffsac
