@@ -26,9 +26,9 @@ import cv2
 import numpy as np
 import torch
 
-from peer_estimators import ESTIMATORS, errors_of_matrix
+from peer_estimators import ESTIMATORS
 from peer_networks import NETWORKS, log_weights, ratios_by, weights_as_ratios, write_identity_network
-from peer_pairs import affine_of_pair, existing, fail, pair_ids, read_pair, read_problems, select, write_pair_files
+from peer_pairs import affine_of_pair, errors_of_matrix, existing, fail, pair_ids, read_pair, read_problems, select, write_pair_files
 
 REGIMES = {"all": ("all matches", 1.0), "ratio": ("ratio 0.85", 0.85)}
 

@@ -9,9 +9,9 @@ import numpy as np
 import torch
 
 from peer_networks import NETWORKS, checkout_on_path, load_state, log_weights
-from peer_pairs import FAILURE, existing, normalized, pose_errors, select
+from peer_pairs import existing, normalized, select
 
-EPSILON_PX = 1.0        # of the loop, and of the masks from which poses are chosen
+EPSILON_PX = 1.0        # of the loop
 
 
 def sampson(models, points):
@@ -28,20 +28,6 @@ def msac(models, points, epsilon):
     models, points = torch.as_tensor(np.asarray(models)).float(), torch.as_tensor(points).float()
     blocks = [(1 - sampson(block, points) / epsilon ** 2).clamp_min(0).sum(1) for block in models.split(256)]
     return torch.cat(blocks).numpy()
-
-
-def errors_of_matrix(matrix, pair, task):
-    """Of the motion that the inliers of a fundamental or essential matrix choose by cheirality."""
-    if matrix is None or np.shape(matrix) != (3, 3) or not np.isfinite(matrix).all():
-        return FAILURE
-    essential = pair.k2.T @ matrix @ pair.k1 if task == "fundamental" else matrix
-    fundamental = matrix if task == "fundamental" else np.linalg.inv(pair.k2).T @ matrix @ np.linalg.inv(pair.k1)
-    inliers = sampson(torch.tensor(fundamental)[None], torch.tensor(pair.matches))[0].numpy() < EPSILON_PX ** 2
-    points = np.ascontiguousarray(normalized(pair)[inliers])
-    if len(points) < 5:
-        return FAILURE
-    _, turn, shift, _ = cv2.recoverPose(essential, points[:, :2].copy(), points[:, 2:].copy())
-    return pose_errors(turn, shift.reshape(3), pair)
 
 
 def uniform_sets(count, size, points, generator):

@@ -11,10 +11,12 @@ import h5py
 import numpy as np
 
 FAILURE = (180.0, 90.0)      # degrees of rotation and translation, where there is no estimate
+EPSILON_PX = 1.0             # of the inliers that choose a matrix's pose
 
 
 def fail(message):
-    sys.exit(f"{os.path.basename(sys.argv[0])}: {message}")
+    print(f"{os.path.basename(sys.argv[0])}: {message}", file=sys.stderr)
+    sys.exit(2)
 
 
 def existing(path, what):
@@ -146,3 +148,46 @@ def pose_errors(turn, shift, pair):
     sine = np.linalg.norm(np.cross(shift, pair.shift)) / (np.linalg.norm(shift) * np.linalg.norm(pair.shift))
     errors = np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.degrees(np.arcsin(min(sine, 1.0)))
     return errors if np.isfinite(errors).all() else FAILURE
+
+
+def sampson(matrix, points):
+    """Squared Sampson distances."""
+    one = np.ones((len(points), 1))
+    first, second = np.hstack([points[:, :2], one]), np.hstack([points[:, 2:], one])
+    lines, others = first @ matrix.T, second @ matrix
+    gradient = (lines[:, :2] ** 2).sum(1) + (others[:, :2] ** 2).sum(1)
+    return (second * lines).sum(1) ** 2 / np.maximum(gradient, 1e-30)
+
+
+def motion_by_cheirality(essential, points):
+    """R and t of the four motions of E that has the most points before both cameras; None where all have none. OpenCV's recoverPose does
+    the same in fifty times the time."""
+    rays = [np.hstack([side, np.ones((len(points), 1))]) for side in (points[:, :2], points[:, 2:])]
+    *turns, shift = cv2.decomposeEssentialMat(essential)
+    best, chosen = 0, None
+    for turn in turns:
+        turned = rays[0] @ turn.T
+        normal = np.cross(turned, rays[1])                       # depths: depth2 ray2 = depth1 turned + shift
+        depth1 = (normal * np.cross(rays[1], shift[:, 0])).sum(1)
+        depth2 = (normal * np.cross(turned, shift[:, 0])).sum(1)
+        for sign in (1, -1):
+            before = np.count_nonzero((sign * depth1 > 0) & (sign * depth2 > 0))
+            if before > best:
+                best, chosen = before, (turn, sign * shift[:, 0])
+    return chosen
+
+
+def errors_of_matrix(matrix, pair, task):
+    """Of the motion that the inliers of a fundamental or essential matrix choose by cheirality."""
+    if matrix is None or np.shape(matrix) != (3, 3) or not np.isfinite(matrix).all():
+        return FAILURE
+    essential = pair.k2.T @ matrix @ pair.k1 if task == "fundamental" else matrix
+    fundamental = matrix if task == "fundamental" else np.linalg.inv(pair.k2).T @ matrix @ np.linalg.inv(pair.k1)
+    inliers = sampson(fundamental, pair.matches) < EPSILON_PX ** 2
+    motion = motion_by_cheirality(essential, normalized(pair)[inliers]) if inliers.sum() >= 5 else None
+    return pose_errors(*motion, pair) if motion else FAILURE
+
+
+def accuracy(errors, most=10):
+    """mAA at `most` degrees."""
+    return (np.asarray(errors)[:, None] <= np.arange(1, most + 1)).mean()

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""PoseLib's two-view estimators on the pairs of a run of diffsac_eval, by the same error (docs/metrics.md): essential and fundamental
-matrices, and one unknown focal length shared by both images, which is told nothing of the cameras but the images' centre; and what
-COLMAP makes of two views whose focal length it guesses (task `colmap`: F, decomposed with its guess; its own defaults, 4 px). Not part
-of the build: needs h5py, numpy, opencv and poselib of Python, for `colmap` pycolmap.
+"""One unknown focal length shared by both images, on the pairs of a run of diffsac_eval and by the same error (docs/metrics.md): PoseLib's
+estimator, which is told nothing of the cameras but the images' centre, and what COLMAP makes of two views whose focal length it guesses
+(task `colmap`: F, decomposed with its guess; its own defaults, 4 px). Essential and fundamental matrices: two_view.py. Not part of the
+build; scripts/peers/environment.sh makes the environment of it.
 
-  scripts/peers/poselib_pairs.py --run RUN --scenes SCENE... [--tasks essential,fundamental,shared_focal] [--seeds 5]
+  .deps/peers/bin/python scripts/peers/poselib_pairs.py --run RUN --scenes SCENE... [--tasks shared_focal,colmap] [--seeds 5]
 
 RUN is a folder that diffsac_eval wrote, whose problems.csv says which pairs of which condition; SCENE a folder of pairs that it read.
-F is decomposed with the true cameras; the other two by what they estimate. Matches are in the order of their ratio (PROSAC).
+Both are decomposed by what they estimate. PoseLib gets the matches in the order of their ratio (PROSAC).
 """
 import argparse
 import os
@@ -17,35 +17,14 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import collections
 import time
 
-import cv2
 import numpy as np
 import poselib
 
-from peer_pairs import FAILURE, fail, pair_ids, pose_errors, read_pair, select
+from peer_pairs import FAILURE, accuracy, fail, pair_ids, pose_errors, read_pair, select
 
 EPSILON_PX = 1.0
 REGIMES = {"all matches": 1.0, "ratio 0.85": 0.85}
 FEWEST_POINTS = 8
-
-
-def camera_of(k, width, height):
-    return {"model": "PINHOLE", "width": int(width), "height": int(height), "params": [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]}
-
-
-def essential(pair, options):
-    first, second = camera_of(pair.k1, *pair.sizes[:2]), camera_of(pair.k2, *pair.sizes[2:])
-    pose, report = poselib.estimate_relative_pose(pair.matches[:, :2], pair.matches[:, 2:], first, second, options, {})
-    return pose.R, pose.t, report, None
-
-
-def fundamental(pair, options):
-    matrix, report = poselib.estimate_fundamental(pair.matches[:, :2], pair.matches[:, 2:], options, {})
-    inliers = np.array(report["inliers"], bool)
-    if inliers.sum() < 5:
-        return None, None, report, None
-    sides = [(pair.matches[inliers, 2 * i:2 * i + 2] - k[:2, 2]) / (k[0, 0], k[1, 1]) for i, k in enumerate((pair.k1, pair.k2))]
-    _, turn, shift, _ = cv2.recoverPose(pair.k2.T @ matrix @ pair.k1, *sides)
-    return turn, shift[:, 0], report, None
 
 
 def shared_focal(pair, options):
@@ -76,7 +55,7 @@ def colmap(pair, options):
     return pose.rotation.matrix(), pose.translation, report, error
 
 
-ESTIMATORS = {"colmap": colmap, "essential": essential, "fundamental": fundamental, "shared_focal": shared_focal}
+ESTIMATORS = {"colmap": colmap, "shared_focal": shared_focal}
 
 
 def measure(task, pair, iterations, seed):
@@ -93,15 +72,11 @@ def measure(task, pair, iterations, seed):
     return *pose_errors(turn, shift, pair), np.nan if focal_error is None else focal_error, ms
 
 
-def accuracy(errors, most=10):
-    return (errors[:, None] <= np.arange(1, most + 1)).mean()
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--run", required=True)
     parser.add_argument("--scenes", nargs="+", required=True)
-    parser.add_argument("--tasks", default="essential,fundamental,shared_focal")
+    parser.add_argument("--tasks", default="shared_focal", help=f"some of {','.join(ESTIMATORS)}")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--iterations", type=int, default=1000)
     parser.add_argument("--groups", nargs="*", default=["kitti"], help="scenes whose names begin so count as one")
