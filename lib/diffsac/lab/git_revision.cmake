@@ -9,7 +9,9 @@ if(git)
     execute_process(COMMAND ${git} -C ${SOURCE_DIR} rev-parse --short=8 HEAD
       OUTPUT_VARIABLE head RESULT_VARIABLE failed ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
     if(NOT failed)
+      # Documents are no sources: scripts/reproduce.sh writes some, and goes on after it was killed.
       execute_process(COMMAND ${git} --no-optional-locks -C ${SOURCE_DIR} status --porcelain --untracked-files=no
+        -- . ":(exclude)docs" ":(exclude)*.md"
         OUTPUT_VARIABLE changes ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
       set(revision ${head})
       if(changes)
