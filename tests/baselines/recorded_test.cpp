@@ -45,11 +45,13 @@ TEST_CASE("a recorded row has the model of its file, its inliers by the threshol
   CHECK(none.report.ms_total == 1.5);
 }
 
-TEST_CASE("a recorded row says which problem, condition and seed its file has not") {
+TEST_CASE("a recorded row of fewer seeds gives those in turn, and says which problem its file has not") {
   const TemporaryFolder folder;
-  const auto row = Recorded(folder, "row,condition,id,seed,ms,model\nother,all,s/p1,1,2.5,0 1 -1\n");
-  CHECK_THROWS_WITH(row.Of(FourPoints(), "all", 2), Contains("'s/p1'") && Contains("'all'") && Contains("seed 2"));
-  CHECK_THROWS_WITH(row.Of(FourPoints(), "far", 1), Contains("'far'"));
+  const auto row =
+      Recorded(folder, "row,condition,id,seed,ms,model\nother,all,s/p1,1,2.5,0 1 -1\nother,all,s/p1,2,1.5,0 1 -1\n");
+  CHECK(row.Of(FourPoints(), "all", 3).report.ms_total == 1.5);
+  CHECK(row.Of(FourPoints(), "all", 4).report.ms_total == 2.5);
+  CHECK_THROWS_WITH(row.Of(FourPoints(), "far", 1), Contains("'s/p1'") && Contains("'far'") && Contains("seed 1"));
 }
 
 TEST_CASE("a file of recorded models that is none is an error with its line") {

@@ -1,5 +1,6 @@
 #include "diffsac/baselines/recorded.h"
 
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -69,12 +70,14 @@ RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(
     if (fields[0] != options.row) continue;
     record.model = *model;
     records_[{fields[1], fields[2], static_cast<std::uint64_t>(seed)}] = record;
+    seeds_.insert(static_cast<std::uint64_t>(seed));
   }
   if (records_.empty()) throw Error(options.recording + ": has no row '" + options.row + "'");
 }
 
 Estimate RecordedEstimator::Of(const Example& example, const std::string& condition, std::uint64_t seed) const {
   const std::string id = ProblemName(example);
+  if (seeds_.count(seed) == 0) seed = *std::next(seeds_.begin(), static_cast<std::ptrdiff_t>(seed % seeds_.size()));
   const auto found = records_.find({condition, id, seed});
   if (found == records_.end())
     throw Error(options_.recording + ": row '" + options_.row + "' has no estimate of '" + id + "', condition '" +

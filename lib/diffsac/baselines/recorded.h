@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -12,8 +13,9 @@ namespace diffsac {
 
 /// Models that another program estimated of the same problems (scripts/peers/two_view.py writes such files): lines of
 /// text with the columns `row,condition,id,seed,ms,model` under a line of these names; lines that begin with '#' are
-/// comments. `id`: as in problems.csv. `seed`: that of the experiment. `ms`: what the other program took. `model`:
-/// numbers with spaces between them, in the form of estimates.h5 (docs/estimates.md); empty: no estimate.
+/// comments. `id`: as in problems.csv. `seed`: that of the experiment; a file that has fewer gives those that it has in
+/// turn. `ms`: what the other program took. `model`: numbers with spaces between them, in the form of estimates.h5
+/// (docs/estimates.md); empty: no estimate.
 struct RecordedOptions {
   std::string recording;  ///< The file.
   std::string row;        ///< Which of its rows.
@@ -39,6 +41,7 @@ class RecordedEstimator : public RobustEstimator {
 
   RecordedOptions options_;
   std::map<std::tuple<std::string, std::string, std::uint64_t>, Record> records_;  // By condition, id and seed.
+  std::set<std::uint64_t> seeds_;
 };
 
 }  // namespace diffsac
