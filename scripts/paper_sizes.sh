@@ -117,11 +117,12 @@ for name in "${wanted[@]}"; do
   fi
   mkdir -p "$whole" "$curve"
   echo "$what" >"$whole/data.txt"
+  git rev-parse --short HEAD >"$runs/revision.txt"
   [[ -f $whole/peak_kib ]] || train $((minutes * 20)) "$whole" "${common[@]}" || fail "$name failed; see $whole.out"
   train $((minutes * 40)) "$curve" "${common[@]}" "${small[@]}" || fail "$name failed; see $curve.out"
 done
 
-REVISION=$(git rev-parse --short HEAD) MATCHES=$matches VALIDATE_EVERY=$validate_every WARMUP=$warmup VALIDATED=$validated COPIES=$copies \
+MATCHES=$matches VALIDATE_EVERY=$validate_every WARMUP=$warmup VALIDATED=$validated COPIES=$copies \
   python3 - "$runs" "$page" "${names[@]}" <<'END'
 import csv, os, re, statistics, subprocess, sys
 
@@ -143,6 +144,7 @@ class Run:
 
     def __init__(self, folder):
         config, log = text_of(folder, "config.yaml"), text_of(folder, "log.txt")
+        self.program = re.search(r"git revision: (\S+)", config)[1]
         self.batch = int(re.search(r"  batch_size: (\d+)", config)[1])
         self.iterations = int(re.search(r"  iterations: (\d+)", config)[1])
         self.points = int(re.search(r"  (?:max_points|num_points): ([1-9]\d*)", config)[1])
@@ -190,11 +192,15 @@ def table(header, rows):
     return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
-found = [name for name in names if os.path.exists(os.path.join(runs, name + "_curve", "peak_kib"))]
+def runs_of(kind):
+    folders = {name: os.path.join(runs, f"{name}_{kind}") for name in names}
+    return {name: Run(folder) for name, folder in folders.items() if os.path.exists(os.path.join(folder, "peak_kib"))}
+
+
+whole, curve = runs_of("whole"), runs_of("curve")
+found = list(whole)
 if not found:
     sys.exit("paper_sizes: there are no runs yet")
-whole = {name: Run(os.path.join(runs, name + "_whole")) for name in found}
-curve = {name: Run(os.path.join(runs, name + "_curve")) for name in found}
 data = {name: text_of(runs, name + "_whole", "data.txt").strip() for name in found}
 
 
@@ -223,7 +229,8 @@ any_run = whole[found[0]]
 missing = [name for name in names if name not in found]
 tutorial = next((name for name in found if name.endswith("_tutorial")), None)
 picture = os.path.basename(page)[:-3] + "_curve.png"
-shares = [run.share for run in list(whole.values()) + list(curve.values())]
+programs = sorted({run.program for run in [*whole.values(), *curve.values()]})
+shares = [run.share for run in [*whole.values(), *curve.values()]]
 lines = [
     "# The paper's sizes, some minutes each",
     "",
@@ -258,7 +265,7 @@ lines += [
     "  Pairs of fox have 573 to 1726 matches, those of KITTI 1130 to 1701; of more than 1000 the configurations take 1000.",
 ]
 if missing:
-    lines += ["- Not run, because there were no data: " + ", ".join(f"`{name}`" for name in missing) + "."]
+    lines += ["- Not run, for want of data or of time: " + ", ".join(f"`{name}`" for name in missing) + "."]
 lines += [
     "",
     "## With a smaller batch, for a curve",
@@ -278,10 +285,10 @@ lines += [
     "",
     "Written by `scripts/paper_sizes.sh --data DIR`; called again it goes on with the same runs.",
     "",
-    f"- git revision: {os.environ['REVISION']}",
+    f"- git revision: {text_of(runs, 'revision.txt').strip()}, of the programs: {', '.join(programs)}",
     "- seed: 1",
     f"- machine: {any_run.machine}",
-    f"- date: {max(run.date for run in curve.values())}",
+    f"- date: {max(run.date for run in [*whole.values(), *curve.values()])}",
 ]
 with open(page, "w") as file:
     file.write("\n".join(lines) + "\n")

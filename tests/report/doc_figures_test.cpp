@@ -79,7 +79,7 @@ TEST_CASE("marks are filled, and what stands around them stays") {
   const Pages pages;
   DocFigures figures = pages.Figures();
   CHECK(figures.Fill("F <!-- figure: both -->.1/.2<!-- / -->, +<!-- figure: gain --><!-- / -->.\n") ==
-        "F <!-- figure: both -->.401/.456<!-- / -->, +<!-- figure: gain -->+.118 [0.01, 0.20]<!-- / -->.\n");
+        "F <!-- figure: both -->.401/.456<!-- / -->, +<!-- figure: gain -->+.118 [.01, .20]<!-- / -->.\n");
   CHECK(figures.Unused() == std::vector<std::string>{"tables.two"});
   const std::string filled = figures.Fill("<!-- figures: two -->\nold\n<!-- /figures -->\n");
   CHECK_THAT(filled, Contains("| right") && Contains("**.430**") && Contains(" .401 |") && Contains("| elsewhere") &&
@@ -137,7 +137,7 @@ TEST_CASE("a claim that changes is told, and its evidence is a table with the nu
   DocFigures figures = pages.Figures("claims: {c: {differences: [{page: d, table: differences, row: up, column: x}]}}");
   const std::string filled = figures.Fill("<!-- claim: c -->no<!-- / --> <!-- evidence: c --><!-- /evidence -->");
   CHECK_THAT(filled,
-             Contains("up − b") && Contains("[d](d.md)") && Contains("**+.118 [+0.069, +0.172]**") && Contains("2 |"));
+             Contains("up − b") && Contains("[d](d.md)") && Contains("**+.118 [+.069, +.172]**") && Contains("2 |"));
   REQUIRE(figures.Changed().size() == 1);
   CHECK_THAT(figures.Changed()[0], Contains("claim c: it said 'no', now 'yes'"));
   CHECK(ReadResultsPage(pages.folder.File("d.md")).Trainings() == 2);

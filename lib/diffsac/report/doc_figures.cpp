@@ -1,5 +1,6 @@
 #include "diffsac/report/doc_figures.h"
 
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -34,11 +35,15 @@ std::optional<int> SideOf(const std::string& text) {
   return low > 0.0 ? 1 : high < 0.0 ? -1 : 0;
 }
 
-// As documents write numbers: ".283", "+.118".
-std::string WithoutLeadingZero(std::string text) {
-  const std::size_t at = text.find("0.");
-  if (at == 0 || (at == 1 && (text[0] == '-' || text[0] == '+'))) text.erase(at, 1);
-  return text;
+// As documents write numbers: ".283", "+.118 [.069, .172]".
+std::string WithoutLeadingZero(const std::string& text) {
+  std::string shorter;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool leading = text[i] == '0' && i + 1 < text.size() && text[i + 1] == '.';
+    const bool inside = i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 || text[i - 1] == '.');
+    if (!leading || inside) shorter += text[i];
+  }
+  return shorter;
 }
 
 std::optional<double> NumberOf(const std::string& text) {
@@ -106,9 +111,7 @@ std::string DocFigures::Figure(const std::string& name) {
   const Config place = definitions_.Sub("figures." + name);
   if (place.Keys().empty()) throw Error(definitions_.Where() + ": no figures." + name);
   used_["figures." + name] = true;
-  const std::string value = Value(place);
-  const bool whole = !place.Has("interval") || place.Text("interval") != "no";
-  return whole ? value : value.substr(0, value.find(" ["));
+  return Shown(place);
 }
 
 std::vector<DocFigures::Difference> DocFigures::DifferencesOf(const std::string& name) {
@@ -167,7 +170,7 @@ std::string DocFigures::Table(const std::string& name) {
     diffsac::Table::Row cells{{row.Text("title")}, std::vector<bool>(table.columns.size(), false)};
     for (const Config& given : row.Sequence("cells")) cells.cells.push_back(given.Text());
     if (!row.Has("cells"))
-      for (const Config& column : columns) cells.cells.push_back(Value(column.MergedWith(row)));
+      for (const Config& column : columns) cells.cells.push_back(Shown(column.MergedWith(row)));
     if (cells.cells.size() != table.columns.size())
       throw Error(row.Where("cells") + ": the table has " + std::to_string(columns.size()) + " columns");
     table.rows.push_back(std::move(cells));
@@ -175,6 +178,12 @@ std::string DocFigures::Table(const std::string& name) {
   if (definition.Has("best"))
     for (std::size_t c = 1; c < table.columns.size(); ++c) MarkBestOf(c, definition.Text("best") == "higher", &table);
   return MarkdownTable(table);
+}
+
+std::string DocFigures::Shown(const Config& place) {
+  const std::string value = Value(place);
+  const bool whole = !place.Has("interval") || place.Text("interval") != "no";
+  return whole ? value : value.substr(0, value.find(" ["));
 }
 
 std::string DocFigures::Value(const Config& place) {

@@ -81,6 +81,8 @@ class DocFigures {
   std::string Evidence(const std::string& name);
   std::string Table(const std::string& name);
   std::string Value(const Config& place);
+  /// The value, without its interval where the place says so.
+  std::string Shown(const Config& place);
   const ResultsPage& Page(const std::string& name);
 
   Config definitions_;
