@@ -243,14 +243,17 @@ missing = [name for name in names if name not in found]
 tutorial = next((name for name in found if name.endswith("_tutorial")), None)
 picture = os.path.basename(page)[:-3] + "_curve.png"
 programs = sorted({run.program for run in [*whole.values(), *curve.values()]})
+# What somebody wrote about these runs, for the page.
+notes_path = os.path.join(runs, "notes.txt")
+notes = [text_of(notes_path).strip(), ""] if os.path.exists(notes_path) else []
 shares = [run.share for run in [*whole.values(), *curve.values()]]
 lines = [
     "# The paper's sizes, some minutes each",
     "",
     "The trainings of `configs/paper/` have the paper's network: width 512, 12 joint layers, 8 heads, "
     f"{int(any_run.parameters) / 1e6:.0f} million parameters. A GPU was",
-    "not available, and one thread of a CPU is far too slow for them. This page shows that they work as a whole, what they need, and how long",
-    "they would take. **Nothing converged: these are no results.** The networks are not used anywhere.",
+    "not available, and one thread of a CPU is far too slow for them. This page shows that those below work as a whole, what they need, and how",
+    "long they would take. **Nothing converged: these are no results.** The networks are not used anywhere.",
     "",
     "## As they are",
     "",
@@ -274,7 +277,7 @@ if tutorial:
 lines += [
     "- Data: lines and planes are generated as in the configuration. The others stand in for data that were not at hand: neighbouring frames of",
     "  KITTI 00, validated on 01, for sequences 00 to 06, validated on 07; neighbouring frames of fox, validated on mobilebrick, for the CVPR",
-    "  2020 RANSAC tutorial; a few meshes for ModelNet40. Only the folders differ; points, features, labels and network are the configuration's.",
+    "  2020 RANSAC tutorial; a few meshes for ModelNet40. Only folders, sequences and subset differ; points, features, labels and network do not.",
     "  Pairs of fox have 573 to 1726 matches, those of KITTI 1130 to 1701; of more than 1000 the configurations take 1000.",
 ]
 if missing:
@@ -298,7 +301,8 @@ lines += [
     "",
     "*Loss of each step (grey) and its mean over a tenth of the steps (blue), logarithmic; dashed: a network that says −1 of every point.*",
     "",
-    "Written by `scripts/paper_sizes.sh --data DIR`; called again it goes on with the same runs.",
+    *notes,
+    "Written by `scripts/paper_sizes.sh --data DIR`; called again it goes on with the same curves.",
     "",
     f"- git revision: {text_of(runs, 'revision.txt').strip()}, of the programs: {', '.join(programs)}",
     "- seed: 1",
