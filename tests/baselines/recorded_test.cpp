@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/eval/runner.h"
 #include "diffsac/lab/make_estimator.h"
@@ -75,9 +76,8 @@ TEST_CASE("a table runs a recorded row beside its others, on the same problems")
       ConfigFromYaml("problems: 2\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.5}\n"
                      "methods: {ransac: {type: ransac}, other: {type: recorded, row: other, recording: " +
                      folder.File("r.csv") + "}}\n"));
-  const ExperimentResults results = RunExperiment(experiment, {[](const Config& row, Task task) {
-                                                    return MakeEstimator(row, task, {"", "cpu", 1});
-                                                  }});
+  const auto make = [](const Config& row, Task task) { return MakeEstimator(row, task, {"", "cpu", 1}); };
+  const ExperimentResults results = RunExperiment(experiment, {make, {}});
   REQUIRE(results.cells.size() == 2);
   CHECK(results.cells[1].records.size() == 2);
   CHECK(results.cells[1].records[0].report.ms_total == 1.0);
