@@ -70,14 +70,17 @@ TEST_CASE("a file of recorded models that is none is an error with its line") {
 
 TEST_CASE("a table runs a recorded row beside its others, on the same problems") {
   const TemporaryFolder folder;
-  WriteFileAtomically(folder.File("r.csv"),
-                      "row,condition,id,seed,ms,model\nother,all,0,1,1,0 1 0\nother,all,1,1,1,0 1 0\n");
-  const ExperimentOptions experiment = ReadExperiment(
-      ConfigFromYaml("problems: 2\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.5}\n"
-                     "methods: {ransac: {type: ransac}, other: {type: recorded, row: other, recording: " +
-                     folder.File("r.csv") + "}}\n"));
-  const auto make = [](const Config& row, Task task) { return MakeEstimator(row, task, {"", "cpu", 1}); };
-  const ExperimentResults results = RunExperiment(experiment, {make, {}});
+  const auto run = [&](const std::string& rows) {
+    const auto make = [](const Config& row, Task task) { return MakeEstimator(row, task, {"", "cpu", 1}); };
+    const std::string data = "problems: 2\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.5}\n";
+    return RunExperiment(ReadExperiment(ConfigFromYaml(data + "methods: {" + rows + "}\n")), {make, {}});
+  };
+  std::string lines = "row,condition,id,seed,ms,model\n";
+  for (const ProblemRecord& record : run("ransac: {type: ransac}").cells[0].records)
+    lines += "other,all," + record.id + ",1,1,0 1 0\n";
+  WriteFileAtomically(folder.File("r.csv"), lines);
+  const ExperimentResults results =
+      run("ransac: {type: ransac}, other: {type: recorded, row: other, recording: " + folder.File("r.csv") + "}");
   REQUIRE(results.cells.size() == 2);
   CHECK(results.cells[1].records.size() == 2);
   CHECK(results.cells[1].records[0].report.ms_total == 1.0);
