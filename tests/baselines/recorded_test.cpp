@@ -76,7 +76,8 @@ TEST_CASE("a table runs a recorded row beside its others, on the same problems")
     return RunExperiment(ReadExperiment(ConfigFromYaml(data + "methods: {" + rows + "}\n")), {make, {}});
   };
   std::string lines = "row,condition,id,seed,ms,model\n";
-  for (const ProblemRecord& record : run("ransac: {type: ransac}").cells[0].records)
+  const ExperimentResults before = run("ransac: {type: ransac}");
+  for (const ProblemRecord& record : before.cells[0].records)
     lines += "other,all," + record.id + ",1,1,0 1 0\n";
   WriteFileAtomically(folder.File("r.csv"), lines);
   const ExperimentResults results =

@@ -97,8 +97,10 @@ TEST_CASE("two pictures of matches are on a page, from first to last, and all ot
       "matches_a](page_matches_a.png)\n\n"
       "![page: matches_c](page_matches_c.png)\n\nWritten by `c`.\n\n- seed: 3\n"
       "- time: 61 s\n- peak memory: 100 MiB\n- data: sha256 0123456789ab\n"
-      "- network: models/x/y.safetensors, sha256 fedcba987654\n";
+      "- network: models/x/y.safetensors, sha256 fedcba987654\n"
+      "- configuration, with every key: [page.yaml](resolved/page.yaml)\n";
   CHECK(ReadFile(folder.File("page.md")) == text + PageDigestLine(text));
+  CHECK(ReadFile(folder.File("resolved/page.yaml")) == "name: x\n");
   CHECK(ReadFile(folder.File("page_matches_c.png")) == "matches_c");
   CHECK_FALSE(std::filesystem::exists(folder.File("page_matches_b.png")));
 }
