@@ -66,8 +66,9 @@ bool IsAncestor(const std::string& revision) {
 
 int Pages(const Request& request) {
   const Config definitions = ConfigFromFile(request.definitions);
-  const bool checkout = std::system("git rev-parse HEAD >/dev/null 2>&1") == 0;
-  if (!checkout) std::cout << "no git checkout here: the pages' revisions are not looked up" << std::endl;
+  // A shallow clone does not know its ancestors.
+  const bool checkout = std::system("test \"$(git rev-parse --is-shallow-repository 2>/dev/null)\" = false") == 0;
+  if (!checkout) std::cout << "no whole git checkout here: the pages' revisions are not looked up" << std::endl;
   int faults = 0;
   for (const auto& entry : fs::directory_iterator(request.pages)) {
     if (entry.path().extension() != ".md") continue;

@@ -304,7 +304,7 @@ lines += [
     *notes,
     "Written by `scripts/paper_sizes.sh --data DIR`; called again it goes on with the same curves.",
     "",
-    f"- git revision: {text_of(runs, 'revision.txt').strip()}, of the programs: {', '.join(programs)}",
+    f"- revisions: {text_of(runs, 'revision.txt').strip()}, of the programs: {', '.join(programs)}",
     "- seed: 1",
     f"- machine: {any_run.machine}",
     f"- date: {max(run.date for run in [*whole.values(), *curve.values()])}",

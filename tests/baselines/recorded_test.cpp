@@ -77,8 +77,7 @@ TEST_CASE("a table runs a recorded row beside its others, on the same problems")
   };
   std::string lines = "row,condition,id,seed,ms,model\n";
   const ExperimentResults before = run("ransac: {type: ransac}");
-  for (const ProblemRecord& record : before.cells[0].records)
-    lines += "other,all," + record.id + ",1,1,0 1 0\n";
+  for (const ProblemRecord& record : before.cells[0].records) lines += "other,all," + record.id + ",1,1,0 1 0\n";
   WriteFileAtomically(folder.File("r.csv"), lines);
   const ExperimentResults results =
       run("ransac: {type: ransac}, other: {type: recorded, row: other, recording: " + folder.File("r.csv") + "}");
