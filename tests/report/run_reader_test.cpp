@@ -50,6 +50,20 @@ TEST_CASE("a run over several structures reads back too") {
   CHECK(read.cells[0].records[0].report.draws == 20);
 }
 
+TEST_CASE("a run with learned rows reads back, which a dangling list of them once broke") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpResults();
+  for (std::size_t m = 0; m < results.experiment.methods.size(); ++m)
+    results.learned.push_back({m, {407258, 72000 + static_cast<std::int64_t>(m), 72000, "a_network_with_a_long_name"}});
+  WriteRun(results, folder.File("run"));
+  const ExperimentResults read = ReadRun(folder.File("run"));
+  REQUIRE(read.learned.size() == results.learned.size());
+  for (const LearnedRow& row : read.learned) {
+    CHECK(row.facts.samples == 72000 + static_cast<std::int64_t>(row.method));
+    CHECK(row.facts.start == "a_network_with_a_long_name");
+  }
+}
+
 TEST_CASE("what is no run, or damaged, is said with file and line") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(ReadRun(folder.File("none")), Contains("no folder"));
