@@ -8,6 +8,7 @@
 #include "diffsac/core/resources.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/eval/experiment.h"
+#include "diffsac/eval/sweep.h"
 #include "diffsac/lab/dataset_factory.h"
 #include "diffsac/lab/make_estimator.h"
 #include "diffsac/lab/yaml.h"
@@ -19,7 +20,7 @@ const std::string kConfigs = std::string(DIFFSAC_SOURCE_DIR) + "/configs/";
 
 /// A row of a shipped table or of diffsac_pair, for its task.
 std::unique_ptr<RobustEstimator> Row(const std::string& config, const std::string& name) {
-  const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(kConfigs + config));
+  const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(ConfigFromFile(kConfigs + config)));
   for (const EstimatorRow& row : experiment.methods)
     if (row.name == name) return MakeEstimator(row.config, experiment.task, {});
   throw Error(config + ": no row " + name);

@@ -138,6 +138,10 @@ TEST_CASE("a claim that changes is told, and its evidence is a table with the nu
   const std::string filled = figures.Fill("<!-- claim: c -->no<!-- / --> <!-- evidence: c --><!-- /evidence -->");
   CHECK_THAT(filled,
              Contains("up − b") && Contains("[d](d.md)") && Contains("**+.118 [+.069, +.172]**") && Contains("2 |"));
+  const std::string swapped =
+      pages.Figures("claims: {c: {differences: [{page: d, table: differences, row: up, column: x, swapped: yes}]}}")
+          .Fill("<!-- evidence: c --><!-- /evidence -->");
+  CHECK_THAT(swapped, Contains("up − b (below zero speaks for the claim)"));
   REQUIRE(figures.Changed().size() == 1);
   CHECK_THAT(figures.Changed()[0], Contains("claim c: it said 'no', now 'yes'"));
   CHECK(ReadResultsPage(pages.folder.File("d.md")).Trainings() == 2);

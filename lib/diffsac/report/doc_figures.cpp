@@ -122,7 +122,7 @@ std::vector<DocFigures::Difference> DocFigures::DifferencesOf(const std::string&
     const std::optional<int> side = SideOf(value);
     if (!side) throw Error(place.Where() + ": '" + value + "' is no difference with its interval");
     const bool swapped = place.Has("swapped") && place.Text("swapped") == "yes";
-    differences.push_back({place, value, swapped ? -*side : *side});
+    differences.push_back({place, value, swapped ? -*side : *side, swapped});
   }
   if (differences.empty()) throw Error(definitions_.Where() + ": no claims." + name + ".differences");
   used_["claims." + name] = true;
@@ -146,12 +146,13 @@ std::string DocFigures::Claim(const std::string& name) {
 std::string DocFigures::Evidence(const std::string& name) {
   diffsac::Table table;
   table.columns = {"A − B", "page", "of", "difference and 95 % interval", "trainings"};
-  for (const auto& [place, value, side] : DifferencesOf(name)) {
+  for (const auto& [place, value, side, swapped] : DifferencesOf(name)) {
     const std::string page_name = place.Text("page");
     const ResultsPage& page = Page(page_name);
     const std::size_t trainings = page.Trainings();
+    const std::string& pair = page.RowName(place.Text("table"), place.Text("row"));
     table.rows.push_back(
-        {{page.RowName(place.Text("table"), place.Text("row")), "[" + page_name + "](" + page_name + ".md)",
+        {{pair + (swapped ? " (below zero speaks for the claim)" : ""), "[" + page_name + "](" + page_name + ".md)",
           place.Text("column"), value, trainings == 0 ? "" : std::to_string(trainings)},
          {false, false, false, side != 0, false}});
   }

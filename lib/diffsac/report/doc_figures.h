@@ -75,6 +75,7 @@ class DocFigures {
     Config place;
     std::string text;
     int side = 0;
+    bool swapped = false;
   };
   std::vector<Difference> DifferencesOf(const std::string& name);
   std::string Claim(const std::string& name);
