@@ -75,6 +75,17 @@ TEST_CASE("a page made again differs where a value moves by more than rounding, 
                                  "mAA@10deg, higher is better: only the new one has 'PROSAC 30'"});
 }
 
+TEST_CASE("rows of one name are compared in their order, which once were all compared with each other") {
+  const Pages pages;
+  const auto page = [&](const std::string& file, const std::string& second) {
+    WriteFileAtomically(pages.folder.File(file),
+                        "## t\n\n| method | x |\n|---|---:|\n| a | 0.10 |\n| a | " + second + " |\n");
+    return ReadResultsPage(pages.folder.File(file));
+  };
+  CHECK(PageDifferences(page("p.md", "0.90"), page("q.md", "0.90")).empty());
+  CHECK(PageDifferences(page("p.md", "0.90"), page("q.md", "0.80")).size() == 1);
+}
+
 TEST_CASE("marks are filled, and what stands around them stays") {
   const Pages pages;
   DocFigures figures = pages.Figures();

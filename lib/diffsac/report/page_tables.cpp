@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -97,21 +98,28 @@ void AddMissing(const std::vector<std::string>& a, const std::vector<std::string
   only(b, a, "only the new one");
 }
 
+// The row of this name before which `before` others have it; null where there are not so many.
+const std::vector<std::string>* RowNamed(const PageTable& table, const std::string& name, std::size_t before) {
+  for (const auto& row : table.rows)
+    if (row.front() == name && before-- == 0) return &row;
+  return nullptr;
+}
+
 void AddCellDifferences(const PageTable& table, const PageTable& again, std::vector<std::string>* differences) {
   AddMissing(table.columns, again.columns, table.heading, differences);
   AddMissing(FirstCells(table), FirstCells(again), table.heading, differences);
-  for (const auto& row : table.rows)
-    for (const auto& other : again.rows) {
-      if (row.front() != other.front()) continue;
-      for (std::size_t c = 1; c < table.columns.size(); ++c) {
-        const auto at = std::find(again.columns.begin(), again.columns.end(), table.columns[c]);
-        if (at == again.columns.end() || IsTime(table, c)) continue;
-        const std::string& value = other[static_cast<std::size_t>(at - again.columns.begin())];
-        if (!SameButForRounding(row[c], value))
-          differences->push_back(table.heading + ": " + row.front() + ", " + table.columns[c] + ": " + row[c] +
-                                 ", now " + value);
-      }
+  std::map<std::string, std::size_t> met;  // Several rows may have one name: the first is the other's first.
+  for (const auto& row : table.rows) {
+    const std::vector<std::string>* other = RowNamed(again, row.front(), met[row.front()]++);
+    for (std::size_t c = 1; other != nullptr && c < table.columns.size(); ++c) {
+      const auto at = std::find(again.columns.begin(), again.columns.end(), table.columns[c]);
+      if (at == again.columns.end() || IsTime(table, c)) continue;
+      const std::string& value = (*other)[static_cast<std::size_t>(at - again.columns.begin())];
+      if (!SameButForRounding(row[c], value))
+        differences->push_back(table.heading + ": " + row.front() + ", " + table.columns[c] + ": " + row[c] + ", now " +
+                               value);
     }
+  }
 }
 
 }  // namespace
