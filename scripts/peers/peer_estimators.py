@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from peer_networks import NETWORKS, checkout_on_path, load_state, log_weights
-from peer_pairs import existing, normalized, select
+from peer_pairs import existing, matrix_of, normalized, select
 
 EPSILON_PX = 1.0        # of the loop
 
@@ -61,11 +61,6 @@ def solve_sets(task, pair, sets):
         rows = np.hstack([rows, one])
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
     return [pose for s in sets for pose in poselib.relpose_5pt(rays(points[s, :2]), rays(points[s, 2:]))]
-
-
-def matrix_of(pose):
-    (x, y, z), turn = pose.t, pose.R
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
 
 
 def refine(task, pair, models, epsilon):

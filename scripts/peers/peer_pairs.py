@@ -142,6 +142,12 @@ def affine_of_pair(arguments, folder, images, name, pair):
         return file[key][()]
 
 
+def matrix_of(pose):
+    """The essential matrix of a motion."""
+    (x, y, z), turn = pose.t, pose.R
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
+
+
 def pose_errors(turn, shift, pair):
     """As docs/metrics.md has them: degrees of the rotation, and of the translation with either sign."""
     cosine = (np.trace(turn @ pair.turn.T) - 1) / 2

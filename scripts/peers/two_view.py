@@ -44,7 +44,7 @@ for module in ("numpy", "h5py", "cv2"):
 import cv2
 import numpy as np
 
-from peer_pairs import accuracy, errors_of_matrix, existing, fail, normalized, pair_ids, read_pair, select
+from peer_pairs import accuracy, errors_of_matrix, existing, fail, matrix_of, normalized, pair_ids, read_pair, select
 
 EPSILON_PX, ITERATIONS, FEWEST_ITERATIONS, CONFIDENCE = 1.0, 1000, 100, 0.9999
 SUPERANSAC_PX = {"essential": 4.0, "fundamental": 2.0}     # of its examples: with 1 px it is worse
@@ -72,8 +72,7 @@ def poselib(task, pair, seed):
     cameras = [{"model": "PINHOLE", "width": int(width), "height": int(height), "params": [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]}
                for k, (width, height) in ((pair.k1, pair.sizes[:2]), (pair.k2, pair.sizes[2:]))]
     def matrix(found):
-        x, y, z = found[0].t
-        return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ found[0].R if found[1]["num_inliers"] >= 5 else None
+        return matrix_of(found[0]) if found[1]["num_inliers"] >= 5 else None
     return lambda: library.estimate_relative_pose(first, second, *cameras, options, {}), matrix
 
 

@@ -15,21 +15,6 @@ namespace {
 
 constexpr std::string_view kColumns = "row,condition,id,seed,ms,model";
 
-/// The fields of a line; a field in quotation marks may hold commas.
-std::vector<std::string> FieldsOf(std::string_view line) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      fields.emplace_back();
-    else
-      fields.back() += c;
-  }
-  return fields;
-}
-
 std::optional<ModelParameters> NumbersOf(const std::string& text) {
   const std::vector<std::string_view> words = SplitWords(text, " ");
   ModelParameters numbers(static_cast<Eigen::Index>(words.size()));
@@ -59,7 +44,8 @@ RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(
       named = true;
       continue;
     }
-    const std::vector<std::string> fields = FieldsOf(line);
+    std::size_t at = 0;
+    const std::vector<std::string> fields = TakeCsvLine(std::string(line), &at);
     double seed = 0.0;
     Record record;
     if (fields.size() != 6) fail("expected six fields, as " + std::string(kColumns));

@@ -33,4 +33,30 @@ bool TakeLine(std::string_view* text, std::string_view* line) {
   return true;
 }
 
+std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at) {
+  std::vector<std::string> values(1);
+  bool quoted = false;
+  for (; *at < text.size(); ++*at) {
+    const char c = text[*at];
+    if (quoted) {
+      const bool doubled = c == '"' && *at + 1 < text.size() && text[*at + 1] == '"';
+      if (doubled) ++*at;
+      if (c == '"' && !doubled)
+        quoted = false;
+      else
+        values.back() += c;
+    } else if (c == '\n') {
+      ++*at;
+      break;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == ',') {
+      values.emplace_back();
+    } else {
+      values.back() += c;
+    }
+  }
+  return values;
+}
+
 }  // namespace diffsac

@@ -10,7 +10,6 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -27,7 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kSeed = "_seed_";
 constexpr int kInterrupted = 130;  // The exit code of a training that was stopped.
 
 /// NAME of runs/NAME/checkpoints/FILE; empty for other paths.
@@ -113,10 +111,10 @@ std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
     const std::string name = RunOf(checkpoint);
     if (name.empty() || (fs::exists(checkpoint) && !IsUnfinished(checkpoint))) continue;
     networks.push_back({name, checkpoint, TrainingOf(name, configs)});
-    const std::size_t seed = name.rfind(kSeed);
+    const std::size_t seed = name.rfind(kTrainingSeed);
     if (!networks.back().config.empty() || seed == std::string::npos) continue;
     networks.back().config = TrainingOf(name.substr(0, seed), configs);
-    networks.back().seed = name.substr(seed + kSeed.size());
+    networks.back().seed = name.substr(seed + kTrainingSeed.size());
   }
   return networks;
 }

@@ -2,11 +2,15 @@
 
 #include <atomic>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "diffsac/eval/experiment.h"
 
 namespace diffsac {
+
+/// Between the name of a training and the seed that it was made with, in the name of a network.
+inline constexpr std::string_view kTrainingSeed = "_seed_";
 
 /// A network that a row names as runs/NAME/checkpoints/..., that is not there or whose training was not finished, and
 /// the training that makes it.

@@ -9,6 +9,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/report/missing_networks.h"
 
 namespace diffsac {
 namespace {
@@ -175,7 +176,7 @@ const std::string& ResultsPage::RowName(const std::string& table, const std::str
 std::size_t ResultsPage::Trainings() const {
   std::set<std::string> seeds;
   for (const std::string& network : networks) {
-    const std::size_t seed = network.find("_seed_");
+    const std::size_t seed = network.find(kTrainingSeed);
     seeds.insert(seed == std::string::npos ? "" : network.substr(seed, network.find('/', seed) - seed));
   }
   return std::max(seeds.size() - seeds.count(""), std::size_t{networks.empty() ? 0U : 1U});

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kShownDigits = 12;  // Of a digest.
 constexpr std::size_t kMostMatches = 2;   // Pictures of matches on a page.
-constexpr const char* kDataRoot = "data";
+constexpr std::string_view kDataRoot = "data";
 
 /// All but those of matches, then two of these, from first to last.
 std::vector<fs::path> PicturesIn(const std::string& folder) {
@@ -84,8 +84,9 @@ std::string ResolvedConfig(const std::string& folder) {
   std::string text = BodyOf(ReadFile(folder + "/config.yaml"));
   const Config config = ConfigFromYaml(text, folder + "/config.yaml");
   const std::string root = config.Has("data_root") ? config.Text("data_root") : "";
-  for (std::size_t at = 0; root.starts_with('/') && (at = text.find(root, at)) != std::string::npos;)
-    text.replace(at, root.size(), kDataRoot), at += std::string(kDataRoot).size();
+  if (!root.starts_with('/')) return text;
+  for (std::size_t at = text.find(root); at != std::string::npos; at = text.find(root, at + kDataRoot.size()))
+    text.replace(at, root.size(), kDataRoot);
   return text;
 }
 

@@ -13,6 +13,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/eval/record_fields.h"
+#include "diffsac/io/text_scan.h"
 #include "diffsac/lab/yaml.h"
 #include "diffsac/report/run_files.h"
 
@@ -20,33 +21,6 @@ namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Takes one line off the text: its values, without quotes.
-std::vector<std::string> TakeLine(const std::string& text, std::size_t* at) {
-  std::vector<std::string> values(1);
-  bool quoted = false;
-  for (; *at < text.size(); ++*at) {
-    const char c = text[*at];
-    if (quoted) {
-      const bool doubled = c == '"' && *at + 1 < text.size() && text[*at + 1] == '"';
-      if (doubled) ++*at;
-      if (c == '"' && !doubled)
-        quoted = false;
-      else
-        values.back() += c;
-    } else if (c == '\n') {
-      ++*at;
-      break;
-    } else if (c == '"') {
-      quoted = true;
-    } else if (c == ',') {
-      values.emplace_back();
-    } else {
-      values.back() += c;
-    }
-  }
-  return values;
-}
 
 /// One line of problems.csv, asked by the names of its columns.
 class Line {
@@ -146,9 +120,9 @@ void ReadProblems(const std::string& path, ExperimentResults* results) {
   const std::string text = ReadFile(path);
   std::vector<std::map<std::string, std::uint64_t>> problems(results->experiment.conditions.size());
   std::size_t at = 0, number = 1;
-  const std::vector<std::string> names = TakeLine(text, &at);
+  const std::vector<std::string> names = TakeCsvLine(text, &at);
   try {
-    for (++number; at < text.size(); ++number) AddRecord(Line(names, TakeLine(text, &at)), &problems, results);
+    for (++number; at < text.size(); ++number) AddRecord(Line(names, TakeCsvLine(text, &at)), &problems, results);
   } catch (const Error& error) {
     throw Error(path + ":" + std::to_string(number) + ": " + error.what());
   }
