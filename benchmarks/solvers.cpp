@@ -220,13 +220,13 @@ void FitTables(int problems, int rounds) {
         rounds);
   Table("Homography, 100 points", Problems(problems, [](Rng rng) { return PlanarProblem(kPoints, rng); }),
         {LeastSquares<Homography>("fit"),
-         {"fit and refinement (symmetric transfer)",
+         {"fit and refinement (Sampson)",
           [](const Problem& p, Matrix3Parameters* out) {
             const Eigen::VectorXd ones = Eigen::VectorXd::Ones(kPoints);
             RefineOptions options;
             options.loss.kind = LossKind::kTrivial;
             if (!Homography::Fit(p.points, ones, out)) return 0;
-            RefineHomography(p.points, ones, options, HomographyResidual::kSampson, out);
+            RefineHomography(p.points, ones, options, out);
             return 1;
           }},
          OpenCvHomography("cv::findHomography (fit and refinement)")},

@@ -12,7 +12,6 @@
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/residual_jacobians.h"
 #include "diffsac/geometry/sampson_equations.h"
-#include "diffsac/geometry/transfer_equations.h"
 #include "geometry/jacobian_check.h"
 #include "geometry/two_view_problems.h"
 
@@ -68,68 +67,6 @@ TEST_CASE("The sums of the normal equations are those of the single residuals") 
   }
 }
 
-TEST_CASE("The sums over transfer residuals are those of the single ones, points at infinity of no weight left out") {
-  Rng rng(11);
-  for (const int count : {1, 3, 4, 7, 31, 32, 33, 64, 99}) {
-    Matrix3Parameters h = AsParameters(Eigen::Matrix3d::Identity());
-    for (double& value : h) value += 0.1 * rng.Normal();
-    Eigen::MatrixXd columns(count, 4);
-    for (Eigen::Index i = 0; i < columns.size(); ++i) columns.data()[i] = rng.Uniform(-1.0, 1.0);
-    Eigen::VectorXd weights(count), distances(count);
-    for (double& weight : weights) weight = rng.Below(3) == 0 ? 0.0 : rng.Uniform();
-    if (count > 4) {
-      h.tail<3>() << 1.0, 0.0, 0.0;
-      columns.col(0).array() += 2.0;
-      columns(2, 0) = weights[2] = 0.0;  // on the horizon
-    }
-    const double* pointers[4];
-    for (int j = 0; j < 4; ++j) pointers[j] = columns.col(j).data();
-    TransferDistances(h.data(), pointers, count, distances.data());
-    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
-    Matrix3Parameters pull = Matrix3Parameters::Zero();
-    for (int i = 0; i < count; ++i) {
-      if (weights[i] == 0.0) continue;
-      const TransferResidual t(h.data(), columns(i, 0), columns(i, 1), columns(i, 2), columns(i, 3));
-      CHECK(distances[i] == Approx(std::sqrt(t.Square())));
-      for (int row = 0; row < 2; ++row) {
-        Matrix3Parameters gradient = Matrix3Parameters::Zero();
-        for (int k = 0; k < 3; ++k) {
-          gradient[3 * row + k] = t.q[k];
-          gradient[6 + k] = -t.p[row] * t.q[k];
-        }
-        normal += weights[i] * gradient * gradient.transpose();
-        pull += weights[i] * t.r[row] * gradient;
-      }
-    }
-    const NormalEquations sums = SumTransferEquations(h.data(), pointers, weights.data(), count);
-    CHECK((sums.normal - normal).norm() <= 1e-12 * (1.0 + normal.norm()));
-    CHECK((sums.gradient - pull).norm() <= 1e-12 * (1.0 + pull.norm()));
-  }
-}
-
-TEST_CASE("The transfer residual's Jacobian by H is exact") {
-  Rng rng(2);
-  for (int trial = 0; trial < 200; ++trial) {
-    Matrix3Parameters h = AsParameters(Eigen::Matrix3d::Identity());
-    for (double& value : h) value += 0.1 * rng.Normal();
-    const double x = rng.Uniform(-1, 1), y = rng.Uniform(-1, 1), u = rng.Uniform(-1, 1), v = rng.Uniform(-1, 1);
-    const TransferResidual t(h.data(), x, y, u, v);
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(2, 9);
-    for (int row = 0; row < 2; ++row) {
-      for (int k = 0; k < 3; ++k) {
-        jacobian(row, 3 * row + k) = t.q[k];
-        jacobian(row, 6 + k) = -t.p[row] * t.q[k];
-      }
-    }
-    CheckJacobian(
-        [&](const Eigen::VectorXd& other) -> Eigen::VectorXd {
-          const TransferResidual moved(other.data(), x, y, u, v);
-          return Eigen::Vector2d(moved.r[0], moved.r[1]);
-        },
-        h, jacobian);
-  }
-}
-
 template <class Manifold>
 void CheckManifold(const std::function<Matrix3Parameters()>& random_model) {
   for (int trial = 0; trial < 100; ++trial) {
@@ -181,12 +118,8 @@ std::vector<Task> Tasks() {
     return std::pair(HomographyPoints(truth, count, rng), truth);
   };
   return {
-      {"transfer", 1.0,
-       [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyResidual::kTransfer, m); },
-       TransferError, homography, Homography::Fit, testing::HomographyDistance},
-      {"homography", 1.0,
-       [](auto& p, auto& w, auto& o, auto* m) { return RefineHomography(p, w, o, HomographyResidual::kSampson, m); },
-       HomographySampsonError, homography, Homography::Fit, testing::HomographyDistance},
+      {"homography", 1.0, RefineHomography, HomographySampsonError, homography, Homography::Fit,
+       testing::HomographyDistance},
       {"fundamental", 1.0, RefineFundamental, SampsonError,
        [](int count, Rng& rng) {
          const auto problem = RandomProblem(count, rng);

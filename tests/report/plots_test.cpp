@@ -391,8 +391,10 @@ TEST_CASE("strata are drawn by their bins, a curve a row, without those that not
   CHECK(IsPng(folder.File("strata_inlier_share.png")) == HasGnuplot());
 }
 
-TEST_CASE("of many rows the twelve best have a curve of strata") {
+TEST_CASE(
+    "of many rows twelve have a curve of strata, those that are compared and the best, in one colour in all panels") {
   ExperimentResults results = MixedFactors();
+  results.experiment.compare = {{"more_6", "good_few"}};
   results.experiment.strata[0].bins = {0.5};
   for (std::size_t m = 6; m < 20; ++m) {
     results.experiment.methods.push_back(results.experiment.methods[0]);
@@ -407,9 +409,10 @@ TEST_CASE("of many rows the twelve best have a curve of strata") {
   REQUIRE(panels.size() == 2);
   REQUIRE(panels[0].curves.size() == 12);
   CHECK(std::count_if(panels[0].curves.begin(), panels[0].curves.end(),
-                      [](const Curve& curve) { return curve.label.starts_with("more_"); }) == 7);
+                      [](const Curve& curve) { return curve.label.starts_with("more_"); }) == 8);  // more_6 is wrong.
   CHECK(panels[0].curves.back().label == "more_19");
-  CHECK(panels[1].curves.size() == 6);  // The others did not run there.
+  CHECK(panels[1].curves.size() == 4);  // The others did not run there.
+  for (const Curve& curve : panels[1].curves) CHECK(panels[0].curves.at(curve.colour).label == curve.label);
 }
 
 TEST_CASE("nothing to draw is no picture") {

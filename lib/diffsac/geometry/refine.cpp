@@ -10,7 +10,6 @@
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/robust_loss_sums.h"
 #include "diffsac/geometry/sampson_equations.h"
-#include "diffsac/geometry/transfer_equations.h"
 #include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
@@ -32,17 +31,6 @@ struct SampsonResiduals {
   static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
                                    int count) {
     return SumSampsonEquations(model.data(), columns, weights, count);
-  }
-};
-
-/// Transfer to the second image alone.
-struct TransferResiduals {
-  static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
-    TransferDistances(model.data(), columns, count, out);
-  }
-  static NormalEquations Equations(const Matrix3Parameters& model, const double* const* columns, const double* weights,
-                                   int count) {
-    return SumTransferEquations(model.data(), columns, weights, count);
   }
 };
 
@@ -230,32 +218,22 @@ RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::Vecto
   return report;
 }
 
-template <class Residuals>
-void RefineNormalizedHomography(const Observations& observations, const RefineOptions& options,
-                                const PairNormalization& n, RefineReport* report, Matrix3Parameters* model) {
-  const double scale = n.first.scale;
-  HomographyManifold state =
-      HomographyManifold::From(AsParameters(n.second.Matrix() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved =
-      Minimize(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, report);
-  Rescale(scale, report);
-  if (moved) Keep(AsParameters(n.second.Inverse() * AsMatrix(state.Parameters()) * n.first.Matrix()), report, model);
-}
-
 }  // namespace
 
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
-                              HomographyResidual error, Matrix3Parameters* model) {
+                              Matrix3Parameters* model) {
   RefineReport report;
-  PairNormalization normalization;
+  PairNormalization n;
   Observations observations;
-  report.status = Prepare(points, weights, 4, true, *model, &normalization, &observations);
+  report.status = Prepare(points, weights, 4, true, *model, &n, &observations);
   if (report.status != Status::kOk) return report;
-  if (error == HomographyResidual::kTransfer) {
-    RefineNormalizedHomography<TransferResiduals>(observations, options, normalization, &report, model);
-  } else {
-    RefineNormalizedHomography<HomographySampsonResiduals>(observations, options, normalization, &report, model);
-  }
+  const double scale = n.first.scale;
+  HomographyManifold state =
+      HomographyManifold::From(AsParameters(n.second.Matrix() * AsMatrix(*model) * n.first.Inverse()));
+  const bool moved = Minimize(RobustCost<HomographySampsonResiduals>(observations, Scaled(options.loss, scale)),
+                              options, &state, &report);
+  Rescale(scale, &report);
+  if (moved) Keep(AsParameters(n.second.Inverse() * AsMatrix(state.Parameters()) * n.first.Matrix()), &report, model);
   return report;
 }
 

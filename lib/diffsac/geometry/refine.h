@@ -30,16 +30,13 @@ struct RefineReport {
   double final_cost = 0.0;    ///< never above initial_cost; equal to it when the model is unchanged
 };
 
-/// What a homography's refinement minimises: TransferError (second image) or HomographySampsonError.
-enum class HomographyResidual { kTransfer, kSampson };
-
 /// Levenberg-Marquardt on the model's own manifold (manifolds.h), starting from *model: minimises the weighted, robust
-/// sum of squared Sampson distances (F, E, H) or transfer distances (H), with exact derivatives and iteratively
+/// sum of squared Sampson distances (SampsonError, HomographySampsonError), with exact derivatives and iteratively
 /// reweighted losses (Triggs et al., "Bundle adjustment: a modern synthesis", 2000). Coordinates are normalised inside
 /// (not for E, whose points already are); a model off the manifold is first projected. Memory is allocated once, not by
 /// iteration.
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
-                              HomographyResidual error, Matrix3Parameters* model);
+                              Matrix3Parameters* model);
 RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                                Matrix3Parameters* model);
 RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,

@@ -60,10 +60,7 @@ bool RefineTruncated(const PointMatrix& points, double threshold, Matrix3Paramet
 
 bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                         Parameters* model, int steps) {
-  const auto refine = [](const auto& p, const auto& w, const auto& options, Parameters* m) {
-    return RefineHomography(p, w, options, HomographyResidual::kSampson, m);
-  };
-  return RefineRobustly<Homography>(points, weights, loss, steps, refine, model);
+  return RefineRobustly<Homography>(points, weights, loss, steps, RefineHomography, model);
 }
 
 bool Fundamental::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,

@@ -31,25 +31,4 @@ inline double SampsonResidual(const double* f, const double* point, double* grad
   return r;
 }
 
-/// The image of (x, y) under H: its residual to (u, v), and q = (x, y, 1) / w. Its derivative by the nine entries is
-///   dr_0/dH = (q, 0, −p_0 q),  dr_1/dH = (0, q, −p_1 q)   with p = r + (u, v), the image itself.
-struct TransferResidual {
-  double r[2];
-  double p[2];
-  double q[3];
-
-  TransferResidual(const double* h, double x, double y, double u, double v) {
-    const double inverse = 1.0 / (h[6] * x + h[7] * y + h[8]);
-    p[0] = (h[0] * x + h[1] * y + h[2]) * inverse;
-    p[1] = (h[3] * x + h[4] * y + h[5]) * inverse;
-    r[0] = p[0] - u;
-    r[1] = p[1] - v;
-    q[0] = x * inverse;
-    q[1] = y * inverse;
-    q[2] = inverse;
-  }
-
-  double Square() const { return r[0] * r[0] + r[1] * r[1]; }
-};
-
 }  // namespace diffsac

@@ -57,32 +57,44 @@ std::vector<Curve> CostCurves(const Report& report, std::size_t condition, const
   return curves;
 }
 
-/// The rows that a picture of a division has room for, in their order.
-std::vector<std::size_t> ShownRows(const Report& report, const StrataReport& strata, std::size_t condition) {
-  constexpr std::size_t kMostCurves = 12;
-  std::vector<std::size_t> rows = StrataRows(report.results.experiment, strata.options);
-  const auto accuracy = [&](std::size_t row) {
-    const double y = AccuracyAt(report, condition, row, 0.0).y;
-    return std::isnan(y) ? -1.0 : y;
+/// Rows that comparisons name, in that order, then the others from the best of the first condition on.
+std::vector<std::size_t> ByInterest(const Report& report, std::vector<std::size_t> rows) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  std::vector<std::size_t> named;
+  for (const Comparison& one : experiment.compare)
+    named.insert(named.end(), {experiment.RowOf(one.a), experiment.RowOf(one.b)});
+  const auto interest = [&](std::size_t row) {
+    const auto place = std::find(named.begin(), named.end(), row) - named.begin();
+    const double y = AccuracyAt(report, 0, row, 0.0).y;
+    return std::pair(place, std::isnan(y) ? 1.0 : -y);
   };
-  if (rows.size() > kMostCurves) {
-    std::stable_sort(rows.begin(), rows.end(), [&](auto a, auto b) { return accuracy(a) > accuracy(b); });
-    rows.resize(kMostCurves);
-    std::sort(rows.begin(), rows.end());
-  }
+  std::stable_sort(rows.begin(), rows.end(), [&](auto a, auto b) { return interest(a) < interest(b); });
   return rows;
 }
 
-std::vector<Curve> StrataCurves(const Report& report, const StrataReport& strata, std::size_t condition) {
+/// The rows that a picture of a division has room for, in their order: the same in all its panels, which share a key.
+std::vector<std::size_t> ShownRows(const Report& report, const StrataReport& strata) {
+  constexpr std::size_t kMostCurves = 12;
+  const std::vector<std::size_t> all = StrataRows(report.results.experiment, strata.options);
+  if (all.size() <= kMostCurves) return all;
+  std::vector<std::size_t> rows = ByInterest(report, all);
+  rows.resize(kMostCurves);
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+std::vector<Curve> StrataCurves(const Report& report, const StrataReport& strata, const std::vector<std::size_t>& rows,
+                                std::size_t condition) {
   const ExperimentResults& results = report.results;
   std::vector<Curve> curves;
-  for (const std::size_t m : ShownRows(report, strata, condition)) {
-    const Cell* cell = results.Find(condition, m);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Cell* cell = results.Find(condition, rows[i]);
     if (cell == nullptr) continue;
-    Curve curve{results.experiment.methods[m].label, KindOf(results.experiment.methods[m]), curves.size(), {}};
-    for (std::size_t i = 0; i < strata.strata.size(); ++i) {
-      const double accuracy = strata.strata[i].Of(report, *cell).mean;
-      if (!std::isnan(accuracy)) curve.points.push_back({static_cast<double>(i), accuracy});
+    const EstimatorRow& row = results.experiment.methods[rows[i]];
+    Curve curve{row.label, KindOf(row), i, {}};
+    for (std::size_t bin = 0; bin < strata.strata.size(); ++bin) {
+      const double accuracy = strata.strata[bin].Of(report, *cell).mean;
+      if (!std::isnan(accuracy)) curve.points.push_back({static_cast<double>(bin), accuracy});
     }
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
@@ -134,9 +146,10 @@ std::vector<std::size_t> EvenlyChosen(const std::vector<std::size_t>& conditions
 std::vector<CurvePanel> StrataPanels(const Report& report, const StrataReport& strata) {
   std::vector<std::size_t> conditions(report.results.experiment.conditions.size());
   std::iota(conditions.begin(), conditions.end(), std::size_t{0});
+  const std::vector<std::size_t> rows = ShownRows(report, strata);
   std::vector<CurvePanel> panels;
   for (const std::size_t c : EvenlyChosen(conditions)) {
-    CurvePanel panel{c, StrataCurves(report, strata, c)};
+    CurvePanel panel{c, StrataCurves(report, strata, rows, c)};
     if (!panel.curves.empty()) panels.push_back(std::move(panel));
   }
   return panels;

@@ -35,8 +35,8 @@ struct CurvePanel {
 /// to show; `cost` is a metric.
 std::vector<CurvePanel> CostPanels(const Report& report, const std::string& cost);
 
-/// mAA against the places of a division's bins (0, 1, ...), a curve a row: of up to four conditions. Where a division
-/// is shown for more than twelve rows, the twelve that are best over all problems.
+/// mAA against the places of a division's bins (0, 1, ...), a curve a row: of up to four conditions. Of more than
+/// twelve rows, those that comparisons name come first, then the best of the first condition.
 std::vector<CurvePanel> StrataPanels(const Report& report, const StrataReport& strata);
 
 /// At most four of these, evenly spread.
