@@ -92,7 +92,7 @@ std::optional<Matrix3Parameters> FitLabelledPlane(const PointMatrix& matches) {
   if (matches.rows() < kFewestLabels || !Homography::Fit(matches, weights, &model)) return {};
   RefineOptions options;
   options.loss = {LossKind::kTruncated, kNearPx};
-  RefineHomography(matches, weights, options, HomographyResidual::kSampson, &model);
+  RefineHomography(matches, weights, options, &model);
   return model;
 }
 
