@@ -97,7 +97,7 @@ make_logged() {
   [[ $code == 0 ]] || tail -n 3 "runs/logs/$1.log" >&2
   return $code
 }
-# The longest first, so that the last ones end together.
+# The longest first, so that the last ones end together; those of which no time is known come last.
 make_side_by_side() {
   local table failed=0 options=("${options[@]}" --threads 1)
   mkdir -p runs/logs
@@ -106,7 +106,7 @@ make_side_by_side() {
   while read -r _ table; do
     while (($(jobs -pr | wc -l) >= jobs)); do wait -n || failed=1; done
     make_logged "$table" &
-  done < <(for table in "$@"; do echo "$(known_seconds "$table" | grep . || echo 99999) $table"; done | sort -rn)
+  done < <(for table in "$@"; do echo "$(known_seconds "$table" | grep . || echo 0) $table"; done | sort -rn)
   while [[ -n "$(jobs -pr)" ]]; do wait -n || failed=1; done
   return $failed
 }
