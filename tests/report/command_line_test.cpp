@@ -127,6 +127,18 @@ TEST_CASE("an experiment without its data is skipped where that is allowed") {
   CHECK_THROWS_AS(Evaluate(Request(folder, yaml), {}, stop, out), Error);
 }
 
+TEST_CASE("a table over seeds without its data is skipped as well, and leaves no folder") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  const EvalRequest request = Request(folder,
+                                      "task: plane\ndata: {type: point_sets, task: plane, paths: [nowhere/scans]}\n"
+                                      "methods: [{type: ransac}]\nmissing: leave_out\nsweep: {seed: [1, 2]}\n");
+  CHECK(Evaluate(request, {}, stop, out) == kExitOk);
+  CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/scans"));
+  CHECK_FALSE(std::filesystem::exists(request.output));
+}
+
 TEST_CASE("data below a root that is not there is missing as well") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};

@@ -5,6 +5,7 @@
 #include <optional>
 #include <ostream>
 #include <sstream>
+#include <utility>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
@@ -67,6 +68,18 @@ ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const Eva
   return *first;
 }
 
+/// Without the points of whose data nothing is here, which `out` is told.
+std::vector<SweepPoint> PointsWithData(std::vector<SweepPoint> points, const EvalRequest& request, std::ostream& out) {
+  std::erase_if(points, [&](const SweepPoint& point) {
+    ExperimentOptions experiment = ReadRequest(RequestOf(point, request, ""));
+    constexpr bool kAnyCheckpoint = true;  // Networks may be trained first.
+    const bool here = LeaveOutMissing(kAnyCheckpoint, &experiment);
+    if (!here) out << experiment.name << ": skipped, nothing of it is here: " << experiment.left_out.front() << "\n";
+    return !here;
+  });
+  return points;
+}
+
 /// Pictures of single problems are the first seed's.
 void CopyExamples(const std::string& from, const std::string& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(from)) {
@@ -102,8 +115,10 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
   if (request.group || !request.shard.empty())
     throw Error("a sweep of whole runs is for one process: start its points one by one with --set, or without --shard");
   const Config config = GivenConfig(request);
-  const std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
+  std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
   const ExperimentOptions first = CheckedPoints(points, request);
+  if (!request.needs) points = PointsWithData(std::move(points), request, out);
+  if (points.empty()) return kExitOk;
   const std::string folder = request.output.empty() ? "runs/" + first.name : request.output;
   std::optional<RunLock> lock;
   if (!request.needs) {
