@@ -136,6 +136,7 @@ TEST_CASE("a table over seeds without its data is skipped as well, and leaves no
                                       "methods: [{type: ransac}]\nmissing: leave_out\nsweep: {seed: [1, 2]}\n");
   CHECK(Evaluate(request, {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/scans"));
+  CHECK(out.str().find("skipped") == out.str().rfind("skipped"));
   CHECK_FALSE(std::filesystem::exists(request.output));
 }
 

@@ -68,14 +68,17 @@ ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const Eva
   return *first;
 }
 
-/// Without the points of whose data nothing is here, which `out` is told.
+/// Without the points of whose data nothing is here, which `out` is told, once for points of the same data.
 std::vector<SweepPoint> PointsWithData(std::vector<SweepPoint> points, const EvalRequest& request, std::ostream& out) {
+  std::string told;
   std::erase_if(points, [&](const SweepPoint& point) {
     ExperimentOptions experiment = ReadRequest(RequestOf(point, request, ""));
     constexpr bool kAnyCheckpoint = true;  // Networks may be trained first.
-    const bool here = LeaveOutMissing(kAnyCheckpoint, &experiment);
-    if (!here) out << experiment.name << ": skipped, nothing of it is here: " << experiment.left_out.front() << "\n";
-    return !here;
+    if (LeaveOutMissing(kAnyCheckpoint, &experiment)) return false;
+    const std::string text = experiment.name + ": skipped, nothing of it is here: " + experiment.left_out.front();
+    if (text != told) out << text << std::endl;
+    told = text;
+    return true;
   });
   return points;
 }
