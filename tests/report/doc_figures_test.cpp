@@ -86,6 +86,17 @@ TEST_CASE("rows of one name are compared in their order, which once were all com
   CHECK(PageDifferences(page("p.md", "0.90"), page("q.md", "0.80")).size() == 1);
 }
 
+TEST_CASE("tables of one heading are compared in their order, which once were all compared with the first") {
+  const Pages pages;
+  const auto page = [&](const std::string& file, const std::string& second) {
+    const std::string head = "## t\n\n| method | x |\n|---|---:|\n| a | ";
+    WriteFileAtomically(pages.folder.File(file), head + "0.10 |\n\n" + head + second + " |\n");
+    return ReadResultsPage(pages.folder.File(file));
+  };
+  CHECK(PageDifferences(page("p.md", "0.90"), page("q.md", "0.90")).empty());
+  CHECK(PageDifferences(page("p.md", "0.90"), page("q.md", "0.80")).size() == 1);
+}
+
 TEST_CASE("marks are filled, and what stands around them stays") {
   const Pages pages;
   DocFigures figures = pages.Figures();

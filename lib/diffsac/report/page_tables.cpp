@@ -81,10 +81,11 @@ bool SameButForRounding(const std::string& a, const std::string& b) {
          });
 }
 
-const PageTable* FindTable(const ResultsPage& page, const std::string& heading) {
-  const auto found = std::find_if(page.tables.begin(), page.tables.end(),
-                                  [&](const PageTable& table) { return table.heading == heading; });
-  return found == page.tables.end() ? nullptr : &*found;
+// The table of this heading before which `before` others have it; null where there are not so many.
+const PageTable* FindTable(const ResultsPage& page, const std::string& heading, std::size_t before) {
+  for (const PageTable& table : page.tables)
+    if (table.heading == heading && before-- == 0) return &table;
+  return nullptr;
 }
 
 // Names that one of two lists has alone.
@@ -133,8 +134,10 @@ std::vector<std::string> PageDifferences(const ResultsPage& page, const ResultsP
   };
   std::vector<std::string> differences;
   AddMissing(headings(page), headings(again), page.path, &differences);
+  std::map<std::string, std::size_t> met;  // A page about several runs has a table of one heading for each.
   for (const PageTable& table : page.tables)
-    if (const PageTable* other = FindTable(again, table.heading)) AddCellDifferences(table, *other, &differences);
+    if (const PageTable* other = FindTable(again, table.heading, met[table.heading]++))
+      AddCellDifferences(table, *other, &differences);
   return differences;
 }
 
