@@ -148,6 +148,10 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
   return !experiment->conditions.empty() && !experiment->methods.empty();
 }
 
+std::string NothingIsHere(const ExperimentOptions& experiment) {
+  return experiment.name + ": skipped, nothing of it is here: " + experiment.left_out.front();
+}
+
 ExperimentOptions WithResolvedRows(ExperimentOptions experiment, const EstimatorContext& context) {
   for (EstimatorRow& row : experiment.methods) row.config = ResolvedRow(row.config, experiment.task, context);
   return experiment;

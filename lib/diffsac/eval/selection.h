@@ -22,4 +22,7 @@ std::vector<std::string> Checkpoints(const ExperimentOptions& experiment);
 /// False when no condition or no row is left.
 bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment);
 
+/// What is said of an experiment of which that left nothing, with the first of what it lacks.
+std::string NothingIsHere(const ExperimentOptions& experiment);
+
 }  // namespace diffsac

@@ -218,41 +218,46 @@ RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::Vecto
   return report;
 }
 
+/// Refines in normalised coordinates: `to` takes a model there, `back` takes it from there.
+template <class Manifold, class Residuals, class To, class Back>
+RefineReport RefineNormalized(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
+                              int fewest, const To& to, const Back& back, Matrix3Parameters* model) {
+  RefineReport report;
+  PairNormalization n;
+  Observations observations;
+  report.status = Prepare(points, weights, fewest, true, *model, &n, &observations);
+  if (report.status != Status::kOk) return report;
+  const double scale = n.first.scale;
+  Manifold state = Manifold::From(AsParameters(to(n, AsMatrix(*model))));
+  const bool moved =
+      Minimize(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, &report);
+  Rescale(scale, &report);
+  if (moved) Keep(AsParameters(back(n, AsMatrix(state.Parameters()))), &report, model);
+  return report;
+}
+
 }  // namespace
 
 RefineReport RefineHomography(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                               Matrix3Parameters* model) {
-  RefineReport report;
-  PairNormalization n;
-  Observations observations;
-  report.status = Prepare(points, weights, 4, true, *model, &n, &observations);
-  if (report.status != Status::kOk) return report;
-  const double scale = n.first.scale;
-  HomographyManifold state =
-      HomographyManifold::From(AsParameters(n.second.Matrix() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved = Minimize(RobustCost<HomographySampsonResiduals>(observations, Scaled(options.loss, scale)),
-                              options, &state, &report);
-  Rescale(scale, &report);
-  if (moved) Keep(AsParameters(n.second.Inverse() * AsMatrix(state.Parameters()) * n.first.Matrix()), &report, model);
-  return report;
+  const auto to = [](const PairNormalization& n, const Eigen::Matrix3d& h) -> Eigen::Matrix3d {
+    return n.second.Matrix() * h * n.first.Inverse();
+  };
+  const auto back = [](const PairNormalization& n, const Eigen::Matrix3d& h) -> Eigen::Matrix3d {
+    return n.second.Inverse() * h * n.first.Matrix();
+  };
+  return RefineNormalized<HomographyManifold, HomographySampsonResiduals>(points, weights, options, 4, to, back, model);
 }
 
 RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                                Matrix3Parameters* model) {
-  RefineReport report;
-  PairNormalization n;
-  Observations observations;
-  report.status = Prepare(points, weights, 7, true, *model, &n, &observations);
-  if (report.status != Status::kOk) return report;
-  const double scale = n.first.scale;
-  FundamentalManifold state =
-      FundamentalManifold::From(AsParameters(n.second.Inverse().transpose() * AsMatrix(*model) * n.first.Inverse()));
-  const bool moved =
-      Minimize(RobustCost<SampsonResiduals>(observations, Scaled(options.loss, scale)), options, &state, &report);
-  Rescale(scale, &report);
-  if (moved)
-    Keep(AsParameters(n.second.Matrix().transpose() * AsMatrix(state.Parameters()) * n.first.Matrix()), &report, model);
-  return report;
+  const auto to = [](const PairNormalization& n, const Eigen::Matrix3d& f) -> Eigen::Matrix3d {
+    return n.second.Inverse().transpose() * f * n.first.Inverse();
+  };
+  const auto back = [](const PairNormalization& n, const Eigen::Matrix3d& f) -> Eigen::Matrix3d {
+    return n.second.Matrix().transpose() * f * n.first.Matrix();
+  };
+  return RefineNormalized<FundamentalManifold, SampsonResiduals>(points, weights, options, 7, to, back, model);
 }
 
 RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,

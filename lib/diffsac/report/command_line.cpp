@@ -147,7 +147,7 @@ bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, Experi
   if (something) {
     for (const std::string& what : experiment->left_out) LogWarning("left out: " + what);
   } else if (main) {
-    out << experiment->name << ": skipped, nothing of it is here: " << experiment->left_out.front() << std::endl;
+    out << NothingIsHere(*experiment) << std::endl;
   }
   return something;
 }

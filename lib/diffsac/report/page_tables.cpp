@@ -81,12 +81,17 @@ bool SameButForRounding(const std::string& a, const std::string& b) {
          });
 }
 
-// The table of this heading before which `before` others have it; null where there are not so many.
-const PageTable* FindTable(const ResultsPage& page, const std::string& heading, std::size_t before) {
-  for (const PageTable& table : page.tables)
-    if (table.heading == heading && before-- == 0) return &table;
+// The item of this name before which `before` others have it; null where there are not so many.
+template <class Item, class NameOf>
+const Item* FindNamed(const std::vector<Item>& items, const std::string& name, std::size_t before,
+                      const NameOf& name_of) {
+  for (const Item& item : items)
+    if (name_of(item) == name && before-- == 0) return &item;
   return nullptr;
 }
+
+const std::string& HeadingOf(const PageTable& table) { return table.heading; }
+const std::string& FirstCell(const std::vector<std::string>& row) { return row.front(); }
 
 // Names that one of two lists has alone.
 void AddMissing(const std::vector<std::string>& a, const std::vector<std::string>& b, const std::string& where,
@@ -100,19 +105,12 @@ void AddMissing(const std::vector<std::string>& a, const std::vector<std::string
   only(b, a, "only the new one");
 }
 
-// The row of this name before which `before` others have it; null where there are not so many.
-const std::vector<std::string>* RowNamed(const PageTable& table, const std::string& name, std::size_t before) {
-  for (const auto& row : table.rows)
-    if (row.front() == name && before-- == 0) return &row;
-  return nullptr;
-}
-
 void AddCellDifferences(const PageTable& table, const PageTable& again, std::vector<std::string>* differences) {
   AddMissing(table.columns, again.columns, table.heading, differences);
   AddMissing(FirstCells(table), FirstCells(again), table.heading, differences);
   std::map<std::string, std::size_t> met;  // Several rows may have one name: the first is the other's first.
   for (const auto& row : table.rows) {
-    const std::vector<std::string>* other = RowNamed(again, row.front(), met[row.front()]++);
+    const std::vector<std::string>* other = FindNamed(again.rows, row.front(), met[row.front()]++, FirstCell);
     for (std::size_t c = 1; other != nullptr && c < table.columns.size(); ++c) {
       const auto at = std::find(again.columns.begin(), again.columns.end(), table.columns[c]);
       if (at == again.columns.end() || IsTime(table, c)) continue;
@@ -136,7 +134,7 @@ std::vector<std::string> PageDifferences(const ResultsPage& page, const ResultsP
   AddMissing(headings(page), headings(again), page.path, &differences);
   std::map<std::string, std::size_t> met;  // A page about several runs has a table of one heading for each.
   for (const PageTable& table : page.tables)
-    if (const PageTable* other = FindTable(again, table.heading, met[table.heading]++))
+    if (const PageTable* other = FindNamed(again.tables, table.heading, met[table.heading]++, HeadingOf))
       AddCellDifferences(table, *other, &differences);
   return differences;
 }

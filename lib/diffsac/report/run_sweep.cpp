@@ -5,7 +5,6 @@
 #include <optional>
 #include <ostream>
 #include <sstream>
-#include <utility>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
@@ -55,32 +54,27 @@ EvalRequest RequestOf(const SweepPoint& point, const EvalRequest& request, const
   return one;
 }
 
-/// Reads every point before anything runs, so that a wrong value is found now. Returns the first.
-ExperimentOptions CheckedPoints(const std::vector<SweepPoint>& points, const EvalRequest& request) {
+/// Reads every point before anything runs, so that a wrong value is found now, and takes away those of which nothing is
+/// here, which `out` is told once for all that lack the same. Returns the first, as it is read.
+ExperimentOptions CheckPoints(const EvalRequest& request, std::vector<SweepPoint>* points, std::ostream& out) {
   std::optional<ExperimentOptions> first;
-  for (const SweepPoint& point : points) {
+  std::string told;
+  // Networks that are trained first may not be there yet.
+  const bool any_checkpoint = request.train_missing || !request.context.checkpoint_override.empty();
+  std::erase_if(*points, [&](const SweepPoint& point) {
     ExperimentOptions experiment = ReadRequest(RequestOf(point, request, ""));
     if (!first) first = experiment;
-    if (request.needs || request.train_missing) continue;  // Rows need networks that may not be there yet.
-    if (LeaveOutMissing(!request.context.checkpoint_override.empty(), &experiment))
-      WithResolvedRows(experiment, request.context);
-  }
-  return *first;
-}
-
-/// Without the points of whose data nothing is here, which `out` is told, once for points of the same data.
-std::vector<SweepPoint> PointsWithData(std::vector<SweepPoint> points, const EvalRequest& request, std::ostream& out) {
-  std::string told;
-  std::erase_if(points, [&](const SweepPoint& point) {
-    ExperimentOptions experiment = ReadRequest(RequestOf(point, request, ""));
-    constexpr bool kAnyCheckpoint = true;  // Networks may be trained first.
-    if (LeaveOutMissing(kAnyCheckpoint, &experiment)) return false;
-    const std::string text = experiment.name + ": skipped, nothing of it is here: " + experiment.left_out.front();
+    if (request.needs) return false;
+    if (LeaveOutMissing(any_checkpoint, &experiment)) {
+      if (!request.train_missing) WithResolvedRows(experiment, request.context);
+      return false;
+    }
+    const std::string text = NothingIsHere(experiment);
     if (text != told) out << text << std::endl;
     told = text;
     return true;
   });
-  return points;
+  return *first;
 }
 
 /// Pictures of single problems are the first seed's.
@@ -119,8 +113,7 @@ int EvaluateSweep(const EvalRequest& request, const TraceConfidence& trace, cons
     throw Error("a sweep of whole runs is for one process: start its points one by one with --set, or without --shard");
   const Config config = GivenConfig(request);
   std::vector<SweepPoint> points = SweepPoints(SweepAxes(config));
-  const ExperimentOptions first = CheckedPoints(points, request);
-  if (!request.needs) points = PointsWithData(std::move(points), request, out);
+  const ExperimentOptions first = CheckPoints(request, &points, out);
   if (points.empty()) return kExitOk;
   const std::string folder = request.output.empty() ? "runs/" + first.name : request.output;
   std::optional<RunLock> lock;
