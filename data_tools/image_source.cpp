@@ -55,8 +55,7 @@ void AddImage(const std::string& name, const std::function<SourceImage()>& read,
   const int frame = static_cast<int>(source->images.size() + source->left_out.size());
   try {
     SourceImage image = read();
-    if (image.camera && !IsCalibration(image.camera->K))
-      throw Error(image.path + ": its calibration is none (finite, positive focal lengths, last row 0 0 1)");
+    if (image.camera) image.camera->K = CheckedCalibration(image.camera->K, image.path);
     image.frame = frame;
     source->images.push_back(std::move(image));
   } catch (const Error& error) {
@@ -95,9 +94,7 @@ std::string StepName(const std::string& name, int step) {
 }
 
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
-  const Eigen::Matrix3d K = ReadMatrixFile(path);
-  if (!IsCalibration(K)) throw Error(path + ": not a calibration matrix (positive focal lengths, last row 0 0 1)");
-  return K;
+  return CheckedCalibration(ReadMatrixFile(path), path);
 }
 
 bool GivenCalibration::IsGiven() const {

@@ -30,12 +30,16 @@
 ///
 /// Needs Eigen and TBB alone. Functions may be called from any number of threads. The same input, options and seed give
 /// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no
-/// sense, inputs of unlike lengths and models that are not found throw diffsac::Error, whose text says what was
-/// expected.
+/// sense, matrices K that are no calibration, ratios outside [0, 1], inputs of unlike lengths and models that are not
+/// found throw diffsac::Error, whose text says what was expected.
+///
+/// Rows with a value that is not finite are left out. Rows that are equal are one point, with the best of their ratios,
+/// for all that is found and said. Masks and assignments have all N rows all the same.
 namespace diffsac {
 
 /// What every estimate may be told.
 struct EstimateOptions {
+  static constexpr int kMostIterations = 10'000'000;  ///< Of max_iterations.
   /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
   /// the search is confident earlier.
   int max_iterations = 0;
@@ -86,8 +90,8 @@ struct FocalOptions : ImageOptions {
 struct Matches {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points1;  ///< N × 2, in pixels.
   Eigen::Matrix<double, Eigen::Dynamic, 2> points2;  ///< N × 2, in pixels; row i matches row i of `points1`.
-  Eigen::VectorXd match_ratios =
-      {};                ///< N: nearest to second-nearest descriptor distance, lower is better; empty: unknown.
+  Eigen::VectorXd match_ratios = {};  ///< N: nearest to second-nearest descriptor distance, from 0 to 1, lower is
+                                      ///< better (of scores from 0 to 1, higher is better: 1 − score); empty: unknown.
   ImageSize size1 = {};  ///< In pixels; {}: unknown. Sizes help fundamental matrices.
   ImageSize size2 = {};  ///< As `size1`.
   /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
@@ -108,8 +112,8 @@ template <class Model>
 struct ModelEstimate {
   Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
   Model model = Model::Zero();        ///< Zero unless status is kOk.
-  std::vector<std::uint8_t> inliers;  ///< N values, 1 for an inlier of `model`.
-  int num_inliers = 0;                ///< Of `inliers`.
+  std::vector<std::uint8_t> inliers;  ///< N values, 1 for an inlier of `model`; all 0 without one.
+  int num_inliers = 0;                ///< Of `inliers`, repeated rows included.
   double inlier_threshold = 0.0;      ///< Of these: what was asked for, or less where the noise was found to be less.
   /// σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
   double noise_scale = 0.0;
@@ -117,7 +121,9 @@ struct ModelEstimate {
   double log_false_alarms = 0.0;
   /// N values, how likely each point is an inlier as the network said before the search; empty without a network.
   std::vector<float> inlier_probabilities;
-  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  EstimateReport cost;    ///< Hypotheses, milliseconds.
+  int rows_left_out = 0;  ///< That have a value that is not finite.
+  int repeated_rows = 0;  ///< That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.
   /// Whether there is a model.
   bool ok() const { return status == Status::kOk; }
   /// Whether points without any model would give one like this: better not relied upon.
@@ -151,8 +157,8 @@ using PlaneEstimate = ModelEstimate<Eigen::Vector4d>;
 
 /// A fundamental matrix. Draws by a network and PROSAC.
 TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options = {});
-/// An essential matrix and the pose. Draws by a network and PROSAC. cameras: calibration matrices K1 and K2, without
-/// lens distortion.
+/// An essential matrix and the pose. Draws by a network and PROSAC. cameras: calibration matrices K1 and K2 (here and
+/// below fx s cx, 0 fy cy, 0 0 1 with fx and fy above 0, or times a number above 0), without lens distortion.
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options = {});
 /// Both images are of one camera of unknown focal length. Draws by PROSAC; there is no network.
 SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options = {});
@@ -176,7 +182,9 @@ struct ModelsEstimate {
   std::vector<Model> models;         ///< That of most points first.
   /// N values: 0 for a point of none, k for one of models[k − 1].
   std::vector<std::int32_t> assignment;
-  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  EstimateReport cost;    ///< Hypotheses, milliseconds.
+  int rows_left_out = 0;  ///< As ModelEstimate's.
+  int repeated_rows = 0;  ///< As ModelEstimate's.
   /// Whether there are models.
   bool ok() const { return status == Status::kOk; }
 };
@@ -228,7 +236,9 @@ struct VanishingPointsEstimate {
   /// Absent where no vanishing points show it, or where it depends on a focal length that is unknown. Without K its
   /// `up` is that of a usual camera.
   std::optional<Horizon> horizon = {};
-  EstimateReport cost;  ///< Hypotheses, milliseconds.
+  EstimateReport cost;    ///< Hypotheses, milliseconds.
+  int rows_left_out = 0;  ///< As ModelEstimate's.
+  int repeated_rows = 0;  ///< As ModelEstimate's.
   /// Whether there are vanishing points.
   bool ok() const { return status == Status::kOk; }
 };

@@ -49,8 +49,8 @@ TEST_CASE("The Bayes estimate of few, equal or non-finite points is a status") {
   problem.points = PointMatrix::Constant(10, 2, 3.0);
   CHECK(method.Run(problem, 1).status == Status::kDegenerate);
   problem.points = Lines(0.5)->Get(0).problem.points;
-  problem.points(3, 1) = std::numeric_limits<double>::quiet_NaN();
-  CHECK(method.Run(problem, 1).status == Status::kDegenerate);
+  problem.points.col(1).setConstant(std::numeric_limits<double>::quiet_NaN());
+  CHECK(method.Run(problem, 1).status == Status::kTooFewPoints);
   problem.points = Lines(0.5)->Get(0).problem.points;
   problem.inlier_threshold = 0.0;
   CHECK(method.Run(problem, 1).status == Status::kNoModel);

@@ -78,7 +78,9 @@ TEST_CASE("Bad data gives a status from every classical method") {
     PointMatrix points = MakeExample<3>(10, 0.2, 1).problem.points;
     CHECK(status(points) == Status::kOk);
     points(4, 1) = std::numeric_limits<double>::quiet_NaN();
-    CHECK(status(points) == Status::kDegenerate);
+    CHECK(status(points) == Status::kOk);
+    points.col(1).setConstant(std::numeric_limits<double>::quiet_NaN());
+    CHECK(status(points) == Status::kTooFewPoints);
     PointMatrix collinear(10, 3);
     for (int i = 0; i < 10; ++i) collinear.row(i) << i, 2.0 * i, 1.0;
     CHECK(status(collinear) == Status::kDegenerate);

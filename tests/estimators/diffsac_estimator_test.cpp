@@ -97,18 +97,30 @@ TEST_CASE("bad points give a status, alone and beside good ones") {
   CHECK(method.Run(empty, 1).status == Status::kTooFewPoints);
   CHECK(method.Run(PointsOf({{1, 2}}), 1).status == Status::kTooFewPoints);
   CHECK(method.Run(PointsOf({{1, 2}, {1, 2}, {1, 2}}), 1).status == Status::kDegenerate);
-  CHECK(method.Run(PointsOf({{1, 2}, {2, nan}, {3, 4}}), 1).status == Status::kDegenerate);
+  const auto left = method.Run(PointsOf({{1, 2}, {2, nan}, {3, 4}}), 1);
+  CHECK(left.status == Status::kOk);
+  CHECK(left.inliers == std::vector<std::uint8_t>{1, 0, 1});
   const auto two = method.Run(PointsOf({{0, 0}, {1, 1}}), 1);
   REQUIRE(two.status == Status::kOk);
   CHECK(std::abs(two.model[0] + two.model[1]) < 1e-9);
 
   const auto good = TinyExamples(Task::kLine, 1)[0].problem;
-  const std::vector<Problem> mixed = {PointsOf({{1, 2}}), good, PointsOf({{nan, 2}, {2, 3}})};
-  const std::vector<std::uint64_t> seeds = {1, 2, 3};
+  Problem repeated = good;
+  repeated.points = good.points.replicate(2, 1);
+  repeated.points.row(0).setConstant(nan);
+  const std::vector<Problem> mixed = {PointsOf({{1, 2}}), good, PointsOf({{nan, 2}, {2, 3}}), repeated};
+  const std::vector<std::uint64_t> seeds = {1, 2, 3, 4};
   const auto estimates = method.RunBatch(PointersTo(mixed), seeds);
   CHECK(estimates[0].status == Status::kTooFewPoints);
   CHECK(estimates[1].status == Status::kOk);
-  CHECK(estimates[2].status == Status::kDegenerate);
+  CHECK(estimates[2].status == Status::kTooFewPoints);
+  CHECK(estimates[2].inliers == std::vector<std::uint8_t>{0, 0});
+  const Estimate alone = method.Run(repeated, 4);
+  CHECK(estimates[3].inliers == alone.inliers);
+  CHECK(estimates[3].inliers.size() == static_cast<std::size_t>(repeated.points.rows()));
+  CHECK(estimates[3].inlier_probabilities.size() == estimates[3].inliers.size());
+  CHECK(estimates[3].rows_left_out == 1);
+  CHECK(estimates[3].repeated_rows == good.points.rows() - 1);
   CHECK(AngleBetweenDegrees(estimates[1].model, method.Run(good, 2).model) < 1e-4);
 }
 

@@ -111,7 +111,7 @@ TEST_CASE("a network that relates points decodes only the likeliest of them") {
 TEST_CASE("what cannot hold a structure gives a status and an empty list, for every search") {
   Problem nothing = Lines(1).problem, noise = nothing, bad = nothing;
   nothing.points.conservativeResize(1, 2);
-  bad.points(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  bad.points.col(1).setConstant(std::numeric_limits<double>::quiet_NaN());
   Rng rng(4);
   for (double& value : noise.points.reshaped()) value = rng.Uniform(0.0, 10.0);
   for (const char* search : kSearches) {

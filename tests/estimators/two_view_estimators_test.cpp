@@ -147,7 +147,9 @@ TEST_CASE("Two-view rows answer hostile input with a status") {
       CHECK(method->Run(equal, 1).status == Status::kDegenerate);
       Problem invalid = whole.problem;
       invalid.points(3, 2) = std::numeric_limits<double>::quiet_NaN();
-      CHECK(method->Run(invalid, 1).status == Status::kDegenerate);
+      CHECK(method->Run(invalid, 1).rows_left_out == 1);
+      invalid.points.col(2).setConstant(std::numeric_limits<double>::quiet_NaN());
+      CHECK(method->Run(invalid, 1).status == Status::kTooFewPoints);
     }
   Problem uncalibrated = MakePair(Task::kEssential, 40, 9).problem;
   uncalibrated.cameras.reset();

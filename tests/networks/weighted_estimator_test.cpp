@@ -127,7 +127,7 @@ TEST_CASE("bad points give a status to rows of learned weights, alone and beside
       bad[0].points.resize(0, good.points.cols());
       bad[1].points = PointMatrix(good.points.topRows(MinimalSetSize(task) - 1));
       bad[2].points.rowwise() = good.points.row(0).eval();
-      bad[3].points(2, 1) = nan;
+      bad[3].points.col(1).setConstant(nan);
       bad[4].points = PointMatrix(good.points.topRows(MinimalSetSize(task)));  // enough for a set, not for every fit
       for (auto& problem : bad) problem.match_ratio.resize(0);
       for (int i = 0; i < 4; ++i) CHECK(method.Run(bad[i], 1).status != Status::kOk);

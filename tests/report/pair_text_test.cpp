@@ -133,6 +133,12 @@ TEST_CASE("the JSON says the same") {
   CHECK(json.at("pose").at("R").size() == 3);
   CHECK(json.at("noise_scale_px") == 0.25);
   CHECK_FALSE(json.at("may_be_chance").get<bool>());
+  CHECK(json.at("repeated_rows") == 0);
+  Estimate repeated = answered.estimate;
+  repeated.repeated_rows = 3;
+  repeated.rows_left_out = 2;
+  CHECK(nlohmann::json::parse(PairJson(answered.pair, repeated, {})).at("rows_left_out") == 2);
+  CHECK_THAT(PairText(answered.pair, repeated, {}), Contains(": 60 matches, 3 repeated, 2 not finite\n"));
   const auto none = nlohmann::json::parse(PairJson(answered.pair, Estimate(), {}));
   CHECK(none.at("pose").is_null());
   CHECK(none.at("status") == "no_model");

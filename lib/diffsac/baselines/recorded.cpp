@@ -79,6 +79,8 @@ Estimate RecordedEstimator::Of(const Example& example, const std::string& condit
     if (record.model.allFinite()) AcceptModel<Model>(space, record.model, &accepted);
     return accepted;
   });
+  if (estimate.status != Status::kOk)
+    estimate.inliers.assign(static_cast<std::size_t>(example.problem.points.rows()), 0);
   estimate.report.ms_consensus = estimate.report.ms_total = record.ms;
   return estimate;
 }

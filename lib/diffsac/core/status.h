@@ -11,7 +11,7 @@ namespace diffsac {
 enum class Status {
   kOk,             ///< A model was found.
   kTooFewPoints,   ///< Fewer points than a minimal set needs.
-  kDegenerate,     ///< Non-finite values, or points that determine no model (all equal, all collinear).
+  kDegenerate,     ///< Points that determine no model (all equal, all collinear); of a search: non-finite ones.
   kNoModel,        ///< Hypotheses were solved, but none was supported by the data.
   kTooManyPoints,  ///< More points than the method can work on: its memory or its indices grow out of proportion.
 };

@@ -18,6 +18,7 @@
 #include "diffsac/datasets/finite_points.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/geometry/calibration.h"
 #include "diffsac/io/hdf5_input.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/lab/dataset_registry.h"
@@ -56,10 +57,9 @@ Example ReadImage(const H5::Group& group, double inlier_threshold_px, const std:
   problem.points = Eigen::Map<const PointMatrix>(points.values.data(), count, 5);
   problem.match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   const Numbers k = ReadNumbersOfShape(group, "K", {3, 3}, place);
-  problem.cameras.emplace();
-  problem.cameras->K1 = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(k.values.data());
-  problem.cameras->K2 = problem.cameras->K1;
-  if (!AbsolutePoseTask::Accepts(problem)) throw Error(place + "/K: expected a calibration matrix");
+  const Eigen::Matrix3d K =
+      CheckedCalibration(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(k.values.data()), place + "/K");
+  problem.cameras = CameraPair{K, K};
   if (!group.nameExists("pose")) return example;
   const Numbers pose = ReadNumbersOfShape(group, "pose", {3, 4}, place);
   example.truth.model = Eigen::Map<const Eigen::VectorXd>(pose.values.data(), 12);

@@ -13,6 +13,7 @@
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
+#include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
 
@@ -66,19 +67,36 @@ Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
   return ClassicalEstimator(WithBudget(SeveralStructures(problem.task), options)).Run(problem, options.seed);
 }
 
-void RequireRatios(const Eigen::VectorXd& ratios, Eigen::Index points) {
-  Require(ratios.size() == 0 || ratios.size() == points, "match_ratios",
-          "one for each of " + std::to_string(points) + " points, or none, got " + std::to_string(ratios.size()));
+void RequireOneEach(Eigen::Index rows, Eigen::Index points, const char* name) {
+  Require(rows == 0 || rows == points, name,
+          "one for each of " + std::to_string(points) + " points, or none, got " + std::to_string(rows));
 }
 
-PointMatrix CheckedSimilarities(const Matches& matches) {
-  const Eigen::Index rows = matches.similarities.rows(), count = matches.points1.rows();
-  Require(rows == 0 || rows == count, "similarities",
-          "one for each of " + std::to_string(count) + " points, or none, got " + std::to_string(rows));
-  Require(matches.similarities.allFinite(), "similarities", "finite values");
-  PointMatrix similarities = matches.similarities;
-  for (Eigen::Index i = 0; i < rows; ++i) similarities.row(i) = SimilarityOf({0.0, 0.0}, similarities.row(i));
-  return similarities;
+/// Of points that are not finite, which are left out, they may be anything.
+void SetRatios(const Eigen::VectorXd& ratios, Problem* problem) {
+  constexpr double kMost = 1.0 + 1e-6;  // Rounded from single precision.
+  RequireOneEach(ratios.size(), problem->points.rows(), "match_ratios");
+  for (Eigen::Index i = 0; i < ratios.size(); ++i)
+    if (!(ratios[i] >= 0.0 && ratios[i] <= kMost) && problem->points.row(i).allFinite())
+      throw Error(
+          "match_ratios: expected the nearest distance over the second-nearest, from 0 to 1 (of scores give "
+          "1 - score), got " +
+          std::to_string(ratios[i]) + " in row " + std::to_string(i));
+  problem->match_ratio = ratios;
+}
+
+void SetSimilarities(const PointMatrix& similarities, Problem* problem) {
+  RequireOneEach(similarities.rows(), problem->points.rows(), "similarities");
+  problem->similarities = similarities;
+  for (Eigen::Index i = 0; i < similarities.rows(); ++i) {
+    Require(similarities.row(i).allFinite() || !problem->points.row(i).allFinite(), "similarities", "finite values");
+    problem->similarities.row(i) = SimilarityOf({0.0, 0.0}, similarities.row(i));
+  }
+}
+
+ImageSize CheckedSize(const ImageSize& size, const char* name) {
+  Require(size.known() || size == ImageSize{}, name, "width and height in pixels, above 0, or neither");
+  return size;
 }
 
 double ResidualOr(const ImageOptions& options, double px) {
@@ -90,16 +108,15 @@ Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
   const Eigen::Index count = matches.points1.rows();
   Require(matches.points2.rows() == count, "points2",
           "as many rows as points1, " + std::to_string(count) + ", got " + std::to_string(matches.points2.rows()));
-  RequireRatios(matches.match_ratios, count);
   Problem problem;
   problem.task = task;
   problem.inlier_threshold = max_residual_px;
   problem.points.resize(count, 4);
   problem.points << matches.points1, matches.points2;
-  problem.match_ratio = matches.match_ratios;
-  problem.similarities = CheckedSimilarities(matches);
-  problem.size1 = matches.size1;
-  problem.size2 = matches.size2;
+  SetRatios(matches.match_ratios, &problem);
+  SetSimilarities(matches.similarities, &problem);
+  problem.size1 = CheckedSize(matches.size1, "size1");
+  problem.size2 = CheckedSize(matches.size2, "size2");
   return problem;
 }
 
@@ -107,14 +124,14 @@ Problem ProblemOf(const ScenePoints& points, const Eigen::Matrix3d& K, double ma
   const Eigen::Index count = points.points3d.rows();
   Require(points.points2d.rows() == count, "points2d",
           "as many rows as points3d, " + std::to_string(count) + ", got " + std::to_string(points.points2d.rows()));
-  RequireRatios(points.match_ratios, count);
   Problem problem;
   problem.task = Task::kAbsolutePose;
   problem.inlier_threshold = max_residual_px;
   problem.points.resize(count, 5);
   problem.points << points.points3d, points.points2d;
-  problem.match_ratio = points.match_ratios;
-  problem.cameras = CameraPair{K, K};
+  SetRatios(points.match_ratios, &problem);
+  const Eigen::Matrix3d checked = CheckedCalibration(K, "K");
+  problem.cameras = CameraPair{checked, checked};
   return problem;
 }
 
@@ -148,6 +165,8 @@ void Take(Estimate estimate, Result* result) {
   result->log_false_alarms = estimate.log_false_alarms;
   result->inlier_probabilities = std::move(estimate.inlier_probabilities);
   result->cost = estimate.report;
+  result->rows_left_out = estimate.rows_left_out;
+  result->repeated_rows = estimate.repeated_rows;
 }
 
 TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options) {
@@ -197,20 +216,24 @@ ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& opt
   result.status = estimate.status;
   for (const ModelParameters& model : estimate.structures) result.models.push_back(ModelOf<Model>(model));
   result.assignment = std::move(estimate.assignment);
+  result.assignment.resize(estimate.inliers.size());
   result.cost = estimate.report;
+  result.rows_left_out = estimate.rows_left_out;
+  result.repeated_rows = estimate.repeated_rows;
   return result;
 }
 
 Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
   Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, kMatchPx));
-  problem.cameras = cameras;
+  problem.cameras = CameraPair{CheckedCalibration(cameras.K1, "K1"), CheckedCalibration(cameras.K2, "K2")};
   return problem;
 }
 
 }  // namespace
 
 void EstimateOptions::Check() const {
-  Require(max_iterations >= 0 && max_iterations <= 10'000'000, "max_iterations", "from 0 to 10000000");
+  Require(max_iterations >= 0 && max_iterations <= kMostIterations, "max_iterations",
+          "from 0 to " + std::to_string(kMostIterations));
 }
 
 void ImageOptions::Check() const {
@@ -220,6 +243,8 @@ void ImageOptions::Check() const {
 
 void FocalOptions::Check() const {
   ImageOptions::Check();
+  Require(!principal_point1 || principal_point1->allFinite(), "principal_point1", "finite pixels");
+  Require(!principal_point2 || principal_point2->allFinite(), "principal_point2", "finite pixels");
   Require(!prior || (prior->focal > 0.0 && std::isfinite(prior->focal)), "prior.focal", "pixels, above 0");
   Require(!prior || (prior->log_sigma > 0.0 && std::isfinite(prior->log_sigma)), "prior.log_sigma",
           "a standard deviation of log f, above 0");
@@ -246,7 +271,7 @@ SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptio
 SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix3d& K1, const FocalOptions& options) {
   options.Check();
   Problem problem = FocalProblem(Task::kOneFocal, matches, options);
-  problem.hint1.K = K1;
+  problem.hint1.K = CheckedCalibration(K1, "K1");
   return UnknownFocalViews<OneFocalTask>(problem, options);
 }
 

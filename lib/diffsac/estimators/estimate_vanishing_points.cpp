@@ -86,24 +86,29 @@ void VanishingPointOptions::Check() const {
   EstimateOptions::Check();
   Require(max_residual_deg > 0.0 && max_residual_deg <= 90.0, "max_residual_deg", "degrees, above 0 and at most 90");
   Require(least_value >= 0.0 && least_value <= 1.0, "least_value", "from 0 to 1");
-  Require(!K || IsCalibration(*K), "K", "a calibration matrix: finite, positive focal lengths, last row 0 0 1");
+  if (K) CheckedCalibration(*K, "K");
   Require(K || size.known(), "size", "the image's size, or K");
 }
 
 VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
-                                                const VanishingPointOptions& options) {
-  options.Check();
+                                                const VanishingPointOptions& given) {
+  given.Check();
+  VanishingPointOptions options = given;
+  if (options.K) options.K = CheckedCalibration(*options.K, "K");
   const Problem problem = ProblemOf(segments, options);
   Estimate found = ClassicalEstimator(SearchOf(options)).Run(problem, options.seed);
   VanishingPointsEstimate estimate;
   estimate.status = found.status;
   estimate.cost = found.report;
+  estimate.rows_left_out = found.rows_left_out;
+  estimate.repeated_rows = found.repeated_rows;
+  estimate.assignment = std::move(found.assignment);
+  estimate.assignment.resize(found.inliers.size());
   estimate.K = options.K;
   if (!estimate.ok()) return estimate;
   for (const ModelParameters& model : found.structures)
     estimate.points.push_back(VanishingPointTask::PixelPoint(model, problem));
   estimate.values = std::move(found.structure_values);
-  estimate.assignment = std::move(found.assignment);
   if (!estimate.K) FindCamera(options.size, &estimate);
   if (!estimate.K) {
     estimate.horizon = HorizonOfAnyFocal(estimate, options.size);

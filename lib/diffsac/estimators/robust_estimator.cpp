@@ -3,12 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/problem/usable_rows.h"
+
 namespace diffsac {
 namespace {
 
-/// What every estimate says, whatever found it.
-void Complete(const Problem& problem, Estimate* estimate) {
-  if (estimate->status != Status::kOk) return;
+/// What every estimate of usable rows says, whatever found it.
+void Complete(const UsableRows& rows, Estimate* estimate) {
+  const Problem& problem = rows.problem();
+  // Rows that are all alike are many, and determine no model.
+  if (estimate->status == Status::kTooFewPoints && rows.repeated() > 0 &&
+      problem.points.rows() + rows.repeated() >= MinimalSetSize(problem.task))
+    estimate->status = Status::kDegenerate;
+  if (estimate->status != Status::kOk) {
+    estimate->inliers.assign(static_cast<std::size_t>(problem.points.rows()), 0);
+    return;
+  }
   if (std::isnan(estimate->inlier_threshold)) estimate->inlier_threshold = problem.inlier_threshold;
   const bool several = !estimate->structures.empty();
   const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
@@ -16,18 +26,38 @@ void Complete(const Problem& problem, Estimate* estimate) {
   estimate->log_false_alarms = LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
 }
 
+/// Makes an estimate of usable rows one of all rows.
+void GiveToAll(const UsableRows& rows, Estimate* estimate) {
+  rows.Spread(&estimate->inliers);
+  rows.Spread(&estimate->assignment);
+  rows.Spread(&estimate->inlier_probabilities);
+  for (std::vector<int>& set : estimate->minimal_sets)
+    for (int& row : set) row = rows.RowOf(row);
+  estimate->rows_left_out = rows.left_out();
+  estimate->repeated_rows = rows.repeated();
+}
+
 }  // namespace
 
 Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const {
-  Estimate estimate = DoRun(problem, seed);
-  Complete(problem, &estimate);
+  const UsableRows rows(problem);
+  Estimate estimate = DoRun(rows.problem(), seed);
+  Complete(rows, &estimate);
+  GiveToAll(rows, &estimate);
   return estimate;
 }
 
 std::vector<Estimate> RobustEstimator::RunBatch(std::span<const Problem* const> problems,
                                                 std::span<const std::uint64_t> seeds) const {
-  std::vector<Estimate> estimates = DoRunBatch(problems, seeds);
-  for (std::size_t i = 0; i < estimates.size(); ++i) Complete(*problems[i], &estimates[i]);
+  std::vector<UsableRows> rows;
+  for (const Problem* problem : problems) rows.emplace_back(*problem);
+  std::vector<const Problem*> usable;
+  for (const UsableRows& of_problem : rows) usable.push_back(&of_problem.problem());
+  std::vector<Estimate> estimates = DoRunBatch(usable, seeds);
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    Complete(rows[i], &estimates[i]);
+    GiveToAll(rows[i], &estimates[i]);
+  }
   return estimates;
 }
 

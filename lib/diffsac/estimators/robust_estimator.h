@@ -28,7 +28,7 @@ struct EstimateReport {
 struct Estimate {
   Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
   ModelParameters model;              ///< Empty unless status is ok.
-  std::vector<std::uint8_t> inliers;  ///< N values: residual <= inlier_threshold under `model`.
+  std::vector<std::uint8_t> inliers;  ///< N values: residual <= inlier_threshold under `model`; 0 without one.
   /// Of these, in the data's unit: the problem's, or less where a method finds the noise itself.
   double inlier_threshold = std::numeric_limits<double>::quiet_NaN();
   /// log10 of the number of models that chance would give with as many inliers (LogFalseAlarmsOf; of several
@@ -60,6 +60,10 @@ struct Estimate {
   /// [0, 1]; empty for others.
   std::vector<double> structure_values;
   EstimateReport report;  ///< What it cost.
+  /// Rows that were not used because a value is not finite: of no model, of probability 0.
+  int rows_left_out = 0;
+  /// Rows that equal another one, which counts once in all that is found and said of N points; N values have all.
+  int repeated_rows = 0;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
@@ -73,7 +77,8 @@ struct TrainingFacts {
 };
 
 /// Estimates models from points that are only partly right. Thread-safe: `Run` is const and all randomness comes from
-/// `seed`.
+/// `seed`. Of the points, those that are finite are used, and of equal ones one (problem/usable_rows.h): DoRun sees
+/// these alone.
 class RobustEstimator {
  public:
   virtual ~RobustEstimator() = default;

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/calibration.h"
 #include "diffsac/io/hdf5_input.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/problem/pair_truth.h"
@@ -114,13 +115,6 @@ void SplitId(const std::string& id, std::string* image1, std::string* image2) {
   *image2 = id.substr(dash + 1);
 }
 
-Eigen::Matrix3d CheckedCalibration(const double* values, const std::string& place) {
-  const RowMajor3 K = Eigen::Map<const RowMajor3>(values);
-  if (!K.allFinite() || K(0, 0) <= 0.0 || K(1, 1) <= 0.0 || std::abs(K.determinant()) < 1e-12)
-    throw Error(place + ": not a calibration matrix (finite, positive focal lengths)");
-  return K;
-}
-
 bool IsRotation(const Eigen::Matrix3d& R) {
   return (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3 && R.determinant() > 0.0;
 }
@@ -200,8 +194,9 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* prob
   if (similarities.exists()) problem->similarities = ReadSimilarities(id, count);
   if (calibration.exists()) {
     const Numbers both = calibration.ReadExactly(id, 18, "1x2x3x3 (K1, K2)");
-    problem->cameras = CameraPair{CheckedCalibration(both.values.data(), calibration.Place(id)),
-                                  CheckedCalibration(both.values.data() + 9, calibration.Place(id))};
+    problem->cameras =
+        CameraPair{CheckedCalibration(RowMajor3(both.values.data()), calibration.Place(id) + ": K1"),
+                   CheckedCalibration(RowMajor3(both.values.data() + 9), calibration.Place(id) + ": K2")};
   }
   if (sizes.exists()) {
     const Numbers values = sizes.ReadExactly(id, 4, "4 values (h1 w1 h2 w2)");

@@ -1,10 +1,10 @@
 #include "diffsac/io/segment_files.h"
 
-#include <Eigen/LU>
 #include <mutex>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/calibration.h"
 #include "diffsac/io/hdf5_input.h"
 #include "diffsac/io/hdf5_numbers.h"
 #include "diffsac/io/hdf5_output.h"
@@ -31,9 +31,7 @@ ImageSegments ReadImage(const H5::Group& group, const std::string& name, const s
   }
   if (group.nameExists("K")) {
     const Numbers k = ReadNumbersOfShape(group, "K", {3, 3}, place);
-    const Eigen::Matrix3d K = Eigen::Map<const Matrix3Rows>(k.values.data());
-    if (!K.allFinite() || K.determinant() == 0.0) throw Error(place + "/K: expected a calibration matrix");
-    image.K = K;
+    image.K = CheckedCalibration(Eigen::Map<const Matrix3Rows>(k.values.data()), place + "/K");
   }
   if (group.nameExists("size")) {
     const Numbers size = ReadNumbersOfShape(group, "size", {2}, place);

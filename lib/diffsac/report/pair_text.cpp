@@ -78,6 +78,14 @@ std::size_t InlierCount(const Estimate& estimate) {
   return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
 }
 
+/// ", 3 repeated, 2 not finite".
+std::string UnusedText(const Estimate& estimate) {
+  std::string text;
+  if (estimate.repeated_rows > 0) text += ", " + std::to_string(estimate.repeated_rows) + " repeated";
+  if (estimate.rows_left_out > 0) text += ", " + std::to_string(estimate.rows_left_out) + " not finite";
+  return text;
+}
+
 Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json MatrixJson(const Eigen::MatrixXd& matrix) {
@@ -118,7 +126,7 @@ Json PoseJson(const RigidMotion& pose) {
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times) {
   const std::size_t inliers = InlierCount(estimate);
   const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
-  std::string text = pair.id + ": " + std::to_string(matches) + " matches\n";
+  std::string text = pair.id + ": " + std::to_string(matches) + " matches" + UnusedText(estimate) + "\n";
   if (estimate.status != Status::kOk)
     return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
            TimesText(times, estimate.report);
@@ -173,6 +181,8 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inliers},
+                     {"rows_left_out", estimate.rows_left_out},
+                     {"repeated_rows", estimate.repeated_rows},
                      {"noise_scale_px", FiniteJson(record.noise_scale)},
                      {"ms",
                       {{"keypoints", times.keypoints},

@@ -1,0 +1,93 @@
+#include "diffsac/problem/usable_rows.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace diffsac {
+namespace {
+
+/// Equal rows have the same.
+std::uint64_t HashOf(const double* row, Eigen::Index columns) {
+  std::uint64_t hash = 0;
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    // Adding 0 makes 0 of −0. The multiplier is 2⁶⁴ over the golden ratio (Knuth's multiplicative hash).
+    hash = (hash ^ std::bit_cast<std::uint64_t>(row[c] + 0.0)) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 32;
+  }
+  return hash;
+}
+
+bool IsFinite(const double* row, Eigen::Index columns) {
+  return std::all_of(row, row + columns, [](double value) { return std::isfinite(value); });
+}
+
+/// Numbers the rows that differ, in their order: a table with open addressing, at most half full.
+class DistinctRows {
+ public:
+  explicit DistinctRows(const PointMatrix& points)
+      : points_(points), table_(std::bit_ceil(2 * static_cast<std::size_t>(points.rows()) + 1), -1) {}
+
+  /// The number of the rows that equal this one; the next number for the first of them.
+  int NumberOf(Eigen::Index row) {
+    const double* values = points_.row(row).data();
+    const Eigen::Index columns = points_.cols();
+    for (std::size_t slot = HashOf(values, columns);; ++slot) {
+      int& number = table_[slot & (table_.size() - 1)];
+      if (number < 0) {
+        number = static_cast<int>(firsts_.size());
+        firsts_.push_back(row);
+        return number;
+      }
+      if (std::equal(values, values + columns, points_.row(firsts_[static_cast<std::size_t>(number)]).data()))
+        return number;
+    }
+  }
+
+ private:
+  const PointMatrix& points_;
+  std::vector<int> table_;
+  std::vector<Eigen::Index> firsts_;
+};
+
+}  // namespace
+
+Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
+  const Eigen::Index count = whole.points.rows();
+  Problem part;
+  part.task = whole.task;
+  part.inlier_threshold = whole.inlier_threshold;
+  part.cameras = whole.cameras;
+  part.hint1 = whole.hint1;
+  part.hint2 = whole.hint2;
+  part.size1 = whole.size1;
+  part.size2 = whole.size2;
+  part.points = whole.points(rows, Eigen::all);
+  if (whole.match_ratio.size() == count) part.match_ratio = whole.match_ratio(rows);
+  if (whole.similarities.rows() == count) part.similarities = whole.similarities(rows, Eigen::all);
+  if (whole.descriptors.rows() == count) part.descriptors = whole.descriptors(rows, Eigen::all);
+  return part;
+}
+
+UsableRows::UsableRows(const Problem& problem) : whole_(&problem) {
+  const PointMatrix& points = problem.points;
+  const bool has_ratio = problem.match_ratio.size() == points.rows();
+  DistinctRows distinct(points);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const int next = static_cast<int>(rows_.size());
+    const int place = IsFinite(points.row(i).data(), points.cols()) ? distinct.NumberOf(i) : -1;
+    places_.push_back(place);
+    left_out_ += place < 0;
+    if (place == next) {
+      rows_.push_back(static_cast<int>(i));
+    } else if (place >= 0) {
+      ++repeated_;
+      int& best = rows_[static_cast<std::size_t>(place)];
+      if (has_ratio && problem.match_ratio[i] < problem.match_ratio[best]) best = static_cast<int>(i);
+    }
+  }
+  if (left_out_ + repeated_ > 0) part_ = PartOf(problem, rows_);
+}
+
+}  // namespace diffsac
