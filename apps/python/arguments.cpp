@@ -1,9 +1,12 @@
 #include "arguments.h"
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,6 +28,38 @@ std::string ShapeText(const Shape& shape) {
   throw nb::value_error((std::string(name) + ": expected " + expected + ", got " + given).c_str());
 }
 
+/// Its text in one line, as Python writes it.
+[[noreturn]] void RefuseValue(const char* name, const std::string& expected, const nb::handle& given) {
+  constexpr std::size_t kLongest = 60;
+  std::string text = nb::cast<std::string>(nb::repr(given));
+  text = text.substr(0, text.find('\n'));
+  Refuse(name, expected, text.size() > kLongest ? text.substr(0, kLongest) + "..." : text);
+}
+
+/// What Python's float() makes of it, of texts nothing.
+std::optional<double> NumberOf(const nb::handle& value) {
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (PyErr_Occurred() == nullptr) return number;
+  PyErr_Clear();
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector2d> NumbersOfPair(const nb::handle& value) {
+  try {
+    const nb::list items(value);
+    if (items.size() != 2) return std::nullopt;
+    const auto first = NumberOf(items[0]), second = NumberOf(items[1]);
+    if (first && second) return Eigen::Vector2d(*first, *second);
+  } catch (const nb::python_error&) {
+    // Nothing to go through.
+  }
+  return std::nullopt;
+}
+
+bool IsMasked(const nb::handle& array) {
+  return nb::cast<bool>(nb::module_::import_("numpy").attr("ma").attr("isMaskedArray")(array));
+}
+
 bool Fits(const Shape& given, const Shape& expected) {
   if (given.size() != expected.size()) return false;
   for (std::size_t i = 0; i < given.size(); ++i)
@@ -34,11 +69,17 @@ bool Fits(const Shape& given, const Shape& expected) {
 
 Numbers NumbersOf(const ArrayLike& array, const char* name, const Shape& expected) {
   const nb::module_ numpy = nb::module_::import_("numpy");
-  const nb::object any = numpy.attr("asarray")(array);
+  nb::object any;
+  try {
+    any = numpy.attr("asanyarray")(array);
+  } catch (const nb::python_error&) {
+    RefuseValue(name, "real numbers", array);  // Rows of unlike lengths.
+  }
   const nb::object type = any.attr("dtype");
   // Floating-point numbers and integers: neither bool, nor complex, nor text or objects.
   if (std::string("fiu").find(nb::cast<std::string>(type.attr("kind"))) == std::string::npos)
     Refuse(name, "real numbers", "dtype " + nb::cast<std::string>(nb::str(type)));
+  if (IsMasked(any)) any = any.attr("astype")("float64").attr("filled")(std::numeric_limits<double>::quiet_NaN());
   const auto numbers = nb::cast<Numbers>(numpy.attr("asarray")(any, "float64", "C"));
   Shape given;
   for (std::size_t i = 0; i < numbers.ndim(); ++i) given.push_back(static_cast<Eigen::Index>(numbers.shape(i)));
@@ -58,6 +99,14 @@ Eigen::Matrix<double, Eigen::Dynamic, Columns> Rows(const ArrayLike& array, cons
 Eigen::VectorXd Ratios(const OptionalArray& ratio, Eigen::Index points) {
   if (!ratio) return {};
   return Eigen::Map<const Eigen::VectorXd>(NumbersOf(*ratio, "ratio", {points}).data(), points);
+}
+
+/// Rows of which `given` is masked are left out, as those are whose points are.
+template <class Points>
+void LeaveOutMasked(const OptionalArray& given, const Eigen::MatrixXd& values, Points* points) {
+  if (!given || !IsMasked(*given)) return;
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    if (values.row(i).hasNaN()) points->row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 std::string& PackagedModels() {
@@ -81,7 +130,49 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> Points4(const ArrayLike& array, const c
 
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name) { return Rows<3>(array, name, 3); }
 
-ImageSize SizeOf(const OptionalSize& size) { return size ? ImageSize{size->first, size->second} : ImageSize{}; }
+ImageSize SizeOf(const OptionalSize& size, const char* name) {
+  if (!size) return {};
+  const auto sides = NumbersOfPair(*size);
+  const auto is_side = [](double side) {
+    return std::abs(side) <= std::numeric_limits<int>::max() && side == std::floor(side);
+  };
+  if (!sides || !is_side(sides->x()) || !is_side(sides->y()))
+    RefuseValue(name, "(width, height) in whole pixels", *size);
+  return {static_cast<int>(sides->x()), static_cast<int>(sides->y())};
+}
+
+std::optional<Eigen::Vector2d> PairOf(const OptionalPair& pair, const char* name) {
+  if (!pair) return std::nullopt;
+  const auto numbers = NumbersOfPair(*pair);
+  if (!numbers) RefuseValue(name, "two numbers", *pair);
+  return numbers;
+}
+
+std::uint64_t WholeOf(const Whole& value, const char* name, std::uint64_t most) {
+  nb::object whole = nb::steal(PyNumber_Index(value.ptr()));
+  if (!whole.is_valid()) {
+    PyErr_Clear();
+    const std::optional<double> number = NumberOf(value);  // 1e4, say.
+    if (number && *number == std::floor(*number)) whole = nb::steal(PyLong_FromDouble(*number));
+  }
+  const std::uint64_t result = whole.is_valid() ? PyLong_AsUnsignedLongLong(whole.ptr()) : 0;
+  const bool fits = whole.is_valid() && PyErr_Occurred() == nullptr && result <= most;
+  PyErr_Clear();
+  if (!fits) RefuseValue(name, "a whole number from 0 to " + std::to_string(most), value);
+  return result;
+}
+
+double RealOf(const Real& value, const char* name) {
+  const std::optional<double> number = NumberOf(value);
+  if (!number) RefuseValue(name, "a number", value);
+  return *number;
+}
+
+bool TruthOf(const Truth& value, const char* name) {
+  if (!PyBool_Check(value.ptr()) && !nb::isinstance(value, nb::module_::import_("numpy").attr("bool_")))
+    RefuseValue(name, "True or False", value);
+  return nb::cast<bool>(nb::bool_(value));
+}
 
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
                   const OptionalSize& size2, const OptionalArray& similarities) {
@@ -89,9 +180,11 @@ Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray&
   matches.points1 = Points2(x1, "x1");
   matches.points2 = Rows<2>(x2, "x2", matches.points1.rows());
   matches.match_ratios = Ratios(ratio, matches.points1.rows());
-  matches.size1 = SizeOf(size1);
-  matches.size2 = SizeOf(size2);
+  matches.size1 = SizeOf(size1, "size1");
+  matches.size2 = SizeOf(size2, "size2");
   if (similarities) matches.similarities = Rows<2>(*similarities, "similarities", matches.points1.rows());
+  LeaveOutMasked(ratio, matches.match_ratios, &matches.points1);
+  LeaveOutMasked(similarities, matches.similarities, &matches.points1);
   return matches;
 }
 
@@ -100,6 +193,7 @@ ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, 
   points.points3d = Points3(points3d, "points3d");
   points.points2d = Rows<2>(points2d, "points2d", points.points3d.rows());
   points.match_ratios = Ratios(ratio, points.points3d.rows());
+  LeaveOutMasked(ratio, points.match_ratios, &points.points2d);
   return points;
 }
 
@@ -109,7 +203,11 @@ void SetPackagedModels(const std::filesystem::path& folder) {
 }
 
 std::string ModelsFolder(const OptionalPath& given) {
-  if (given) return given->string();
+  if (given) {
+    std::filesystem::path folder;
+    if (!nb::try_cast(*given, folder)) RefuseValue("models_folder", "a path", *given);
+    return folder.string();
+  }
   // Said here rather than left to the library's order, in which models that another version installed beside the
   // interpreter (/usr/share/diffsac) would come first.
   const char* models = std::getenv("DIFFSAC_MODELS");

@@ -1,7 +1,11 @@
 // The functions of diffsac/diffsac.h, with numpy in and out.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/filesystem.h>
 
 #include <array>
+#include <cstring>
+#include <limits>
+#include <string>
 
 #include "arguments.h"
 #include "results.h"
@@ -27,14 +31,20 @@ auto Unlocked(const Call& estimate) {
   return ToPython(result);
 }
 
-void Set(int max_iterations, std::uint64_t seed, EstimateOptions* options) {
-  options->max_iterations = max_iterations;
-  options->seed = seed;
+void Set(const Whole& max_iterations, const Whole& seed, EstimateOptions* options) {
+  options->max_iterations =
+      static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
+  options->seed = WholeOf(seed, "seed", std::numeric_limits<std::uint64_t>::max());
 }
 
-ImageOptions Options(double max_residual_px, int max_iterations, std::uint64_t seed) {
+void SetNetwork(const Truth& use_network, const OptionalPath& models_folder, EstimateOptions* options) {
+  options->use_network = TruthOf(use_network, "use_network");
+  options->models_folder = ModelsFolder(models_folder);
+}
+
+ImageOptions Options(const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
   ImageOptions options;
-  options.max_residual_px = max_residual_px;
+  options.max_residual_px = RealOf(max_residual_px, "max_residual_px");
   Set(max_iterations, seed, &options);
   return options;
 }
@@ -49,13 +59,12 @@ void DefineLearned(nb::module_* module, const char* name, const char* doc, Call 
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
           const OptionalSize& size1, const OptionalSize& size2, const OptionalArray& similarities,
-          double max_residual_px, int max_iterations, bool use_network, const OptionalPath& models_folder,
-          std::uint64_t seed) {
+          const Real& max_residual_px, const Whole& max_iterations, const Truth& use_network,
+          const OptionalPath& models_folder, const Whole& seed) {
         const Matches matches = MatchesOf(x1, x2, ratio, size1, size2, similarities);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         ImageOptions options = Options(max_residual_px, max_iterations, seed);
-        options.use_network = use_network;
-        options.models_folder = ModelsFolder(models_folder);
+        SetNetwork(use_network, models_folder, &options);
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
@@ -69,8 +78,8 @@ void DefineSeveral(nb::module_* module, const char* name, const char* doc, Call 
   module->def(
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalSize& size1, const OptionalSize& size2, double max_residual_px, int max_iterations,
-          std::uint64_t seed) {
+          const OptionalSize& size1, const OptionalSize& size2, const Real& max_residual_px,
+          const Whole& max_iterations, const Whole& seed) {
         const Matches matches = MatchesOf(x1, x2, ratio, size1, size2);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         const ImageOptions options = Options(max_residual_px, max_iterations, seed);
@@ -87,15 +96,15 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
           const OptionalSize& size1, const OptionalSize& size2, const OptionalPair& principal_point1,
-          const OptionalPair& principal_point2, const OptionalPair& prior, double max_residual_px, int max_iterations,
-          std::uint64_t seed) {
+          const OptionalPair& principal_point2, const OptionalPair& prior, const Real& max_residual_px,
+          const Whole& max_iterations, const Whole& seed) {
         const Matches matches = MatchesOf(x1, x2, ratio, size1, size2);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         FocalOptions options;
         static_cast<ImageOptions&>(options) = Options(max_residual_px, max_iterations, seed);
-        if (principal_point1) options.principal_point1 = {principal_point1->first, principal_point1->second};
-        if (principal_point2) options.principal_point2 = {principal_point2->first, principal_point2->second};
-        if (prior) options.prior = FocalPrior{prior->first, prior->second};
+        options.principal_point1 = PairOf(principal_point1, "principal_point1");
+        options.principal_point2 = PairOf(principal_point2, "principal_point2");
+        if (const auto likely = PairOf(prior, "prior")) options.prior = FocalPrior{likely->x(), likely->y()};
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
@@ -109,7 +118,7 @@ void DefineScenePoints(nb::module_* module, const char* name, const char* doc, C
   module->def(
       name,
       [=](const ArrayLike& points3d, const ArrayLike& points2d, const ArrayLike& K, const OptionalArray& ratio,
-          double max_residual_px, int max_iterations, std::uint64_t seed) {
+          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
         const ScenePoints points = ScenePointsOf(points3d, points2d, ratio);
         const Eigen::Matrix3d matrix = Matrix3(K, "K");
         const ImageOptions options = Options(max_residual_px, max_iterations, seed);
@@ -124,9 +133,9 @@ template <class Read, class Call>
 void DefinePoints(nb::module_* module, const char* name, const char* doc, Read read, Call estimate) {
   module->def(
       name,
-      [=](const ArrayLike& points, double max_distance, int max_iterations, std::uint64_t seed) {
+      [=](const ArrayLike& points, const Real& max_distance, const Whole& max_iterations, const Whole& seed) {
         const auto rows = read(points, "points");
-        PointOptions options(max_distance);
+        PointOptions options(RealOf(max_distance, "max_distance"));
         Set(max_iterations, seed, &options);
         return Unlocked([&] { return estimate(rows, options); });
       },
@@ -198,18 +207,17 @@ void DefineOthers(nb::module_* module) {
 void DefineVanishingPoints(nb::module_* module) {
   module->def(
       "estimate_vanishing_points",
-      [](const ArrayLike& segments, const OptionalArray& K, const OptionalSize& size, double max_residual_deg,
-         double least_value, int max_iterations, bool use_network, const OptionalPath& models_folder,
-         std::uint64_t seed) {
+      [](const ArrayLike& segments, const OptionalArray& K, const OptionalSize& size, const Real& max_residual_deg,
+         const Real& least_value, const Whole& max_iterations, const Truth& use_network,
+         const OptionalPath& models_folder, const Whole& seed) {
         const auto rows = Points4(segments, "segments");
         VanishingPointOptions options;
         if (K) options.K = Matrix3(*K, "K");
-        options.size = SizeOf(size);
-        options.max_residual_deg = max_residual_deg;
-        options.least_value = least_value;
+        options.size = SizeOf(size, "size");
+        options.max_residual_deg = RealOf(max_residual_deg, "max_residual_deg");
+        options.least_value = RealOf(least_value, "least_value");
         Set(max_iterations, seed, &options);
-        options.use_network = use_network;
-        options.models_folder = ModelsFolder(models_folder);
+        SetNetwork(use_network, models_folder, &options);
         return Unlocked([&] { return EstimateVanishingPoints(rows, options); });
       },
       "segments"_a, "K"_a = nb::none(), nb::kw_only(), "size"_a = nb::none(),
@@ -225,7 +233,10 @@ void TranslateError(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
-    PyErr_SetString(PyExc_ValueError, error.what());
+    // By its name here.
+    std::string text = error.what();
+    if (text.starts_with("match_ratios: ")) text.replace(0, std::strlen("match_ratios"), "ratio");
+    PyErr_SetString(PyExc_ValueError, text.c_str());
   }
 }
 

@@ -46,6 +46,13 @@ nb::object CostOf(const EstimateReport& cost) {
   return Make("Cost", fields);
 }
 
+template <class Result>
+void SetCounts(const Result& estimate, nb::dict* fields) {
+  (*fields)["cost"] = CostOf(estimate.cost);
+  (*fields)["rows_left_out"] = estimate.rows_left_out;
+  (*fields)["repeated_rows"] = estimate.repeated_rows;
+}
+
 nb::object PoseOf(const RigidMotion& motion) {
   nb::dict fields;
   fields["rotation"] = Array(motion.rotation);
@@ -105,7 +112,7 @@ nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
   fields["log_false_alarms"] = estimate.log_false_alarms;
   fields["inlier_probabilities"] =
       estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
-  fields["cost"] = CostOf(estimate.cost);
+  SetCounts(estimate, &fields);
   return fields;
 }
 
@@ -129,7 +136,7 @@ PyEstimates Several(const ModelsEstimate<Model>& estimate) {
   fields["status"] = StatusOf(estimate.status);
   fields["models"] = kColumns == 1 ? rows : rows.attr("reshape")(count, kRows, kColumns);
   fields["assignment"] = Array(VectorOf(estimate.assignment));
-  fields["cost"] = CostOf(estimate.cost);
+  SetCounts(estimate, &fields);
   return nb::borrow<PyEstimates>(Make("Estimates", fields));
 }
 
@@ -177,7 +184,7 @@ PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate) {
   fields["K"] = estimate.K ? Array(*estimate.K) : nb::none();
   fields["focal"] = estimate.focal ? VanishingFocalOf(*estimate.focal) : nb::none();
   fields["horizon"] = estimate.horizon ? HorizonOf(*estimate.horizon) : nb::none();
-  fields["cost"] = CostOf(estimate.cost);
+  SetCounts(estimate, &fields);
   return nb::borrow<PyVanishingPointsEstimate>(Make("VanishingPointsEstimate", fields));
 }
 

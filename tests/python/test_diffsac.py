@@ -1,6 +1,7 @@
 """The installed module diffsac. DIFFSAC_CPP_ESTIMATES: the program of cpp/; scripts/test_python.sh makes both."""
 
 import importlib.metadata
+import inspect
 import os
 import pathlib
 import pickle
@@ -237,8 +238,6 @@ class TestMistakes(unittest.TestCase):
             (s.x1 > 100, "bool"),
         ):
             self.refused("x1: expected real numbers, got dtype " + dtype, diffsac.estimate_fundamental, array, s.x2)
-        with self.assertRaises(TypeError):
-            diffsac.estimate_fundamental(s.x1, s.x2, seed=-1)
 
     def test_options(self):
         s = self.scene
@@ -256,10 +255,131 @@ class TestMistakes(unittest.TestCase):
         self.assertIs(few.status, diffsac.Status.TOO_FEW_POINTS)
         np.testing.assert_array_equal(few.model, np.zeros((3, 3)))
         self.assertIs(diffsac.estimate_line(np.empty((0, 2)), 1.0).status, diffsac.Status.TOO_FEW_POINTS)
-        s.x1[3, 0] = np.nan
-        estimate = diffsac.estimate_essential(s.x1, s.x2, K, K, s.ratio)
-        self.assertIs(estimate.status, diffsac.Status.DEGENERATE)
-        self.assertIsNone(estimate.pose)
+        flat = diffsac.estimate_essential(s.x1, np.zeros((200, 2)), K, K, s.ratio)
+        self.assertIs(flat.status, diffsac.Status.DEGENERATE)
+        self.assertIsNone(flat.pose)
+
+    def test_trouble_mask_of_length_0(self):
+        x = np.zeros((8, 2))
+        several, vanishing = diffsac.estimate_homographies(x, x), diffsac.estimate_vanishing_points(np.zeros((8, 4)), K)
+        for estimate, labels in (
+            (one := diffsac.estimate_fundamental(x, x), one.inliers),
+            (several, several.assignment),
+            (vanishing, vanishing.assignment),
+        ):
+            self.assertIs(estimate.status, diffsac.Status.DEGENERATE)
+            self.assertEqual(labels.shape, (8,))
+            self.assertFalse(labels.any())
+            self.assertEqual(estimate.repeated_rows, 7)
+
+    def test_trouble_repeated_rows_are_one(self):
+        s = self.scene
+        once = diffsac.estimate_essential(s.x1, s.x2, K, K, s.ratio)
+        thrice = diffsac.estimate_essential(*(np.repeat(x, 3, 0) for x in (s.x1, s.x2)), K, K, np.repeat(s.ratio, 3))
+        np.testing.assert_array_equal(thrice.model, once.model)
+        np.testing.assert_array_equal(thrice.pose_covariance, once.pose_covariance)
+        np.testing.assert_array_equal(thrice.inliers, np.repeat(once.inliers, 3))
+        self.assertEqual(thrice.log_false_alarms, once.log_false_alarms)
+        self.assertEqual((once.repeated_rows, thrice.repeated_rows), (0, 400))
+
+    def test_trouble_masked_rows_are_left_out(self):
+        points = np.ma.array([[0, 0], [1, 0], [2, 0], [3, 0], [0, 9], [1, 8], [2, 7], [3, 6], [4, 5], [5, 4]])
+        points[4:] = np.ma.masked
+        estimate = diffsac.estimate_line(points, 0.1)
+        np.testing.assert_allclose(np.abs(estimate.model), [0, 1, 0], atol=1e-9)
+        np.testing.assert_array_equal(estimate.inliers, np.arange(10) < 4)
+        self.assertEqual(estimate.rows_left_out, 6)
+
+    def test_what_is_masked_or_not_finite_anywhere_is_left_out_alike(self):
+        s = self.scene
+        rows = np.array([3, 50, 51])
+        broken = s.x2.copy()
+        broken[rows, 1] = np.nan
+        expected = diffsac.estimate_essential(s.x1, broken, K, K, s.ratio)
+        self.assertEqual(expected.rows_left_out, 3)
+        self.assertFalse(expected.inliers[rows].any())
+
+        def masked(array):
+            result = np.ma.array(array)
+            result[rows] = np.ma.masked
+            return result
+
+        for x1, x2, ratio, options in (
+            (masked(s.x1), s.x2, s.ratio, {}),
+            (s.x1, masked(s.x2), s.ratio, {}),
+            (s.x1, s.x2, masked(s.ratio), {}),
+        ):
+            estimate = diffsac.estimate_essential(x1, x2, K, K, ratio, **options)
+            np.testing.assert_array_equal(estimate.model, expected.model)
+            np.testing.assert_array_equal(estimate.inliers, expected.inliers)
+            self.assertEqual(estimate.rows_left_out, 3)
+        pose = diffsac.estimate_absolute_pose(s.points3d, s.x2, K, masked(s.ratio))
+        self.assertEqual(pose.rows_left_out, 3)
+
+    def test_trouble_calibrations(self):
+        s = self.scene
+        one = diffsac.estimate_essential(s.x1, s.x2, K, K)
+        twice = diffsac.estimate_essential(s.x1, s.x2, 2 * K, 2 * K)
+        np.testing.assert_array_equal(twice.model, one.model)
+        np.testing.assert_array_equal(twice.inliers, one.inliers)
+        refused = ": expected a calibration matrix (fx s cx, 0 fy cy, 0 0 1), but "
+        self.refused("K1" + refused + "its last column is 0 0 1: it is transposed",
+                     diffsac.estimate_essential, s.x1, s.x2, K.T, K.T)  # fmt: skip
+        self.refused("K2" + refused + "a value of it is not finite",
+                     diffsac.estimate_essentials, s.x1, s.x2, K, np.nan * K)  # fmt: skip
+        self.refused("K" + refused + "its fy is below 0", diffsac.estimate_absolute_pose, s.points3d, s.x2,
+                     K * [[1], [-1], [1]])  # fmt: skip
+
+    def test_trouble_ratios(self):
+        s = self.scene
+        for wrong in (-s.ratio, 300 * s.ratio, np.nan * s.ratio):
+            self.refused("ratio: expected the nearest distance over the second-nearest, from 0 to 1 (of scores give 1 - "
+                         "score), got", diffsac.estimate_fundamental, s.x1, s.x2, wrong)  # fmt: skip
+
+    def test_trouble_messages_are_one_line_that_names_the_option(self):
+        s = self.scene
+        for options, text in (
+            (dict(seed=-1), "seed: expected a whole number from 0 to 18446744073709551615, got -1"),
+            (dict(seed="one"), "got 'one'"),
+            (dict(seed=None), "seed: expected a value, got None"),
+            (dict(max_iterations=1.5), "max_iterations: expected a whole number from 0 to 10000000, got 1.5"),
+            (dict(max_residual_px="1"), "max_residual_px: expected a number, got '1'"),
+            (dict(use_network="no"), "use_network: expected True or False, got 'no'"),
+            (dict(models_folder=5), "models_folder: expected a path, got 5"),
+            (dict(size1=(480, 640, 3)), "size1: expected (width, height) in whole pixels, got (480, 640, 3)"),
+            (dict(size2=(640.5, 480)), "size2: expected (width, height) in whole pixels, got (640.5, 480)"),
+            (dict(ratio=[[1, 2], [3]]), "ratio: expected real numbers, got [[1, 2], [3]]"),
+        ):
+            with self.assertRaises(ValueError) as context:
+                diffsac.estimate_fundamental(s.x1, s.x2, **options)
+            self.assertIn(text, str(context.exception))
+            self.assertNotIn("\n", str(context.exception))
+        for arguments, options, text in (
+            ((s.x1,), {}, "estimate_fundamental: missing a required argument: 'x2'"),
+            ((s.x1, s.x2), dict(sead=1), "estimate_fundamental: no argument 'sead'; did you mean 'seed'?"),
+            ((s.x1, s.x2), dict(zzz=1), "no argument 'zzz'; there are x1, x2, ratio, size1"),
+            ((s.x1, s.x2, s.ratio, 1), {}, "too many positional arguments: x1, x2, ratio, and all others by name"),
+        ):
+            with self.assertRaises(TypeError) as context:
+                diffsac.estimate_fundamental(*arguments, **options)
+            self.assertIn(text, str(context.exception))
+            self.assertNotIn("\n", str(context.exception))
+        self.refused("x1: expected a value, got None", diffsac.estimate_fundamental, None, s.x2)
+
+    def test_numbers_of_any_type_are_options(self):
+        s = self.scene
+        expected = diffsac.estimate_fundamental(s.x1, s.x2, size1=SIZE, size2=SIZE, max_iterations=200, seed=3)
+        other = diffsac.estimate_fundamental(
+            s.x1, s.x2, size1=np.array(SIZE), size2=[640.0, 480.0], max_iterations=2e2, seed=np.uint8(3), max_residual_px=0,
+            use_network=np.bool_(True),
+        )  # fmt: skip
+        np.testing.assert_array_equal(other.model, expected.model)
+
+    def test_signatures_and_pickles_of_functions(self):
+        signature = inspect.signature(diffsac.estimate_line)
+        self.assertEqual(list(signature.parameters), ["points", "max_distance", "max_iterations", "seed"])
+        self.assertEqual(signature.parameters["seed"].default, 0)
+        self.assertIs(pickle.loads(pickle.dumps(diffsac.estimate_line)), diffsac.estimate_line)
 
     def test_models_folder(self):
         s = self.scene

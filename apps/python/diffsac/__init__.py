@@ -9,32 +9,33 @@ nearest descriptor to that of the second-nearest, lower is better: not needed, b
 greatest residual of an inlier (0: 1 px, homographies 3, absolute poses 4), `max_iterations` how many minimal samples are
 drawn at most (0: what is recommended). The same input, options and seed give the same result.
 
-Bad data is a status of the result. Arguments that make no sense, and models that are not found, are a ValueError. Other
-Python threads run during an estimate.
+Bad data is a status of the result. Arguments that make no sense, and models that are not found, are a ValueError; too few
+or unknown arguments are a TypeError. Rows with values that are not finite, or masked, are left out, and of equal rows one
+counts. Other Python threads run during an estimate.
 """
 
 import os as _os
 
 from . import _native
-from ._native import (
-    estimate_absolute_pose,
-    estimate_absolute_poses,
-    estimate_essential,
-    estimate_essentials,
-    estimate_fundamental,
-    estimate_fundamentals,
-    estimate_homographies,
-    estimate_homography,
-    estimate_line,
-    estimate_lines,
-    estimate_one_focal,
-    estimate_plane,
-    estimate_planes,
-    estimate_shared_focal,
-    estimate_vanishing_points,
-)
+from ._calls import explained as _explained
 from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, SharedFocalEstimate, Status
 from ._results import TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
+
+estimate_absolute_pose = _explained(_native.estimate_absolute_pose)
+estimate_absolute_poses = _explained(_native.estimate_absolute_poses)
+estimate_essential = _explained(_native.estimate_essential)
+estimate_essentials = _explained(_native.estimate_essentials)
+estimate_fundamental = _explained(_native.estimate_fundamental)
+estimate_fundamentals = _explained(_native.estimate_fundamentals)
+estimate_homographies = _explained(_native.estimate_homographies)
+estimate_homography = _explained(_native.estimate_homography)
+estimate_line = _explained(_native.estimate_line)
+estimate_lines = _explained(_native.estimate_lines)
+estimate_one_focal = _explained(_native.estimate_one_focal)
+estimate_plane = _explained(_native.estimate_plane)
+estimate_planes = _explained(_native.estimate_planes)
+estimate_shared_focal = _explained(_native.estimate_shared_focal)
+estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
 __version__: str = _native.VERSION
 _native.set_packaged_models(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "models"))

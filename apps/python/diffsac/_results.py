@@ -15,7 +15,7 @@ class Status(str, enum.Enum):
 
     OK = "ok"
     TOO_FEW_POINTS = "too_few_points"  # Fewer than a minimal set needs.
-    DEGENERATE = "degenerate"  # Values that are not finite, or points that determine no model.
+    DEGENERATE = "degenerate"  # Points that determine no model.
     NO_MODEL = "no_model"  # Models were tried, but none was supported by the data.
     TOO_MANY_POINTS = "too_many_points"
 
@@ -60,12 +60,14 @@ class Estimate:
     status: Status
     model: Floats  # Zero unless the status is OK.
     inliers: NDArray[np.bool_]  # N: which points are inliers of `model`.
-    num_inliers: int
+    num_inliers: int  # Of `inliers`, repeated rows included.
     inlier_threshold: float  # Of these: what was asked for, or less where the noise was found to be less.
     noise_scale: float  # σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
     log_false_alarms: float  # log10 of the number of models with as many inliers that chance would give.
     inlier_probabilities: Optional[NDArray[np.float32]]  # N, by the network before the search; None without one.
     cost: Cost
+    rows_left_out: int  # That have a value that is not finite, or masked.
+    repeated_rows: int  # That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.
 
     @property
     def ok(self) -> bool:
@@ -110,6 +112,8 @@ class Estimates:
     models: Floats  # M × the shape of one model, that of most points first.
     assignment: NDArray[np.int32]  # N: 0 for a point of none, k for one of models[k - 1].
     cost: Cost
+    rows_left_out: int  # As Estimate's.
+    repeated_rows: int
 
     @property
     def ok(self) -> bool:
@@ -150,6 +154,8 @@ class VanishingPointsEstimate:
     focal: Optional[VanishingFocal]  # Found where no K was given.
     horizon: Optional[Horizon]
     cost: Cost
+    rows_left_out: int  # As Estimate's.
+    repeated_rows: int
 
     @property
     def ok(self) -> bool:
