@@ -1,15 +1,14 @@
 #include "data_tools/inspect.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <set>
 
 #include "diffsac/io/correspondence_files.h"
 #include "diffsac/lab/progress.h"
 #include "diffsac/problem/pair_truth.h"
+#include "diffsac/problem/usable_rows.h"
 
 namespace diffsac {
 namespace {
@@ -31,14 +30,6 @@ Spread SpreadOf(std::vector<double> values) {
 double Mean(const std::vector<double>& values) {
   if (values.empty()) return 0.0;
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-std::int64_t CountRepeats(const PointMatrix& points) {
-  std::set<std::array<double, 4>> seen;
-  std::int64_t repeats = 0;
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    repeats += seen.insert({points(i, 0), points(i, 1), points(i, 2), points(i, 3)}).second ? 0 : 1;
-  return repeats;
 }
 
 bool Inside(const PointMatrix& points, int column, const ImageSize& size) {
@@ -88,7 +79,7 @@ class Inspector {
     summary_.pairs += 1;
     if (summary_.contents.empty()) summary_.contents = ContentsOf(pair);
     counts_.push_back(static_cast<double>(problem.points.rows()));
-    summary_.repeats += CountRepeats(problem.points);
+    summary_.repeats += UsableRows(problem).repeated();
     AddShares(pair);
     Check(pair, problem.points.allFinite(), "a coordinate is not finite");
     Check(pair, Inside(problem.points, 0, problem.size1) && Inside(problem.points, 2, problem.size2),
