@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <map>
 
 #include "data_tools/colmap_text.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/colmap_lens.h"
 
@@ -60,6 +62,15 @@ class BinaryReader {
   std::uint64_t position_ = 0;
 };
 
+// A camera that makes no sense costs its images alone.
+void LeaveOutIfBad(const std::function<void()>& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    LogWarning(std::string("left out: ") + error.what());
+  }
+}
+
 // CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
 std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
   BinaryReader reader(path);
@@ -71,10 +82,13 @@ std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
     ColmapCamera camera;
     camera.model = number;
     camera.has_prior_focal_length = true;
-    camera.size.width = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
-    camera.size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
+    const auto width = static_cast<double>(reader.Take<std::uint64_t>());
+    const auto height = static_cast<double>(reader.Take<std::uint64_t>());
     for (int i = 0; i < count; ++i) camera.parameters.push_back(reader.Take<double>());
-    cameras[id] = CameraOfColmap(camera, path);
+    LeaveOutIfBad([&] {
+      camera.size = {PixelCount(width, path), PixelCount(height, path)};
+      cameras[id] = CameraOfColmap(camera, path + ": camera " + std::to_string(id));
+    });
   }
   return cameras;
 }
@@ -83,9 +97,7 @@ std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
 std::map<std::int64_t, LensCamera> ReadCamerasText(const std::string& path) {
   std::map<std::int64_t, LensCamera> cameras;
   ColmapLines reader(path);
-  while (reader.Next()) {
-    const auto words = reader.Words();
-    if (words.empty()) continue;
+  const auto read = [&](const std::vector<std::string_view>& words) {
     if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
     const std::optional<int> model = ColmapModelNumber(words[1]);
     if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
@@ -99,39 +111,47 @@ std::map<std::int64_t, LensCamera> ReadCamerasText(const std::string& path) {
     camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
                    PixelCount(reader.Number(words[3]), reader.Place())};
     cameras[reader.Whole(words[0])] = CameraOfColmap(camera, reader.Place());
-  }
+  };
+  while (reader.Next())
+    if (const auto words = reader.Words(); !words.empty()) LeaveOutIfBad([&] { read(words); });
   return cameras;
 }
 
 // IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
-std::vector<SourceImage> ReadImagesText(const std::string& path, const std::string& images,
-                                        const std::map<std::int64_t, LensCamera>& cameras) {
-  std::vector<SourceImage> result;
+ImageSource ReadImagesText(const std::string& path, const std::string& images,
+                           const std::map<std::int64_t, LensCamera>& cameras) {
+  ImageSource source;
   ColmapLines reader(path);
-  while (reader.Next()) {
-    const auto words = reader.Words();
-    if (words.empty()) continue;
-    if (words.size() != 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+  const auto read = [&](const std::vector<std::string_view>& words) {
+    if (words.size() < 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
     double v[7];
     for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
     const auto pose = PoseOfColmap(v);
-    if (!pose) reader.Fail("expected a pose of finite numbers, with a rotation");
+    if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
     const auto camera = cameras.find(reader.Whole(words[8]));
-    if (camera == cameras.end()) reader.Fail("cameras.txt has no camera " + std::string(words[8]));
-    const std::string file = (fs::path(images) / std::string(words[9])).string();
-    result.push_back({ImageName(file), file, camera->second, pose});
+    if (camera == cameras.end())
+      reader.Fail(reader.After(9) + ": cameras.txt has no camera " + std::string(words[8]) + " that can be used");
+    const std::string file = (fs::path(images) / reader.After(9)).string();
+    return SourceImage{ImageName(file), file, camera->second, pose};
+  };
+  while (reader.Next()) {
+    const auto words = reader.Words();
+    if (words.empty()) continue;
+    const std::string name = reader.After(9);
+    AddImage(
+        name.empty() ? reader.Place() : ImageName(name), [&] { return read(words); }, &source);
     reader.Next();
   }
-  return result;
+  return source;
 }
 
 // IMAGE_ID (int) QW QX QY QZ TX TY TZ (double) CAMERA_ID (int) NAME, and points: X Y (double) POINT3D_ID (64 bit).
-std::vector<SourceImage> ReadImagesBinary(const std::string& model, const std::string& images) {
+ImageSource ReadImagesBinary(const std::string& model, const std::string& images) {
   constexpr std::uint64_t kPointBytes = 24;
   const auto cameras = ReadCamerasBinary((fs::path(model) / "cameras.bin").string());
   const std::string path = (fs::path(model) / "images.bin").string();
   BinaryReader reader(path);
-  std::vector<SourceImage> result;
+  ImageSource source;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     reader.Take<std::int32_t>();
     double values[7];
@@ -139,12 +159,15 @@ std::vector<SourceImage> ReadImagesBinary(const std::string& model, const std::s
     const auto camera = cameras.find(reader.Take<std::int32_t>());
     const std::string file = (fs::path(images) / reader.TakeText()).string();
     reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
-    const auto pose = PoseOfColmap(values);
-    if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
-    if (camera == cameras.end()) throw Error(path + ": " + file + ": cameras.bin has no such camera");
-    result.push_back({ImageName(file), file, camera->second, pose});
+    const auto read = [&] {
+      const auto pose = PoseOfColmap(values);
+      if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
+      if (camera == cameras.end()) throw Error(path + ": " + file + ": cameras.bin has no such camera");
+      return SourceImage{ImageName(file), file, camera->second, pose};
+    };
+    AddImage(ImageName(file), read, &source);
   }
-  return result;
+  return source;
 }
 
 }  // namespace
@@ -188,7 +211,7 @@ std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
   return path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
 }
 
-std::vector<SourceImage> ReadColmapModel(const std::string& folder, const std::string& images) {
+ImageSource ReadColmapModel(const std::string& folder, const std::string& images) {
   const std::string binary = FindColmapModel(folder, ".bin");
   if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images);
   const fs::path model = ColmapModelFolder(folder);

@@ -106,6 +106,8 @@ class PointSetsDataset : public Dataset, public HasPointSources {
 
  private:
   void Add(const PointSetsOptions& options, const std::string& file, PointSet set) {
+    if (set.points.cols() == 2 && PointDimension(task_) == 3 && !set.columns.empty())
+      throw Error(file + ": no column z, which the task " + ToString(task_) + " needs; its columns are " + set.columns);
     if (set.points.cols() != PointDimension(task_))
       throw Error(file + ": " + set.name + " has " + std::to_string(set.points.cols()) + " columns, but the task " +
                   ToString(task_) + " needs " + std::to_string(PointDimension(task_)));
