@@ -62,19 +62,32 @@ class BinaryReader {
   std::uint64_t position_ = 0;
 };
 
-// A camera that makes no sense costs its images alone.
-void LeaveOutIfBad(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const Error& error) {
-    LogWarning(std::string("left out: ") + error.what());
+// By their ids: the cameras of a model, and what is wrong with those that make no sense, which costs their images
+// alone.
+struct ModelCameras {
+  std::map<std::int64_t, LensCamera> cameras;
+  std::map<std::int64_t, std::string> problems;
+
+  void Read(std::int64_t id, const std::function<LensCamera()>& read) {
+    try {
+      cameras[id] = read();
+    } catch (const Error& error) {
+      problems[id] = error.what();
+    }
   }
-}
+
+  const LensCamera& Of(std::int64_t id, const std::string& place) const {
+    if (const auto camera = cameras.find(id); camera != cameras.end()) return camera->second;
+    const auto problem = problems.find(id);
+    if (problem != problems.end()) throw Error(problem->second);
+    throw Error(place + " has no camera " + std::to_string(id));
+  }
+};
 
 // CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
-std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
+ModelCameras ReadCamerasBinary(const std::string& path) {
   BinaryReader reader(path);
-  std::map<std::int64_t, LensCamera> cameras;
+  ModelCameras cameras;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     const auto id = reader.Take<std::int32_t>(), number = reader.Take<std::int32_t>();
     const int count = ColmapParameterCount(number);
@@ -85,41 +98,48 @@ std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
     const auto width = static_cast<double>(reader.Take<std::uint64_t>());
     const auto height = static_cast<double>(reader.Take<std::uint64_t>());
     for (int i = 0; i < count; ++i) camera.parameters.push_back(reader.Take<double>());
-    LeaveOutIfBad([&] {
+    cameras.Read(id, [&] {
       camera.size = {PixelCount(width, path), PixelCount(height, path)};
-      cameras[id] = CameraOfColmap(camera, path + ": camera " + std::to_string(id));
+      return CameraOfColmap(camera, path);
     });
   }
   return cameras;
 }
 
 // CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
-std::map<std::int64_t, LensCamera> ReadCamerasText(const std::string& path) {
-  std::map<std::int64_t, LensCamera> cameras;
+LensCamera ReadCamera(const ColmapLines& reader) {
+  const auto words = reader.Words();
+  if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
+  const std::optional<int> model = ColmapModelNumber(words[1]);
+  if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
+  ColmapCamera camera;
+  camera.model = *model;
+  camera.has_prior_focal_length = true;
+  const int count = ColmapParameterCount(*model);
+  if (words.size() != 4 + static_cast<std::size_t>(count))
+    reader.Fail("expected " + std::to_string(count) + " parameters");
+  for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
+  camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
+                 PixelCount(reader.Number(words[3]), reader.Place())};
+  return CameraOfColmap(camera, reader.Place());
+}
+
+ModelCameras ReadCamerasText(const std::string& path) {
+  ModelCameras cameras;
   ColmapLines reader(path);
-  const auto read = [&](const std::vector<std::string_view>& words) {
-    if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
-    const std::optional<int> model = ColmapModelNumber(words[1]);
-    if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
-    ColmapCamera camera;
-    camera.model = *model;
-    camera.has_prior_focal_length = true;
-    const int count = ColmapParameterCount(*model);
-    if (words.size() != 4 + static_cast<std::size_t>(count))
-      reader.Fail("expected " + std::to_string(count) + " parameters");
-    for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
-    camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
-                   PixelCount(reader.Number(words[3]), reader.Place())};
-    cameras[reader.Whole(words[0])] = CameraOfColmap(camera, reader.Place());
-  };
-  while (reader.Next())
-    if (const auto words = reader.Words(); !words.empty()) LeaveOutIfBad([&] { read(words); });
+  while (reader.Next()) {
+    if (reader.Words().empty()) continue;
+    try {
+      cameras.Read(reader.Whole(reader.Words()[0]), [&] { return ReadCamera(reader); });
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());  // Nobody knows whose it is.
+    }
+  }
   return cameras;
 }
 
 // IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
-ImageSource ReadImagesText(const std::string& path, const std::string& images,
-                           const std::map<std::int64_t, LensCamera>& cameras) {
+ImageSource ReadImagesText(const std::string& path, const std::string& images, const ModelCameras& cameras) {
   ImageSource source;
   ColmapLines reader(path);
   const auto read = [&](const std::vector<std::string_view>& words) {
@@ -128,11 +148,9 @@ ImageSource ReadImagesText(const std::string& path, const std::string& images,
     for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
     const auto pose = PoseOfColmap(v);
     if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
-    const auto camera = cameras.find(reader.Whole(words[8]));
-    if (camera == cameras.end())
-      reader.Fail(reader.After(9) + ": cameras.txt has no camera " + std::string(words[8]) + " that can be used");
+    const LensCamera& camera = cameras.Of(reader.Whole(words[8]), reader.Place() + ": cameras.txt");
     const std::string file = (fs::path(images) / reader.After(9)).string();
-    return SourceImage{ImageName(file), file, camera->second, pose};
+    return SourceImage{ImageName(file), file, camera, pose};
   };
   while (reader.Next()) {
     const auto words = reader.Words();
@@ -156,14 +174,13 @@ ImageSource ReadImagesBinary(const std::string& model, const std::string& images
     reader.Take<std::int32_t>();
     double values[7];
     for (double& value : values) value = reader.Take<double>();
-    const auto camera = cameras.find(reader.Take<std::int32_t>());
+    const auto id = reader.Take<std::int32_t>();
     const std::string file = (fs::path(images) / reader.TakeText()).string();
     reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
     const auto read = [&] {
       const auto pose = PoseOfColmap(values);
       if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
-      if (camera == cameras.end()) throw Error(path + ": " + file + ": cameras.bin has no such camera");
-      return SourceImage{ImageName(file), file, camera->second, pose};
+      return SourceImage{ImageName(file), file, cameras.Of(id, path + ": " + file + ": cameras.bin"), pose};
     };
     AddImage(ImageName(file), read, &source);
   }
@@ -208,7 +225,10 @@ std::optional<RigidMotion> PoseOfColmap(const double* values) {
 }
 
 std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
-  return path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+  ModelCameras read = path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+  if (read.cameras.empty() && !read.problems.empty()) throw Error(read.problems.begin()->second);
+  for (const auto& [id, problem] : read.problems) LogWarning("left out: " + problem);
+  return std::move(read.cameras);
 }
 
 ImageSource ReadColmapModel(const std::string& folder, const std::string& images) {

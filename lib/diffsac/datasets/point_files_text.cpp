@@ -145,14 +145,16 @@ class TextReader {
   void Choose(std::string_view line) {
     const int x = Find("x"), y = Find("y"), z = Find("z");
     const std::size_t count = Split(line, names_.size()).size();
-    // R gives the column of row names no name.
-    const std::size_t shift = count == names_.size() + 1 && (separator_ == ' ' || separator_ == '\t') ? 1 : 0;
+    // R gives the column of row names, in quotes or counted, no name.
+    const std::string_view first = SplitWords(line, kSeparators)[0];
+    const bool named_row = first[0] == '"' || first.find_first_not_of("0123456789") == std::string_view::npos;
+    const std::size_t shift = count == names_.size() + 1 && separator_ != ',' && named_row ? 1 : 0;
     if (x >= 0 && y >= 0) {
       for (const int column : {x, y, z})
         if (column >= 0) chosen_.push_back(static_cast<std::size_t>(column) + shift);
-    } else if (count == names_.size() + shift) {
+    } else if (count == names_.size()) {
       for (std::size_t i = 0; i < names_.size(); ++i)
-        if (!IsIndexName(NameOf(names_[i]))) chosen_.push_back(i + shift);
+        if (!IsIndexName(NameOf(names_[i]))) chosen_.push_back(i);
       if (chosen_.size() < 2 || chosen_.size() > 3) chosen_.clear();
     }
     if (!chosen_.empty()) columns_ = names_.size() + shift;
