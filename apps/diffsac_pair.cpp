@@ -28,6 +28,7 @@
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/report/command_line.h"
+#include "diffsac/report/html_report.h"
 #include "diffsac/report/pair_text.h"
 
 namespace {

@@ -187,7 +187,7 @@ TEST_CASE("colmap database: in a folder that cannot be written") {
 TEST_CASE("colmap database: another schema, missing rows") {
   CHECK(Spoiled(Sql("SELECT 1")) == "");
   CHECK(Has(Spoiled(Sql("DROP TABLE matches")), "no table 'matches'"));
-  CHECK(Has(Spoiled(Sql("ALTER TABLE images DROP COLUMN name")), "table 'images' has no column 'name'"));
+  CHECK(Has(Spoiled(Sql("ALTER TABLE images DROP COLUMN camera_id")), "table 'images' has no column 'camera_id'"));
   // Reading needs none of it; writing does.
   CHECK(Spoiled(Sql("ALTER TABLE two_view_geometries DROP COLUMN qvec")) == "");
   TemporaryFolder folder;

@@ -106,8 +106,13 @@ class TextReader {
   bool TakeHeader(std::string_view line) {
     const auto words = SplitWords(WithoutComment(line), kSeparators);
     const char separator = SeparatorOf(line);
-    const bool unnamed = (separator == ',' || separator == ';') && CellsOf(line, separator)[0].empty();
-    if (!unnamed && std::any_of(words.begin(), words.end(), IsNumber)) return false;
+    const Cells cells = CellsOf(line, separator);
+    const bool unnamed = separator != ' ' && cells[0].empty(),
+               numbers = std::any_of(words.begin(), words.end(), IsNumber);
+    // "Unnamed: 0" is a name with a number in it.
+    const bool named = std::none_of(cells.begin(), cells.end(), IsNumber) &&
+                       std::any_of(line.begin(), line.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+    if (numbers && !named && !unnamed) return false;
     if (line.starts_with("//")) line.remove_prefix(2);
     SetHeader(line);
     return true;
@@ -146,8 +151,9 @@ class TextReader {
     const int x = Find("x"), y = Find("y"), z = Find("z");
     const std::size_t count = Split(line, names_.size()).size();
     // R gives the column of row names, in quotes or counted, no name.
-    const std::string_view first = SplitWords(line, kSeparators)[0];
-    const bool named_row = first[0] == '"' || first.find_first_not_of("0123456789") == std::string_view::npos;
+    const auto words = SplitWords(line, kSeparators);
+    const std::string_view first = words.empty() ? "x" : words[0];
+    const bool named_row = first.starts_with('"') || first.find_first_not_of("0123456789") == std::string_view::npos;
     const std::size_t shift = count == names_.size() + 1 && separator_ != ',' && named_row ? 1 : 0;
     if (x >= 0 && y >= 0) {
       for (const int column : {x, y, z})
