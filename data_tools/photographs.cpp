@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "diffsac/core/status.h"
 #include "diffsac/io/colmap_database.h"
@@ -56,7 +57,10 @@ std::vector<std::string> PathsOf(const std::vector<std::string>& inputs, const s
     for (const std::string& file : FilesOf(input))
       if (!PassOverOwnPicture(file)) paths.push_back(fs::path(file).lexically_normal().string());
   std::sort(paths.begin(), paths.end());
-  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
+  std::set<std::string> seen;
+  std::erase_if(paths, [&](const std::string& path) {
+    return !seen.insert(fs::absolute(path).lexically_normal().string()).second;
+  });
   return paths;
 }
 

@@ -446,6 +446,11 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
   CHECK(dataset->Get(0).truth.model.size() == 0);
   options.paths.push_back(folder / "a.csv");  // twice the same file: ids stay unique
   CHECK(MakePointSets(options)->Get(2).id == "a.csv#2");
+  // A file of a folder that cannot be read costs no other; one that is named is an error.
+  WriteRaw(folder / "c.csv", "0 0\n1\n");
+  CHECK(MakePointSets(options)->size() == 3);
+  options.paths = {folder / "c.csv"};
+  CHECK(Has(ErrorOf([&] { MakePointSets(options); }), "c.csv:2"));
   TemporaryFolder empty;
   CHECK(Has(ErrorOf([&] { MakePointSets(Options(empty.path())); }), "no point files"));
   CHECK(ErrorOf([&] {
