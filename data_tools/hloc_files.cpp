@@ -236,7 +236,7 @@ HlocFiles ReadHlocFiles(const std::string& features, const std::string& matches)
   }
   if (!files.pairs.empty()) return files;
   for (const HlocImage& image : files.images)
-    if (files.of_bad_images > 0 && !image.problem.empty()) throw Error(image.problem);
+    if (!image.problem.empty()) throw Error(image.problem);
   if (!files.bad_pairs.empty()) throw Error(files.bad_pairs.front());
   throw Error(matches + ": no group of it holds matches0, as hloc's matches do");
 }

@@ -65,12 +65,12 @@ TEST_CASE("a list has the pairs, with images beside it or those that it names") 
 TEST_CASE("a folder has photographs of every format that is read, and not the pictures that were drawn there") {
   const Folder photos;
   WriteSmall(photos.folder / "d.webp");
-  WriteSmall(photos.folder / "E.JP2");
+  WriteSmall(photos.folder / "E.DIB");
   WriteRaw(photos.folder / "f.heic", "not read");
   for (const char* name : {"matches.png", "points.jpg"})
     WritePicture(cv::Mat(8, 10, CV_8UC3, cv::Scalar(1, 2, 3)), photos.folder / name);
   CHECK(ListPhotographs({photos.folder.path()}, "").files ==
-        std::vector<std::string>{"E.JP2", "a-1.png", "b.jpg", "c.jpg", "d.webp"});
+        std::vector<std::string>{"E.DIB", "a-1.png", "b.jpg", "c.jpg", "d.webp"});
   CHECK(ListPhotographs({photos.folder / "*.png", photos.folder / "b.jpg"}, "").files ==
         std::vector<std::string>{"a-1.png", "b.jpg"});
   // They are pictures like others, and ours are replaced; others are not.

@@ -205,9 +205,8 @@ TEST_CASE("a plane far from the origin is printed with digits enough for its own
     record.largest_coordinate = far;
     Cell cell;
     cell.estimates = {record};
-    cell.records = {{}};
     results.cells = {cell};
-    const auto& cells = ModelTable(results).rows.at(0).cells;
+    const std::vector<std::string> cells = ModelTable(results).rows.at(0).cells;
     double distance = std::stod(cells[5]);
     for (int d = 0; d < 3; ++d) distance += std::stod(cells[2 + d]) * point[d];
     return std::abs(distance) > 0.15 * noise;

@@ -8,11 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "diffsac/core/logging.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/point_source.h"
+#include "diffsac/datasets/warn_once.h"
 #include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
@@ -57,7 +57,7 @@ std::vector<std::pair<std::string, PointSet>> ReadPath(const std::string& path) 
       for (PointSet& set : ReadPointFile(file)) sets.emplace_back(file, std::move(set));
     } catch (const Error& error) {
       problem = error.what();
-      if (files.size() > 1) LogWarning("left out: " + problem);
+      if (files.size() > 1) WarnOnce("left out: " + problem);
     }
   }
   if (sets.empty() && !problem.empty()) throw Error(problem);

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/point_files.h"
+#include "diffsac/datasets/warn_once.h"
 #include "diffsac/io/text_scan.h"
 
 namespace diffsac {
@@ -331,8 +331,8 @@ class PlyReader {
       left = values.left() / row;
     }
     if (left > later)
-      LogWarning(path_ + ": the header announces " + std::to_string(elements[vertex].count) +
-                 " points; left out: " + std::to_string(left - later) + " rows more");
+      WarnOnce(path_ + ": the header announces " + std::to_string(elements[vertex].count) +
+               " points; left out: " + std::to_string(left - later) + " rows more");
   }
 
   // Fills row_ with the single values of one line of an element; lists are skipped.

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "diffsac/core/files.h"
-#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/point_files.h"
+#include "diffsac/datasets/warn_once.h"
 #include "diffsac/io/text_scan.h"
 
 namespace diffsac {
@@ -167,8 +167,8 @@ class TextReader {
     if (x >= 0 && y >= 0) return;
     Cells taken;
     for (const std::size_t column : chosen_) taken.push_back(names_[column - shift]);
-    LogWarning(path_ + ": its header names no columns x and y: " +
-               (taken.empty() ? "all are" : Listed(taken) + " are") + " taken in their order");
+    WarnOnce(path_ + ": its header names no columns x and y: " + (taken.empty() ? "all are" : Listed(taken) + " are") +
+             " taken in their order");
   }
 
   /// A row's values: by the header's separator, or another one where that gives as many as the header has names.
