@@ -15,6 +15,7 @@
 #include "data_tools/match_picture.h"
 #include "data_tools/match_two_images.h"
 #include "data_tools/photograph_results.h"
+#include "data_tools/picture.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
@@ -27,6 +28,7 @@
 #include "diffsac/lab/terminal_log.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/report/command_line.h"
+#include "diffsac/report/html_report.h"
 #include "diffsac/report/pair_text.h"
 
 namespace {
@@ -205,8 +207,24 @@ void RequireFolderOf(const std::string& file) {
   if (!folder.empty() && !fs::is_directory(folder, code)) throw Error(file + ": there is no folder " + folder.string());
 }
 
+/// Of both kinds of run.
+std::vector<std::string> InputsOf(const Request& request) {
+  std::vector<std::string> inputs = request.calibration.Inputs();
+  inputs.insert(inputs.end(), {request.list, request.config_path, request.context.checkpoint_override});
+  return inputs;
+}
+
+/// Before any work: what is written must not be what is read.
+void RefuseInputs(const Request& request) {
+  std::vector<std::string> inputs = InputsOf(request);
+  inputs.insert(inputs.end(), request.images.begin(), request.images.end());
+  RefuseInputsAsOutputs({request.picture, request.json, request.matches}, inputs);
+  if (!request.picture.empty()) CheckPictureName(request.picture);
+}
+
 int RunTwo(const Request& request) {
   const std::string task = TaskOf(request);
+  RefuseInputs(request);
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
   const ExperimentOptions experiment = ChosenRow(request, task);
   const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
@@ -238,6 +256,14 @@ void RefuseResults(const Request& request) {
   std::error_code code;
   const bool finished =
       fs::exists(fs::path(request.output) / kPosesFile, code) && !fs::exists(KeypointsFolder(request), code);
+  std::vector<std::string> files;
+  for (const char* name : {kPosesFile, kReportFile, kEstimatesFile, kDatabaseFile, "config.yaml"})
+    files.push_back((fs::path(request.output) / name).string());
+  RefuseInputsAsOutputs(files, InputsOf(request));
+  const bool ours = ProgramOfRun(request.output) == kPairProgram || fs::exists(KeypointsFolder(request), code);
+  for (const std::string& file : files)
+    if (!ours && !request.overwrite && fs::exists(file, code))
+      throw Error(file + ": is there already; --overwrite replaces it, --output DIR writes elsewhere");
   if (finished && !request.overwrite)
     throw Error(request.output + ": holds results already; --overwrite replaces them, --output DIR writes elsewhere");
 }

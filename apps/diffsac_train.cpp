@@ -96,6 +96,13 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
 int Run(const CommandLine& line) {
   diffsac::CheckDevice(line.device);
   diffsac::TrainRequest request = ReadRequest(line);
+  // A run's own configuration may be run again in its folder.
+  std::vector<std::string> outputs;
+  for (const char* name : {"log.txt", "metrics.csv", "report.html", "checkpoints/best.safetensors",
+                           "checkpoints/last.safetensors", "config.yaml"})
+    if (std::string(name) != "config.yaml" || diffsac::ProgramOfRun(request.output).empty())
+      outputs.push_back(request.output + "/" + name);
+  diffsac::RefuseInputsAsOutputs(outputs, {line.config_path, line.weights});
   if (!line.weights.empty()) {
     diffsac::ImportNetwork(request, line.weights);
     std::cout << diffsac::ResultsText(request.output) << std::endl;

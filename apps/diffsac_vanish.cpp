@@ -16,6 +16,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/eval/format.h"
+#include "diffsac/io/own_pictures.h"
 #include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
 #include "diffsac/lab/terminal_log.h"
@@ -122,14 +123,23 @@ std::optional<Photograph> Read(const std::string& path, const Request& request) 
   try {
     return ReadPhotograph(path, request.calibration);
   } catch (const Error& error) {
-    std::cerr << "diffsac_vanish: " << MessageOf(error) << std::endl;
+    if (request.images.size() == 1) throw;
+    LogWarning(std::string("left out: ") + error.what());
     return std::nullopt;
   }
 }
 
 void CheckNames(const Request& request) {
-  if (!request.picture.empty()) CheckPictureName(request.picture);
-  std::vector<std::string> names;
+  std::vector<std::string> names, inputs = request.calibration.Inputs(), outputs = {request.json, request.estimates};
+  inputs.insert(inputs.end(), request.images.begin(), request.images.end());
+  for (const std::string& image : request.images)
+    for (const std::string& file : {request.picture, request.segments})
+      if (!file.empty()) outputs.push_back(FileOf(file, ImageName(image), request.images.size() > 1));
+  RefuseInputsAsOutputs(outputs, inputs);
+  for (const std::string& image : request.images)
+    if (!request.picture.empty())
+      CheckPictureName(FileOf(request.picture, ImageName(image), request.images.size() > 1));
+
   for (const std::string& path : request.images) names.push_back(ImageName(path));
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
@@ -149,13 +159,18 @@ void WriteAll(const Request& request, const std::vector<VanishingImage>& found) 
   WriteSegments(request.estimates, images, estimates);
 }
 
-int Run(const Request& request) {
+int Run(Request request) {
+  if (request.images.size() > 1) std::erase_if(request.images, PassOverOwnPicture);
+  if (request.images.empty()) throw Error("expected an image");
   CheckNames(request);
   std::vector<VanishingImage> found;
   for (const std::string& path : request.images)
     if (const auto photograph = Read(path, request)) found.push_back(Treat(path, *photograph, request));
   if (!found.empty()) WriteAll(request, found);
-  if (found.size() < request.images.size()) return kExitBadInput;
+  if (found.size() < request.images.size() && request.images.size() > 1)
+    LogWarning(std::to_string(request.images.size() - found.size()) + " of " + std::to_string(request.images.size()) +
+               " images were left out");
+  if (found.empty()) return kExitBadInput;
   const bool all = std::all_of(found.begin(), found.end(), [](const VanishingImage& one) { return one.estimate.ok(); });
   return all ? kExitOk : kExitNoModel;
 }
@@ -172,7 +187,9 @@ int main(int argc, char** argv) {
       "  diffsac_vanish hall.jpg\n"
       "  diffsac_vanish street.png --focal 719 --center 607,185 --json street.json\n"
       "  diffsac_vanish photos/*.jpg --picture pictures/found.jpg --estimates found.h5\n"
-      "Exit status: 0 every image has vanishing points, 1 one has none, 2 bad input. More: docs/vanishing_points.md");
+      "Exit status: 0 every image that can be read has vanishing points, 1 one has none, 2 bad input, none can be "
+      "read.\n"
+      "More: docs/vanishing_points.md");
   AddOptions(&app, &request);
   try {
     app.parse(argc, argv);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -56,22 +57,46 @@ std::string PathInList(const std::string& list, const std::string& name) {
   return fs::exists(beside, code) ? beside.string() : fs::path(name).lexically_normal().string();
 }
 
+std::string_view Trimmed(std::string_view text) {
+  const std::size_t start = std::min(text.find_first_not_of(" \t\r"), text.size());
+  return text.substr(start, text.find_last_not_of(" \t\r") + 1 - start);
+}
+
 // A line of a list of pairs.
 struct ListedPair {
   std::string place;  // file and line
   std::string names[2];
 };
 
-std::vector<ListedPair> ReadListedPairs(const std::string& path) {
-  const std::string text = ReadFile(path);
+// The two names of a line: on either side of a tab or a comma, or where both are known; names may have blanks.
+std::vector<std::string> NamesOfLine(std::string_view line, const std::function<bool(const std::string&)>& is_known) {
+  for (const char* separators : {"\t", ",", " \t,"}) {
+    std::vector<std::string> names;
+    for (std::string_view word : SplitWords(line, separators))
+      if (const auto trimmed = Trimmed(word); !trimmed.empty()) names.emplace_back(trimmed);
+    if (names.size() == 2) return names;
+  }
+  std::vector<std::vector<std::string>> found;
+  for (std::size_t at = line.find(' '); at != std::string_view::npos; at = line.find(' ', at + 1)) {
+    std::vector<std::string> names = {std::string(Trimmed(line.substr(0, at))), std::string(Trimmed(line.substr(at)))};
+    if (line[at + 1] != ' ' && is_known(names[0]) && is_known(names[1])) found.push_back(std::move(names));
+  }
+  return found.size() == 1 ? found[0] : std::vector<std::string>();
+}
+
+std::vector<ListedPair> ReadListedPairs(const std::string& path,
+                                        const std::function<bool(const std::string&)>& is_known) {
+  const std::string text = ReadTextFile(path);
   std::vector<ListedPair> pairs;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
-    const auto words = SplitWords(line, " \t,\r");
-    if (words.empty() || words[0].starts_with('#')) continue;
+    line = Trimmed(line);
+    if (line.empty() || line.starts_with('#')) continue;
     const std::string place = path + ":" + std::to_string(number);
-    if (words.size() != 2) throw Error(place + ": expected the names of two images");
-    pairs.push_back({place, {std::string(words[0]), std::string(words[1])}});
+    const std::vector<std::string> names = NamesOfLine(line, is_known);
+    if (names.empty())
+      throw Error(place + ": expected the names of two images; with a tab between them where they have blanks");
+    pairs.push_back({place, {names[0], names[1]}});
   }
   return pairs;
 }
@@ -80,11 +105,17 @@ std::vector<SourcePair> ReadPairList(const std::string& path, const ImageSource&
   const ImageNames names(source);
   std::vector<SourcePair> pairs;
   std::set<std::pair<int, int>> seen;
-  for (const auto& [place, words] : ReadListedPairs(path)) {
+  const auto find = [&](const std::string& name, int* index) {
+    return names.Find(PathInList(path, name), index) || names.Find(name, index);
+  };
+  const auto is_known = [&](const std::string& name) {
+    int index = 0;
+    return find(name, &index);
+  };
+  for (const auto& [place, words] : ReadListedPairs(path, is_known)) {
     int index[2];
     for (int i = 0; i < 2; ++i)
-      if (!names.Find(PathInList(path, words[i]), &index[i]) && !names.Find(words[i], &index[i]))
-        throw Error(place + ": there is no image " + words[i]);
+      if (!find(words[i], &index[i])) throw Error(place + ": there is no image " + words[i]);
     if (index[0] == kLeftOut || index[1] == kLeftOut) continue;
     if (index[0] == index[1]) throw Error(place + ": an image cannot be paired with itself");
     if (!seen.insert({index[0], index[1]}).second) throw Error(place + ": this pair stands there twice");
@@ -143,7 +174,8 @@ std::vector<SourcePair> RandomPairs(const std::vector<SourcePair>& pairs, int co
 std::vector<std::string> ImagesOfList(const std::string& path) {
   std::vector<std::string> images;
   std::set<std::string> seen;
-  for (const ListedPair& pair : ReadListedPairs(path))
+  const auto is_known = [&](const std::string& name) { return fs::is_regular_file(PathInList(path, name)); };
+  for (const ListedPair& pair : ReadListedPairs(path, is_known))
     for (const std::string& name : pair.names)
       if (const std::string image = PathInList(path, name); seen.insert(image).second) images.push_back(image);
   if (images.empty()) throw Error(path + ": it names no images");

@@ -27,6 +27,7 @@ struct MatchedImage {
   PointMatrix keypoints;          // of a calibrated pair: without distortion; NaN where there is no such place
   PointMatrix frames;             // as ColmapDatabase::KeypointFrames
   ColmapDescriptors descriptors;  // only for ratios
+  std::string problem;            // why it cannot be used; empty: it can
 };
 
 // The keypoints in our pixels. Without a calibration they stay where they are seen.
@@ -52,6 +53,7 @@ class SceneOfPairs {
 
  private:
   const MatchedImage& Image(std::int64_t id);
+  void ReadImage(std::int64_t id, MatchedImage* image) const;
   void AddPair(const ColmapPair& pair, CorrespondenceSet* set);
   void AddRatios(CorrespondenceSet* set);
 
@@ -61,12 +63,26 @@ class SceneOfPairs {
   std::map<std::int64_t, std::string> names_;
   std::map<std::int64_t, MatchedImage> images_;
   std::int64_t left_out_ = 0;  // matches
+  std::int64_t bad_images_ = 0;
 };
 
 const MatchedImage& SceneOfPairs::Image(std::int64_t id) {
   const auto [found, is_new] = images_.try_emplace(id);
   MatchedImage& image = found->second;
-  if (!is_new) return image;
+  if (is_new) {
+    try {
+      ReadImage(id, &image);
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());
+      image.problem = error.what();
+      ++bad_images_;
+    }
+  }
+  return image;
+}
+
+void SceneOfPairs::ReadImage(std::int64_t id, MatchedImage* read) const {
+  MatchedImage& image = *read;
   const ColmapCamera& camera = database_.CameraOf(id);
   std::optional<ColmapLens> lens;
   if (calibrated_) lens.emplace(camera, database_.path() + ": camera of " + database_.NameOf(id));
@@ -80,11 +96,12 @@ const MatchedImage& SceneOfPairs::Image(std::int64_t id) {
     if (image.descriptors.rows() == 0)
       throw Error(database_.path() + ": " + database_.NameOf(id) + " has no descriptors, which --ratios needs");
   }
-  return image;
 }
 
 void SceneOfPairs::AddPair(const ColmapPair& pair, CorrespondenceSet* set) {
   const MatchedImage &image1 = Image(pair.image1), &image2 = Image(pair.image2);
+  for (const MatchedImage* image : {&image1, &image2})
+    if (!image->problem.empty()) throw Error(image->problem);
   MatchIndices matches = database_.Matches(pair);
   Example example;
   example.image1 = image1.name;
@@ -123,7 +140,25 @@ void SceneOfPairs::AddRatios(CorrespondenceSet* set) {
 
 CorrespondenceSet SceneOfPairs::Read() {
   CorrespondenceSet set;
-  for (const ColmapPair& pair : pairs) AddPair(pair, &set);
+  std::vector<ColmapPair> kept;
+  std::string problem;
+  for (const ColmapPair& pair : pairs) {
+    try {
+      AddPair(pair, &set);
+      kept.push_back(pair);
+    } catch (const Error& error) {
+      if (problem.empty()) problem = error.what();
+      // An image's problem is told once.
+      if (Image(pair.image1).problem.empty() && Image(pair.image2).problem.empty())
+        LogWarning(std::string("left out: ") + error.what());
+    }
+  }
+  if (kept.empty()) throw Error(problem);
+  if (kept.size() < pairs.size())
+    LogWarning(database_.path() + ": " + std::to_string(bad_images_) + " images and " +
+               std::to_string(pairs.size() - kept.size()) + " of " + std::to_string(pairs.size()) +
+               " pairs were left out");
+  pairs = std::move(kept);
   if (left_out_ > 0)
     LogInfo(database_.path() + ": left out " + std::to_string(left_out_) +
             " matches of keypoints that no camera without distortion sees");

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <map>
 
 #include "data_tools/colmap_text.h"
 #include "data_tools/number_file.h"
 #include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/io/colmap_lens.h"
 
@@ -60,10 +62,32 @@ class BinaryReader {
   std::uint64_t position_ = 0;
 };
 
-// CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
-std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
-  BinaryReader reader(path);
+// By their ids: the cameras of a model, and what is wrong with those that make no sense, which costs their images
+// alone.
+struct ModelCameras {
   std::map<std::int64_t, LensCamera> cameras;
+  std::map<std::int64_t, std::string> problems;
+
+  void Read(std::int64_t id, const std::function<LensCamera()>& read) {
+    try {
+      cameras[id] = read();
+    } catch (const Error& error) {
+      problems[id] = error.what();
+    }
+  }
+
+  const LensCamera& Of(std::int64_t id, const std::string& place) const {
+    if (const auto camera = cameras.find(id); camera != cameras.end()) return camera->second;
+    const auto problem = problems.find(id);
+    if (problem != problems.end()) throw Error(problem->second);
+    throw Error(place + " has no camera " + std::to_string(id));
+  }
+};
+
+// CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
+ModelCameras ReadCamerasBinary(const std::string& path) {
+  BinaryReader reader(path);
+  ModelCameras cameras;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     const auto id = reader.Take<std::int32_t>(), number = reader.Take<std::int32_t>();
     const int count = ColmapParameterCount(number);
@@ -71,80 +95,96 @@ std::map<std::int64_t, LensCamera> ReadCamerasBinary(const std::string& path) {
     ColmapCamera camera;
     camera.model = number;
     camera.has_prior_focal_length = true;
-    camera.size.width = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
-    camera.size.height = PixelCount(static_cast<double>(reader.Take<std::uint64_t>()), path);
+    const auto width = static_cast<double>(reader.Take<std::uint64_t>());
+    const auto height = static_cast<double>(reader.Take<std::uint64_t>());
     for (int i = 0; i < count; ++i) camera.parameters.push_back(reader.Take<double>());
-    cameras[id] = CameraOfColmap(camera, path);
+    cameras.Read(id, [&] {
+      camera.size = {PixelCount(width, path), PixelCount(height, path)};
+      return CameraOfColmap(camera, path);
+    });
   }
   return cameras;
 }
 
 // CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
-std::map<std::int64_t, LensCamera> ReadCamerasText(const std::string& path) {
-  std::map<std::int64_t, LensCamera> cameras;
+LensCamera ReadCamera(const ColmapLines& reader) {
+  const auto words = reader.Words();
+  if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
+  const std::optional<int> model = ColmapModelNumber(words[1]);
+  if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
+  ColmapCamera camera;
+  camera.model = *model;
+  camera.has_prior_focal_length = true;
+  const int count = ColmapParameterCount(*model);
+  if (words.size() != 4 + static_cast<std::size_t>(count))
+    reader.Fail("expected " + std::to_string(count) + " parameters");
+  for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
+  camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
+                 PixelCount(reader.Number(words[3]), reader.Place())};
+  return CameraOfColmap(camera, reader.Place());
+}
+
+ModelCameras ReadCamerasText(const std::string& path) {
+  ModelCameras cameras;
   ColmapLines reader(path);
   while (reader.Next()) {
-    const auto words = reader.Words();
-    if (words.empty()) continue;
-    if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
-    const std::optional<int> model = ColmapModelNumber(words[1]);
-    if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
-    ColmapCamera camera;
-    camera.model = *model;
-    camera.has_prior_focal_length = true;
-    const int count = ColmapParameterCount(*model);
-    if (words.size() != 4 + static_cast<std::size_t>(count))
-      reader.Fail("expected " + std::to_string(count) + " parameters");
-    for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
-    camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
-                   PixelCount(reader.Number(words[3]), reader.Place())};
-    cameras[reader.Whole(words[0])] = CameraOfColmap(camera, reader.Place());
+    if (reader.Words().empty()) continue;
+    try {
+      cameras.Read(reader.Whole(reader.Words()[0]), [&] { return ReadCamera(reader); });
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());  // Nobody knows whose it is.
+    }
   }
   return cameras;
 }
 
 // IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
-std::vector<SourceImage> ReadImagesText(const std::string& path, const std::string& images,
-                                        const std::map<std::int64_t, LensCamera>& cameras) {
-  std::vector<SourceImage> result;
+ImageSource ReadImagesText(const std::string& path, const std::string& images, const ModelCameras& cameras) {
+  ImageSource source;
   ColmapLines reader(path);
-  while (reader.Next()) {
-    const auto words = reader.Words();
-    if (words.empty()) continue;
-    if (words.size() != 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+  const auto read = [&](const std::vector<std::string_view>& words) {
+    if (words.size() < 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
     double v[7];
     for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
     const auto pose = PoseOfColmap(v);
-    if (!pose) reader.Fail("expected a pose of finite numbers, with a rotation");
-    const auto camera = cameras.find(reader.Whole(words[8]));
-    if (camera == cameras.end()) reader.Fail("cameras.txt has no camera " + std::string(words[8]));
-    const std::string file = (fs::path(images) / std::string(words[9])).string();
-    result.push_back({ImageName(file), file, camera->second, pose});
+    if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
+    const LensCamera& camera = cameras.Of(reader.Whole(words[8]), reader.Place() + ": cameras.txt");
+    const std::string file = (fs::path(images) / reader.After(9)).string();
+    return SourceImage{ImageName(file), file, camera, pose};
+  };
+  while (reader.Next()) {
+    const auto words = reader.Words();
+    if (words.empty()) continue;
+    const std::string name = reader.After(9);
+    AddImage(
+        name.empty() ? reader.Place() : ImageName(name), [&] { return read(words); }, &source);
     reader.Next();
   }
-  return result;
+  return source;
 }
 
 // IMAGE_ID (int) QW QX QY QZ TX TY TZ (double) CAMERA_ID (int) NAME, and points: X Y (double) POINT3D_ID (64 bit).
-std::vector<SourceImage> ReadImagesBinary(const std::string& model, const std::string& images) {
+ImageSource ReadImagesBinary(const std::string& model, const std::string& images) {
   constexpr std::uint64_t kPointBytes = 24;
   const auto cameras = ReadCamerasBinary((fs::path(model) / "cameras.bin").string());
   const std::string path = (fs::path(model) / "images.bin").string();
   BinaryReader reader(path);
-  std::vector<SourceImage> result;
+  ImageSource source;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     reader.Take<std::int32_t>();
     double values[7];
     for (double& value : values) value = reader.Take<double>();
-    const auto camera = cameras.find(reader.Take<std::int32_t>());
+    const auto id = reader.Take<std::int32_t>();
     const std::string file = (fs::path(images) / reader.TakeText()).string();
     reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
-    const auto pose = PoseOfColmap(values);
-    if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
-    if (camera == cameras.end()) throw Error(path + ": " + file + ": cameras.bin has no such camera");
-    result.push_back({ImageName(file), file, camera->second, pose});
+    const auto read = [&] {
+      const auto pose = PoseOfColmap(values);
+      if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
+      return SourceImage{ImageName(file), file, cameras.Of(id, path + ": " + file + ": cameras.bin"), pose};
+    };
+    AddImage(ImageName(file), read, &source);
   }
-  return result;
+  return source;
 }
 
 }  // namespace
@@ -185,10 +225,13 @@ std::optional<RigidMotion> PoseOfColmap(const double* values) {
 }
 
 std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
-  return path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+  ModelCameras read = path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+  if (read.cameras.empty() && !read.problems.empty()) throw Error(read.problems.begin()->second);
+  for (const auto& [id, problem] : read.problems) LogWarning("left out: " + problem);
+  return std::move(read.cameras);
 }
 
-std::vector<SourceImage> ReadColmapModel(const std::string& folder, const std::string& images) {
+ImageSource ReadColmapModel(const std::string& folder, const std::string& images) {
   const std::string binary = FindColmapModel(folder, ".bin");
   if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images);
   const fs::path model = ColmapModelFolder(folder);

@@ -54,9 +54,8 @@ std::map<std::string, std::vector<Observation>> ReadObservations(const std::stri
   std::map<std::string, std::vector<Observation>> all;
   ColmapLines lines(path);
   while (lines.Next()) {
-    const auto image = lines.Words();
-    if (image.empty()) continue;
-    std::vector<Observation>& seen = all[ImageName(std::string(image.back()))];
+    if (lines.Words().empty()) continue;
+    std::vector<Observation>& seen = all[ImageName(lines.After(9))];
     if (!lines.Next()) break;
     const auto words = lines.Words();
     if (words.size() % 3 != 0) lines.Fail("expected X Y POINT3D_ID for each keypoint");
@@ -207,6 +206,10 @@ PrepareResult WriteScenePoints(const PairsRequest& request, const std::atomic<bo
   request.options.Check();
   PrepareResult result;
   const ImageSource source = ReadColmap(request.input);
+  for (const LeftOutImage& image : source.left_out) {
+    LogWarning("left out: " + image.problem);
+    result.left_out.push_back(image.problem);
+  }
   const std::string scene = request.scene.empty() ? source.scenes[0].name : request.scene;
   const std::string folder = (fs::path(request.output) / scene).string();
   const std::string path = (fs::path(folder) / "scene_points.h5").string();

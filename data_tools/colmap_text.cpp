@@ -11,7 +11,7 @@ namespace diffsac {
 
 namespace fs = std::filesystem;
 
-ColmapLines::ColmapLines(const std::string& path) : path_(path), text_(ReadFile(path)), rest_(text_) {}
+ColmapLines::ColmapLines(const std::string& path) : path_(path), text_(ReadTextFile(path)), rest_(text_) {}
 
 bool ColmapLines::Next() {
   while (TakeLine(&rest_, &line_)) {
@@ -22,6 +22,12 @@ bool ColmapLines::Next() {
 }
 
 std::vector<std::string_view> ColmapLines::Words() const { return SplitWords(line_, " \t"); }
+
+std::string ColmapLines::After(std::size_t words) const {
+  const auto all = Words();
+  if (all.size() <= words) return "";
+  return {all[words].data(), static_cast<std::size_t>(all.back().data() + all.back().size() - all[words].data())};
+}
 
 std::string ColmapLines::Place() const { return path_ + ":" + std::to_string(number_); }
 

@@ -16,6 +16,8 @@ class ColmapLines {
   /// False at the end. An empty line is a line: that of an image without points.
   bool Next();
   std::vector<std::string_view> Words() const;
+  /// What follows so many words, to the end of the line: a name, which may have blanks.
+  std::string After(std::size_t words) const;
   /// File and line, for messages.
   std::string Place() const;
   /// Throws Error, starting with the place.

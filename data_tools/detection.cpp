@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -49,14 +50,52 @@ void RequireImage(const std::string& path) {
   if (!cv::haveImageReader(path)) throw Error(path + ": not an image, or truncated");
 }
 
+namespace {
+
+/// A whole image of 16 bits whose values use fewer (10 or 12, as cameras have them) would be all but black in 8.
+cv::Mat BytesOfWords(const cv::Mat& image, const std::string& path, int flags) {
+  double most = 0.0, range = 256.0;
+  cv::minMaxLoc(image, nullptr, &most);
+  while (range <= most) range *= 2.0;
+  if (range > 32768.0) return cv::imread(path, flags & ~cv::IMREAD_ANYDEPTH);
+  cv::Mat bytes;
+  image.convertTo(bytes, CV_8U, 256.0 / range);
+  return bytes;
+}
+
+/// Of values of any range: those in [0, 1] or [0, 255] as light, others from the least to the greatest.
+cv::Mat BytesOfNumbers(const cv::Mat& image, const std::string& path) {
+  cv::Mat numbers, finite, bytes;
+  image.convertTo(numbers, CV_32F);
+  finite = (numbers >= std::numeric_limits<float>::lowest()) & (numbers <= std::numeric_limits<float>::max());
+  double low = 0.0, high = 0.0;
+  cv::minMaxLoc(numbers, &low, &high, nullptr, nullptr, finite);
+  if (cv::countNonZero(finite) == 0) throw Error(path + ": no value of it is finite");
+  if (low >= 0.0 && high <= 255.0) {
+    low = 0.0;
+    high = high <= 1.0 ? 1.0 : 255.0;
+  }
+  numbers.setTo(low, ~finite);
+  const double scale = high > low ? 255.0 / (high - low) : 0.0;
+  numbers.convertTo(bytes, CV_8U, scale, -low * scale);
+  return bytes;
+}
+
+}  // namespace
+
 cv::Mat ReadGrayImage(const std::string& path, Orientation orientation) {
   RequireImage(path);
   // First, for libjpeg would say a line of its own about it.
   if (IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
   cv::Mat image;
   try {
-    const bool stored = orientation == Orientation::kAsStored;
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE | (stored ? cv::IMREAD_IGNORE_ORIENTATION : 0));
+    const int flags = cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH |
+                      (orientation == Orientation::kAsStored ? cv::IMREAD_IGNORE_ORIENTATION : 0);
+    image = cv::imread(path, flags);
+    if (image.depth() == CV_16U)
+      image = BytesOfWords(image, path, flags);
+    else if (!image.empty() && image.depth() != CV_8U)
+      image = BytesOfNumbers(image, path);
   } catch (const cv::Exception& e) {
     throw Error(path + ": cannot be read as an image: " + e.err);
   }

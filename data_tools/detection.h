@@ -33,7 +33,9 @@ enum class Orientation {
   kUpright,   ///< As viewers show it, by that flag.
 };
 
-/// The grey values of a file. Throws Error naming the file.
+/// The grey values of a file, in 8 bits. Of 16 bits the range that is used counts, to the next power of two; numbers
+/// with a floating point in [0, 1] and [0, 255] are light, others go from the least to the greatest. Throws Error
+/// naming the file.
 cv::Mat ReadGrayImage(const std::string& path, Orientation orientation = Orientation::kAsStored);
 cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options);
 Detection Detect(const std::string& path, const FeatureOptions& options);

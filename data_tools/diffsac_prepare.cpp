@@ -13,13 +13,16 @@
 #include "data_tools/inspect.h"
 #include "data_tools/match_picture.h"
 #include "data_tools/modelnet_pairs.h"
+#include "data_tools/picture.h"
 #include "data_tools/prepare_segments.h"
 #include "data_tools/run_pairs.h"
 #include "data_tools/tutorial_descriptors.h"
 #include "data_tools/warp_images.h"
+#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_scenes.h"
 #include "diffsac/io/correspondence_files.h"
+#include "diffsac/io/own_pictures.h"
 #include "diffsac/lab/exit_codes.h"
 #include "diffsac/lab/number_checks.h"
 #include "diffsac/lab/run_directory.h"
@@ -198,6 +201,9 @@ void AddInspect(CLI::App* app, InspectRequest* request) {
 
 int DrawPicture(const InspectRequest& request) {
   if (request.folders.size() != 1) throw diffsac::Error("--picture needs one scene");
+  if (!diffsac::IsOwnPicture(request.picture))
+    diffsac::RefuseInputsAsOutputs({request.picture}, {request.folders[0], request.images, request.images + "/images"});
+  diffsac::CheckPictureName(request.picture);
   const diffsac::CorrespondenceScene scene(request.folders[0]);
   const auto& pairs = scene.pairs();
   const auto found = request.pair.empty() ? pairs.begin() : std::find(pairs.begin(), pairs.end(), request.pair);

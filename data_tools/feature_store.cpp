@@ -31,14 +31,14 @@ bool FeatureStore::Prepare(int index, std::string* problem) {
       is_new = true;
     }
     CheckSize(image, raw.size);
+    // What is wrong with a file of imports is said before the work begins.
+    if (imported_) imported_->Read(image.path, raw.size, options_.max_keypoints);
   } catch (const Error& error) {
     *problem = error.what();
     return false;
   }
   if (is_new) cache_.Write(image.name, image.path, raw);
   sizes_[index] = raw.size;
-  // What is wrong with a file of imports is said before the work begins.
-  if (imported_) imported_->Read(image.path, raw.size, options_.max_keypoints);
   return true;
 }
 

@@ -20,7 +20,8 @@ class FeatureStore {
                const std::string& cache_folder);
 
   /// Makes sure that Load gives the features of an image. False, with a line in `problem`, when the image cannot be
-  /// read or has not the size of its calibration. Throws Error for anything else.
+  /// read, has not the size of its calibration, or what is imported of it makes no sense. Throws Error for anything
+  /// else.
   bool Prepare(int image, std::string* problem);
   /// The same for several images on `threads` threads (0: all cores), with a bar of progress; a line for each that was
   /// not prepared, empty for the others. False when `stop` turned true.

@@ -85,24 +85,34 @@ PointMatrix ReadFrames(const GroupFile& file, const std::string& name, std::size
   return frames;
 }
 
+HlocImage ReadImage(const GroupFile& file, const std::string& name) {
+  const Numbers keypoints = *file.Read(name, "keypoints");
+  if (keypoints.shape.size() != 2 || keypoints.shape[1] != 2)
+    throw Error(file.Place(name, "keypoints") + ": expected Nx2, found " + ShapeText(keypoints));
+  HlocImage image{name, {}, {}, {}};
+  image.keypoints = Eigen::Map<const Rows>(keypoints.values.data(), static_cast<Eigen::Index>(keypoints.shape[0]), 2);
+  if (!image.keypoints.allFinite()) throw Error(file.Place(name, "keypoints") + ": a value is not finite");
+  if (const std::optional<Numbers> size = file.Read(name, "image_size")) {
+    const std::vector<double>& v = size->values;
+    if (v.size() != 2 || !(v[0] >= 1.0 && v[0] < 1e9 && v[1] >= 1.0 && v[1] < 1e9))
+      throw Error(file.Place(name, "image_size") + ": expected width and height");
+    image.size = {static_cast<int>(v[0]), static_cast<int>(v[1])};
+  }
+  image.frames = ReadFrames(file, name, static_cast<std::size_t>(image.keypoints.rows()));
+  return image;
+}
+
 std::vector<HlocImage> ReadImages(const std::string& path) {
   const GroupFile file(path);
   std::vector<HlocImage> images;
   for (const std::string& name : file.GroupsWith("keypoints")) {
-    const Numbers keypoints = *file.Read(name, "keypoints");
-    if (keypoints.shape.size() != 2 || keypoints.shape[1] != 2)
-      throw Error(file.Place(name, "keypoints") + ": expected Nx2, found " + ShapeText(keypoints));
-    HlocImage image{name, {}, {}, {}};
-    image.keypoints = Eigen::Map<const Rows>(keypoints.values.data(), static_cast<Eigen::Index>(keypoints.shape[0]), 2);
-    if (!image.keypoints.allFinite()) throw Error(file.Place(name, "keypoints") + ": a value is not finite");
-    if (const std::optional<Numbers> size = file.Read(name, "image_size")) {
-      const std::vector<double>& v = size->values;
-      if (v.size() != 2 || !(v[0] >= 1.0 && v[0] < 1e9 && v[1] >= 1.0 && v[1] < 1e9))
-        throw Error(file.Place(name, "image_size") + ": expected width and height");
-      image.size = {static_cast<int>(v[0]), static_cast<int>(v[1])};
+    try {
+      images.push_back(ReadImage(file, name));
+    } catch (const Error& error) {
+      // Its place among the names stays, so that its pairs are known.
+      images.push_back({name, {}, {}, {}});
+      images.back().problem = error.what();
     }
-    image.frames = ReadFrames(file, name, static_cast<std::size_t>(image.keypoints.rows()));
-    images.push_back(std::move(image));
   }
   if (images.empty()) throw Error(path + ": no group of it holds keypoints, as hloc's features do");
   return images;
@@ -203,16 +213,32 @@ HlocFiles ReadHlocFiles(const std::string& features, const std::string& matches)
   std::set<std::pair<std::size_t, std::size_t>> seen;
   for (const std::string& group : file.GroupsWith("matches0")) {
     HlocPair pair{group, 0, 0, {}, {}};
-    std::tie(pair.image1, pair.image2) = names.Read(group, matches + ": " + group);
+    try {
+      std::tie(pair.image1, pair.image2) = names.Read(group, matches + ": " + group);
+    } catch (const Error& error) {
+      files.bad_pairs.push_back(error.what());
+      continue;
+    }
+    if (!files.images[pair.image1].problem.empty() || !files.images[pair.image2].problem.empty()) {
+      ++files.of_bad_images;
+      continue;
+    }
     if (!seen.insert(std::minmax(pair.image1, pair.image2)).second) {
       ++files.repeated;
       continue;
     }
-    ReadMatches(file, files.images, &pair);
-    files.pairs.push_back(std::move(pair));
+    try {
+      ReadMatches(file, files.images, &pair);
+      files.pairs.push_back(std::move(pair));
+    } catch (const Error& error) {
+      files.bad_pairs.push_back(error.what());
+    }
   }
-  if (files.pairs.empty()) throw Error(matches + ": no group of it holds matches0, as hloc's matches do");
-  return files;
+  if (!files.pairs.empty()) return files;
+  for (const HlocImage& image : files.images)
+    if (!image.problem.empty()) throw Error(image.problem);
+  if (!files.bad_pairs.empty()) throw Error(files.bad_pairs.front());
+  throw Error(matches + ": no group of it holds matches0, as hloc's matches do");
 }
 
 HlocKind KindOfHlocFile(const std::string& path) {

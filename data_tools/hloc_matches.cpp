@@ -44,6 +44,17 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
   HlocFiles files = ReadHlocFiles(features, matches);
   if (files.repeated > 0)
     LogInfo(matches + ": " + std::to_string(files.repeated) + " pairs repeat others the other way round: left out");
+  std::size_t bad_images = 0;
+  for (const HlocImage& image : files.images) {
+    if (image.problem.empty()) continue;
+    LogWarning("left out: " + image.problem);
+    ++bad_images;
+  }
+  for (const std::string& problem : files.bad_pairs) LogWarning("left out: " + problem);
+  if (const std::size_t pairs = files.bad_pairs.size() + static_cast<std::size_t>(files.of_bad_images);
+      bad_images + pairs > 0)
+    LogWarning(std::to_string(bad_images) + " of " + std::to_string(files.images.size()) + " images and " +
+               std::to_string(pairs) + " of " + std::to_string(pairs + files.pairs.size()) + " pairs were left out");
   const std::optional<LensCamera> camera = CameraOf(request.calibration);
   std::map<std::int64_t, std::string> image_files;
   for (std::size_t i = 0; i < files.images.size(); ++i)

@@ -63,7 +63,9 @@ void ImageCameras::ReadColmap() {
     return;
   }
   const fs::path model = fs::is_directory(path, code) ? path : path.parent_path();
-  for (const SourceImage& image : ReadColmapModel(model.string(), ""))
+  const ImageSource source = ReadColmapModel(model.string(), "");
+  for (const LeftOutImage& image : source.left_out) LogWarning("left out: " + image.problem);
+  for (const SourceImage& image : source.images)
     for (std::size_t i = 0; i < paths_.size(); ++i)
       if (EndsIn(paths_[i], image.path)) cameras_[i] = image.camera;
 }

@@ -8,16 +8,24 @@
 #include <filesystem>
 #include <set>
 
+#include "data_tools/colmap_text.h"
 #include "data_tools/image_format.h"
 #include "data_tools/number_file.h"
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
+#include "diffsac/io/own_pictures.h"
 
 namespace diffsac {
 namespace fs = std::filesystem;
 
 std::vector<std::string> ListImages(const std::string& folder) {
-  static const std::set<std::string> kExtensions = {".png", ".jpg", ".jpeg", ".ppm", ".pgm", ".tif", ".tiff", ".bmp"};
+  // What OpenCV reads, as it was built; and what cameras write besides, which is not passed over without a word.
+  static const std::set<std::string> kExtensions = {".png", ".jpg", ".jpeg", ".jpe", ".jp2", ".webp", ".avif", ".bmp",
+                                                    ".dib", ".tif", ".tiff", ".ppm", ".pgm", ".pbm",  ".pnm",  ".pam",
+                                                    ".pxm", ".pfm", ".sr",   ".ras", ".exr", ".hdr",  ".pic",  ".gif"},
+                                     kNotRead = {".heic", ".heif", ".jxl", ".dng", ".cr2", ".cr3",
+                                                 ".nef",  ".arw",  ".orf", ".raf", ".rw2"};
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
   std::vector<std::string> paths;
@@ -25,7 +33,9 @@ std::vector<std::string> ListImages(const std::string& folder) {
     std::string extension = entry.path().extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return std::tolower(c); });
-    if (kExtensions.count(extension) > 0) paths.push_back(entry.path().string());
+    const std::string path = entry.path().string();
+    if (kNotRead.contains(extension)) LogWarning("left out: " + path + ": no format of images that is read");
+    if (kExtensions.contains(extension) && !PassOverOwnPicture(path)) paths.push_back(path);
   }
   if (paths.empty()) throw Error(folder + ": no images in this folder");
   std::sort(paths.begin(), paths.end());
@@ -95,6 +105,18 @@ std::string StepName(const std::string& name, int step) {
 
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
   return CheckedCalibration(ReadMatrixFile(path), path);
+}
+
+std::vector<std::string> GivenCalibration::Inputs() const {
+  std::vector<std::string> inputs = files;
+  inputs.insert(inputs.end(), {file, cameras});
+  std::error_code code;
+  for (const char* extension : {".txt", ".bin"}) {
+    if (cameras.empty()) break;
+    const bool folder = fs::is_directory(cameras, code);
+    inputs.push_back(FindColmapModel(folder ? cameras : fs::path(cameras).parent_path().string(), extension));
+  }
+  return inputs;
 }
 
 bool GivenCalibration::IsGiven() const {

@@ -68,6 +68,8 @@ struct GivenCalibration {
   std::string cameras = {};             ///< COLMAP's cameras.txt, or the folder of a model of it, likewise.
   /// Whether there is anything.
   bool IsGiven() const;
+  /// The files that are read for it, and folders of them, for RefuseInputsAsOutputs.
+  std::vector<std::string> Inputs() const;
 };
 
 // The readers below throw Error with one line that names the file (and its line) when the source as a whole cannot be
@@ -119,7 +121,8 @@ std::vector<std::string> ImagesOfList(const std::string& path);
 /// Error: a source without poses, no pairs left in a scene.
 void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
 
-// For the readers: the image files of a folder in the order of their names. Throws Error when there are none.
+// For the readers: the image files of a folder in the order of their names; pictures that our programs drew, and
+// photographs in formats that are not read, are left out, with a warning each. Throws Error when there are none.
 std::vector<std::string> ListImages(const std::string& folder);
 /// A file's name without its extension and with '_' for '-'.
 std::string ImageName(const std::string& path);

@@ -8,11 +8,15 @@
 namespace diffsac {
 
 ImageSource ReadColmap(const std::string& folder) {
-  ImageSource source;
-  source.images = ReadColmapModel(folder, (std::filesystem::path(folder) / "images").string());
+  ImageSource source = ReadColmapModel(folder, (std::filesystem::path(folder) / "images").string());
   std::sort(source.images.begin(), source.images.end(),
             [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
-  for (std::size_t i = 0; i < source.images.size(); ++i) source.images[i].frame = static_cast<int>(i);
+  std::vector<std::string> names;
+  for (const SourceImage& image : source.images) names.push_back(image.name);
+  for (const LeftOutImage& image : source.left_out) names.push_back(image.name);
+  std::sort(names.begin(), names.end());
+  for (SourceImage& image : source.images)
+    image.frame = static_cast<int>(std::lower_bound(names.begin(), names.end(), image.name) - names.begin());
   AddAllPairs(folder, &source);
   return source;
 }

@@ -34,10 +34,17 @@ ImageSource ReadHomographies(const std::string& folder) {
     SourceScene scene{FolderName(folder), {}};
     for (int n = 2; fs::exists(fs::path(folder) / naming.Matrix(n)); ++n) {
       if (n == 2) source.images.push_back({naming.Image(1), PathOf(images, naming.Image(1), folder), {}, {}});
-      source.images.push_back({naming.Image(n), PathOf(images, naming.Image(n), folder), {}, {}});
-      scene.pairs.push_back({0, n - 1, ReadMatrixFile((fs::path(folder) / naming.Matrix(n)).string())});
+      Eigen::Matrix3d H;
+      const auto read = [&] {
+        H = ReadMatrixFile((fs::path(folder) / naming.Matrix(n)).string());
+        if (!H.allFinite() || H.isZero(0.0)) throw Error(folder + "/" + naming.Matrix(n) + ": expected a homography");
+        return SourceImage{naming.Image(n), PathOf(images, naming.Image(n), folder), {}, {}};
+      };
+      const std::size_t before = source.images.size();
+      AddImage(naming.Image(n), read, &source);
+      if (source.images.size() > before) scene.pairs.push_back({0, static_cast<int>(before), H});
     }
-    if (scene.pairs.empty()) continue;
+    if (source.images.empty()) continue;
     source.scenes.push_back(std::move(scene));
     CheckSource(source, folder);
     return source;

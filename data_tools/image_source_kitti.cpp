@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 // "P0: " and twelve numbers, a row-major 3 × 4 matrix; the left grey camera is the origin, so its left part is K.
 LensCamera ReadCalibration(const std::string& path) {
-  const std::string text = ReadFile(path);
+  const std::string text = ReadTextFile(path);
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
     const auto words = SplitWords(line, " \t");
@@ -38,7 +38,7 @@ struct PoseLine {
 
 // A line that makes no sense costs its frame alone.
 std::vector<PoseLine> ReadPoseLines(const std::string& path) {
-  const std::string text = ReadFile(path);
+  const std::string text = ReadTextFile(path);
   std::vector<PoseLine> lines;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
@@ -79,8 +79,9 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
   ImageSource source;
   std::vector<int> image_of_frame(poses.size(), -1);
   for (const std::string& path : ListImages((folder / "image_0").string())) {
-    const int frame = FrameNumber(path);
+    int frame = -1;
     const auto read = [&] {
+      frame = FrameNumber(path);
       if (frame >= static_cast<int>(poses.size())) throw Error(pose_path + ": no pose for " + path);
       if (!poses[frame].problem.empty()) throw Error(poses[frame].problem);
       return SourceImage{ImageName(path), path, camera, poses[frame].pose};

@@ -26,12 +26,16 @@ std::string ParameterFile(const std::string& folder) {
 
 // IMAGE K (9) R (9) t (3), world-to-camera.
 SourceImage ReadImage(const std::string& folder, const std::vector<std::string_view>& words, const std::string& place) {
-  const std::string path = (fs::path(folder) / std::string(words[0])).string();
+  if (words.size() < 22) throw Error(place + ": expected an image and 21 numbers");
+  // A name may have blanks.
+  const std::string_view* numbers = words.data() + words.size() - 21;
+  const std::string_view last = numbers[-1];
+  const std::string name(words[0].data(), static_cast<std::size_t>(last.data() + last.size() - words[0].data()));
+  const std::string path = (fs::path(folder) / name).string();
   if (!fs::exists(path)) throw Error(place + ": there is no " + path);
-  if (words.size() != 22) throw Error(place + ": expected an image and 21 numbers");
   double v[21];
   for (int i = 0; i < 21; ++i)
-    if (!ParseNumber(words[i + 1], v + i)) throw Error(place + ": '" + std::string(words[i + 1]) + "' is no number");
+    if (!ParseNumber(numbers[i], v + i)) throw Error(place + ": '" + std::string(numbers[i]) + "' is no number");
   SourceImage image{ImageName(path), path, {}, {}};
   LensCamera camera;
   camera.K = MatrixFromRows(v);
@@ -43,7 +47,7 @@ SourceImage ReadImage(const std::string& folder, const std::vector<std::string_v
 }
 
 ImageSource ReadMiddlebury(const PairsRequest& request) {
-  const std::string file = ParameterFile(request.input), text = ReadFile(file);
+  const std::string file = ParameterFile(request.input), text = ReadTextFile(file);
   ImageSource source;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {

@@ -21,7 +21,7 @@ constexpr double kSmallestAngle = 1e-6;  // A camera_angle_x; below it focal len
 
 Json ReadJson(const std::string& path) {
   try {
-    return Json::parse(ReadFile(path));
+    return Json::parse(ReadTextFile(path));
   } catch (const Json::exception& error) {
     throw Error(path + ": not JSON: " + error.what());
   }

@@ -9,7 +9,7 @@
 namespace diffsac {
 
 std::vector<NumberLine> ReadNumberFile(const std::string& path) {
-  const std::string text = ReadFile(path);
+  const std::string text = ReadTextFile(path);
   std::vector<NumberLine> lines;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {

@@ -68,6 +68,37 @@ ColmapCamera ColmapCameraOf(const SourceImage& image, const ImageSize& size) {
   return colmap;
 }
 
+// As the database names them, where only images of pairs are: of two files that differ in their extension alone one may
+// have been left out.
+Photographs NamedByDatabase(Photographs photographs, std::vector<EstimatedPair>* pairs) {
+  std::set<std::string> paired;
+  for (const EstimatedPair& pair : *pairs) paired.insert({pair.example.image1, pair.example.image2});
+  std::map<std::int64_t, std::string> files;
+  std::vector<SourceImage*> images;
+  for (std::size_t i = 0; i < photographs.source.images.size(); ++i) {
+    SourceImage& image = photographs.source.images[i];
+    if (!paired.contains(image.name)) {
+      image.name.clear();
+      continue;
+    }
+    images.push_back(&image);
+    files[static_cast<std::int64_t>(images.size())] = photographs.files[i];
+  }
+  std::map<std::string, std::string> renamed;
+  for (const auto& [id, name] : PairNames(files)) {
+    std::string& old = images[static_cast<std::size_t>(id) - 1]->name;
+    renamed[old] = name;
+    old = name;
+  }
+  for (EstimatedPair& pair : *pairs) {
+    Example& example = pair.example;
+    example.image1 = renamed.at(example.image1);
+    example.image2 = renamed.at(example.image2);
+    example.id = example.image1 + "-" + example.image2;
+  }
+  return photographs;
+}
+
 // Images of a calibration that was given share a camera where it is the same; of others nobody knows who took them.
 NewColmapDatabase DatabaseOf(const Photographs& photographs, const FeatureStore& store,
                              const std::vector<EstimatedPair>& pairs) {
@@ -202,12 +233,13 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
   return text;
 }
 
-void WritePhotographResults(const Photographs& photographs, const FeatureStore& store, std::vector<EstimatedPair> pairs,
+void WritePhotographResults(const Photographs& given, const FeatureStore& store, std::vector<EstimatedPair> pairs,
                             ExperimentOptions experiment, double inlier_threshold_px, const std::string& output,
                             std::ostream& out) {
-  const std::string scene = photographs.source.scenes.at(0).name, folder = FolderOfMatches(output, scene);
+  const std::string scene = given.source.scenes.at(0).name, folder = FolderOfMatches(output, scene);
   const std::size_t asked = pairs.size();
   std::erase_if(pairs, [](const EstimatedPair& pair) { return !pair.done; });
+  const Photographs photographs = NamedByDatabase(given, &pairs);
   // In the order in which the files list them.
   std::sort(pairs.begin(), pairs.end(),
             [](const EstimatedPair& a, const EstimatedPair& b) { return a.example.id < b.example.id; });

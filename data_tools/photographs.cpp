@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "diffsac/core/status.h"
 #include "diffsac/io/colmap_database.h"
+#include "diffsac/io/own_pictures.h"
 
 namespace diffsac {
 namespace {
@@ -52,9 +54,13 @@ std::vector<std::string> PathsOf(const std::vector<std::string>& inputs, const s
   std::vector<std::string> paths;
   if (inputs.empty()) paths = ImagesOfList(list);
   for (const std::string& input : inputs)
-    for (const std::string& file : FilesOf(input)) paths.push_back(fs::path(file).lexically_normal().string());
+    for (const std::string& file : FilesOf(input))
+      if (!PassOverOwnPicture(file)) paths.push_back(fs::path(file).lexically_normal().string());
   std::sort(paths.begin(), paths.end());
-  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
+  std::set<std::string> seen;
+  std::erase_if(paths, [&](const std::string& path) {
+    return !seen.insert(fs::absolute(path).lexically_normal().string()).second;
+  });
   return paths;
 }
 
@@ -62,7 +68,9 @@ std::vector<std::string> PathsOf(const std::vector<std::string>& inputs, const s
 
 Photographs ListPhotographs(const std::vector<std::string>& inputs, const std::string& list) {
   const std::vector<std::string> paths = PathsOf(inputs, list);
-  if (paths.size() < 2) throw Error(inputs.front() + ": expected two images at least, found one");
+  if (paths.size() < 2)
+    throw Error((inputs.empty() ? list : inputs.front()) + ": expected two images at least, found " +
+                (paths.empty() ? "none" : "one"));
   std::vector<fs::path> whole;
   for (const std::string& path : paths) whole.push_back(fs::absolute(path).lexically_normal());
   Photographs photographs;

@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string_view>
 #include <vector>
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "diffsac/io/own_pictures.h"
 
 namespace diffsac {
 
@@ -21,13 +21,14 @@ cv::Mat LightImage(const cv::Mat& gray) {
 void CheckPictureName(const std::string& path) {
   if (std::filesystem::path(path).extension().empty() || !cv::haveImageWriter(path))
     throw Error(path + ": expected a name that ends in .png, .jpg or another format of pictures");
+  RefuseOtherPicture(path);
 }
 
 void WritePicture(const cv::Mat& image, const std::string& path) {
   CheckPictureName(path);
   std::vector<unsigned char> encoded;
   cv::imencode(std::filesystem::path(path).extension().string(), image, encoded);
-  WriteFileAtomically(path, std::string_view(reinterpret_cast<const char*>(encoded.data()), encoded.size()));
+  WriteFileAtomically(path, MarkedAsOwn({reinterpret_cast<const char*>(encoded.data()), encoded.size()}));
 }
 
 }  // namespace diffsac

@@ -1,9 +1,14 @@
 #include "data_tools/run_pairs.h"
 
+#include <filesystem>
+
 #include "data_tools/image_format.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 // Options that the format would not look at are mistakes.
@@ -21,6 +26,17 @@ void CheckRequest(const PairsRequest& request, const ImageFormat& format) {
 
 }  // namespace
 
+void RefuseInputsInScene(const PairsRequest& request, const std::string& folder) {
+  std::error_code code;
+  for (const fs::path input : {request.input, request.options.import_descriptors}) {
+    const bool is_folder = request.format == "hloc" && fs::is_directory(input, code);
+    const fs::path holder = is_folder ? input : fs::absolute(input, code).parent_path();
+    if (!input.empty() && (is_folder || input.extension() == ".h5") && fs::equivalent(holder, folder, code))
+      throw Error("'" + input.string() + "' is an input, and would be replaced in the folder of the scene '" + folder +
+                  "': give another --output or --scene");
+  }
+}
+
 PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop) {
   const ImageFormat& format = Registry<ImageFormat>::Instance().Find(request.format, "--format");
   CheckRequest(request, format);
@@ -33,6 +49,8 @@ PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& sto
       throw Error("--scene: the source has " + std::to_string(source.scenes.size()) + " scenes");
     source.scenes[0].name = request.scene;
   }
+  for (const SourceScene& scene : source.scenes)
+    RefuseInputsInScene(request, (fs::path(request.output) / scene.name).string());
   return PreparePairs(source, request.options, request.output, stop);
 }
 

@@ -23,4 +23,7 @@ struct PairsRequest {
 /// Throws Error.
 PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& stop);
 
+/// Throws Error where an HDF5 file that is read lies in the folder of a scene, whose files are replaced.
+void RefuseInputsInScene(const PairsRequest& request, const std::string& folder);
+
 }  // namespace diffsac

@@ -24,7 +24,7 @@ struct NamedColumns {
   std::string path;
 
   explicit NamedColumns(const std::string& file) : path(file) {
-    std::istringstream text(ReadFile(file));
+    std::istringstream text(ReadTextFile(file));
     std::string line;
     if (!std::getline(text, line)) throw Error(path + ":1: expected the names of the columns");
     std::istringstream heading(line);

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "data_tools/detection.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/io/thumbnails.h"
 
@@ -31,8 +32,12 @@ cv::Mat WithoutDistortion(const cv::Mat& small, const LensCamera& camera, double
 
 std::string ThumbnailOf(const SourceImage& image) {
   // Matches are in the pixels of the file, whatever its orientation flag says.
-  cv::Mat picture = cv::imread(image.path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  const int anything = cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
+  cv::Mat picture = cv::imread(image.path, anything);
   if (picture.empty()) return "";
+  // Of more than 8 bits it is scaled as it is for keypoints.
+  if (picture.depth() != CV_8U) picture = ReadGrayImage(image.path);
+  if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
   const double scale = std::min(1.0, static_cast<double>(kThumbnailSize) / std::max(picture.cols, picture.rows));
   if (scale < 1.0) cv::resize(picture, picture, {}, scale, scale, cv::INTER_AREA);
   if (image.camera && !image.camera->IsStraight()) picture = WithoutDistortion(picture, *image.camera, scale);

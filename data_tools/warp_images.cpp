@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "data_tools/detection.h"
 #include "data_tools/image_source.h"
 #include "data_tools/photograph.h"
 #include "diffsac/core/files.h"
@@ -28,9 +29,9 @@ constexpr double kNearest = 0.6, kFarthest = 1.6;
 double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 cv::Mat ReadReduced(const std::string& path, int max_size) {
-  cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  cv::Mat image = ReadGrayImage(path, Orientation::kUpright);
   const int longer = std::max(image.cols, image.rows);
-  if (image.empty() || max_size == 0 || longer <= max_size) return image;
+  if (max_size == 0 || longer <= max_size) return image;
   const double factor = static_cast<double>(max_size) / longer;
   cv::Mat reduced;
   cv::resize(image, reduced, {}, factor, factor, cv::INTER_AREA);
@@ -116,10 +117,12 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
   int unreadable = 0;
   for (std::int64_t i = 0; i < count && !stop; ++i) {
     const std::string& path = paths[i * size / count];
-    const cv::Mat image = ReadReduced(path, request.max_image_size);
+    cv::Mat image;
     progress.Advance();
-    if (image.empty()) {
-      LogWarning(path + ": not an image that can be read; left out");
+    try {
+      image = ReadReduced(path, request.max_image_size);
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());
       ++unreadable;
       continue;
     }

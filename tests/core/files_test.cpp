@@ -28,6 +28,43 @@ TEST_CASE("WriteFileAtomically writes and replaces, leaving nothing else behind"
   CHECK(folder.NumEntries() == 1);
 }
 
+TEST_CASE("A text's encoding is told, and a byte order mark is passed over") {
+  const TemporaryFolder folder;
+  const std::string file = folder.File("a.csv");
+  const auto read = [&](const std::string& text) {
+    WriteFileAtomically(file, text);
+    return ReadTextFile(file);
+  };
+  CHECK(read("\xEF\xBB\xBFx,y\r\n1,2\r\n") == "x,y\r\n1,2\r\n");
+  CHECK(read("1 2\r3 4\r") == "1 2\n3 4\n");
+  CHECK(read("").empty());
+  CHECK_THROWS_WITH(read(std::string("\xFF\xFEx\0", 4)), Contains("UTF-16LE; expected UTF-8: iconv -f UTF-16 "));
+  CHECK_THROWS_WITH(read(std::string("\xFE\xFF\0x", 4)), Contains("UTF-16BE"));
+  CHECK_THROWS_WITH(read(std::string("1\0,\0", 4)), Contains("UTF-16LE"));
+  CHECK_THROWS_WITH(read(std::string("\xFF\xFE\0\0x\0\0\0", 8)), Contains("UTF-32LE"));
+  CHECK_THROWS_WITH(read(std::string("1,2\n3,\0\0\0", 9)), file + ":2: a zero byte: damaged, or no text");
+  CHECK_THROWS_WITH(ReadTextFile(folder.path()), Contains("cannot read"));
+}
+
+TEST_CASE("No output is an input, however it is spelt or linked") {
+  namespace fs = std::filesystem;
+  const TemporaryFolder folder;
+  const std::string photo = folder.File("a.jpg");
+  WriteFileAtomically(photo, "photo");
+  fs::create_directories(folder.File("sub"));
+  fs::create_symlink("../a.jpg", folder.File("sub/soft.jpg"));
+  fs::create_hard_link(photo, folder.File("sub/hard.jpg"));
+  for (const char* name : {"a.jpg", "sub/../a.jpg", "./a.jpg", "sub/soft.jpg", "sub/hard.jpg"}) {
+    CHECK_THROWS_WITH(RefuseInputsAsOutputs({"", folder.File(name)}, {"", photo}),
+                      "'" + folder.File(name) + "' would be written over an input, '" + photo + "'");
+    CHECK_THROWS_WITH(RefuseInputsAsOutputs({folder.File(name)}, {folder.path()}), Contains("a file of an input"));
+  }
+  CHECK_THROWS_WITH(RefuseInputsAsOutputs({folder.File("new"), folder.File("sub/../new")}, {}),
+                    Contains("are one file, and both would be written"));
+  CHECK_NOTHROW(RefuseInputsAsOutputs({folder.File("new"), folder.File("sub/new"), "/dev/null"},
+                                      {photo, folder.path(), "/dev/null"}));
+}
+
 TEST_CASE("A writer gets a temporary path with the same extension") {
   const TemporaryFolder folder;
   const std::string file = folder.File("model.safetensors");

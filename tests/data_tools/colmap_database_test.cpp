@@ -144,12 +144,38 @@ TEST_CASE("pairs of a COLMAP database: rays that no pinhole camera sees are left
   CHECK(scene.ReadMatchIndices("a-b", 2) == (MatchIndices(2, 2) << 0, 2, 2, 0).finished());
 }
 
+TEST_CASE("pairs of a COLMAP database: a bad image or pair costs no other, and 2016's databases are read") {
+  TemporaryFolder folder;
+  DatabaseMaker maker(folder / "photos.db");
+  FillThree(&maker, true);
+  PairsRequest request = RequestFor(folder);
+  request.options.overwrite = true;
+  const auto pairs = [&] {
+    RunPairs(request, kNeverStop);
+    return CorrespondenceScene(folder / "pairs/photos").pairs();
+  };
+  maker.Run("UPDATE cameras SET model = 99 WHERE camera_id = 2");
+  CHECK(pairs() == std::vector<std::string>{"a_1-sub_b"});
+  maker.Run("UPDATE cameras SET model = 1 WHERE camera_id = 2");
+  maker.Run("UPDATE matches SET cols = 1, rows = 60 WHERE rows = 30");
+  CHECK(pairs() == std::vector<std::string>{"a_1-c"});
+  maker.Run("UPDATE matches SET cols = 2, rows = 30 WHERE rows = 60");
+  maker.Run("ALTER TABLE two_view_geometries RENAME TO inlier_matches");
+  for (const char* column : {"F", "E", "H", "qvec", "tvec"})
+    maker.Run("ALTER TABLE inlier_matches DROP COLUMN " + std::string(column));
+  CHECK(pairs().size() == 2);
+  maker.Run("ALTER TABLE cameras DROP COLUMN prior_focal_length");
+  CHECK(pairs().size() == 2);
+  CHECK_FALSE(CorrespondenceScene(folder / "pairs/photos").Read(0).problem.cameras);
+}
+
 TEST_CASE("pairs of a COLMAP database: mistakes write nothing") {
   TemporaryFolder folder;
   DatabaseMaker maker(folder / "photos.db");
   FillThree(&maker, true);
   const auto error = [&] { return ErrorOf([&] { RunPairs(RequestFor(folder), kNeverStop); }); };
   maker.Run("UPDATE cameras SET model = 99 WHERE camera_id = 2");
+  maker.Run("DELETE FROM matches WHERE pair_id = " + std::to_string(PairId({1, 2})));
   CHECK(Has(error(), "photos.db: camera of image 'c.jpg': unknown camera model 99"));
   maker.Run("UPDATE cameras SET model = 4 WHERE camera_id = 2");
   CHECK(Has(error(), "expected 8 parameters for OPENCV, found 4"));

@@ -87,6 +87,23 @@ TEST_CASE("COLMAP's models: lenses of every kind bend as COLMAP says, and a fish
   }
 }
 
+TEST_CASE(
+    "COLMAP's models: names have blanks, a byte order mark is passed over, a bad image or camera costs no other") {
+  BinaryModel model;
+  WriteRaw(model.root + "/cameras.txt",
+           "\xEF\xBB\xBF# cameras\n1 PINHOLE 10 8 600 600 5 4\n2 PINHOLE 10 8 nan 600 5 4\none PINHOLE 1\n");
+  WriteRaw(model.root + "/images.txt",
+           "1 1 0 0 0 1 2 3 1 IMG 1 (2).png\r\n1 2 -1\r\n2 1 0 0 0 1 2 4 1 d.jpg\n\n3 nan 0 0 0 1 2 4 1 e.jpg\n\n"
+           "4 1 0 0 0 1 2 4 2 f.jpg\n\n5 1 0 0\n\n");
+  const ImageSource source = ReadColmap(model.root);
+  REQUIRE(source.images.size() == 2);
+  CHECK(source.images[0].path == model.root + "/images/IMG 1 (2).png");
+  REQUIRE(source.left_out.size() == 3);
+  CHECK(Has(source.left_out[0].problem, "images.txt:5: e.jpg: expected a pose"));
+  CHECK(Has(source.left_out[1].problem, "cameras.txt:3: expected finite parameters"));
+  CHECK(Has(source.left_out[2].problem, "images.txt:9: expected IMAGE_ID"));
+}
+
 TEST_CASE("COLMAP's binary models: mistakes name the file") {
   BinaryModel model;
   const auto error = [&](const std::string& cameras, const std::string& images) {
@@ -99,7 +116,7 @@ TEST_CASE("COLMAP's binary models: mistakes name the file") {
   CHECK(Has(error(kCameras, images.substr(0, 70)), "images.bin: ends early"));
   CHECK(Has(error(Bytes<std::uint64_t>(1) + Camera(1, 77, {}), images), "77 is not supported"));
   CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 3, {1, 0, 0, 0})),
-            "a.jpg: cameras.bin has no such camera"));
+            "a.jpg: cameras.bin has no camera 3"));
   CHECK(Has(error(kCameras, Bytes<std::uint64_t>(1) + Image("a.jpg", 1, {0, 0, 0, 0})), "with a rotation"));
   for (const double value : {kInfinity, kNaN, 0.0, -500.0})
     CHECK(Has(error(Bytes<std::uint64_t>(1) + Camera(1, 2, {value, 5, 4, 0}), images),

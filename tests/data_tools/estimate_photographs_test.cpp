@@ -144,7 +144,10 @@ TEST_CASE("photographs: the files agree with each other") {
 TEST_CASE("photographs: an image that cannot be read is left out, and one of another size than its camera") {
   Run run;
   WriteFileAtomically(run.photos + "/text.jpg", "no image");
+  // Of the same name but for its extension: those that are left are named by the database.
+  WriteFileAtomically(run.photos + "/v-0.jpg", "no image");
   CHECK_THAT(run.Go(), Contains("photos: 6 pairs, "));
+  CHECK_THAT(ReadFile(run.output + "/poses.csv"), Contains("v-0.png,v-1.png,ok"));
   run.calibration = {};
   run.calibration.cameras = run.folder / "cameras.txt";
   WriteFileAtomically(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");

@@ -154,6 +154,41 @@ TEST_CASE("hloc: a folder with one file of each kind") {
   CHECK(Has(ErrorOf([&] { RunPairs(RequestFor(folder, "absent.h5"), kNeverStop); }), "absent.h5: no such file"));
 }
 
+TEST_CASE("hloc: an image whose keypoints are not finite, or a bad pair, costs no other") {
+  TemporaryFolder folder;
+  WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
+    Eigen::MatrixXd bad = Keypoints(3, 1);
+    bad(1, 0) = std::nan("");
+    PutFeatures(file, "a.jpg", Keypoints(3, 1));
+    PutFeatures(file, "b.jpg", Keypoints(3, 2));
+    PutFeatures(file, "c.jpg", bad);
+    PutFeatures(file, "d.jpg", Keypoints(3, 3));
+  });
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+    for (const char* pair : {"a.jpg/b.jpg", "a.jpg/c.jpg", "b.jpg/c.jpg"}) PutPair(file, pair, {0, 1, -1}, {1, 1, 1});
+    PutPair(file, "a.jpg/d.jpg", {0, 7, -1}, {1, 1, 1});
+  });
+  const HlocFiles files = ReadHlocFiles(folder / "features.h5", folder / "matches.h5");
+  REQUIRE(files.pairs.size() == 1);
+  CHECK(Has(files.images[2].problem, "features.h5: c.jpg/keypoints: a value is not finite"));
+  CHECK(files.of_bad_images == 2);
+  REQUIRE(files.bad_pairs.size() == 1);
+  CHECK(Has(files.bad_pairs[0], "a.jpg/d.jpg/matches0: 7 is no keypoint of d.jpg"));
+  CHECK(RunPairs(RequestFor(folder), kNeverStop).written == 1);
+  CHECK(CorrespondenceScene(folder / "pairs/matches").pairs() == std::vector<std::string>{"a-b"});
+
+  // A scene does not replace what it is made of.
+  PairsRequest request = RequestFor(folder);
+  fs::create_directories(folder / "here");
+  fs::rename(folder / "matches.h5", folder / "here/matches.h5");
+  request.input = folder / "here/matches.h5";
+  request.options.import_descriptors = folder / "features.h5";
+  request.output = folder.path();
+  request.scene = "here";
+  request.options.overwrite = true;
+  CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "is an input"));
+}
+
 TEST_CASE("hloc: mistakes in matches") {
   const auto one = [](const std::string& pair, const std::vector<double>& partners, const std::vector<double>& scores) {
     return MatchesError([&](FeatureFile& file) { PutPair(file, pair, partners, scores); });

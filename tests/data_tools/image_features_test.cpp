@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "data_tools/detection.h"
 #include "data_tools/image_test_util.h"
 #include "data_tools/match_pair.h"
 #include "datasets/data_test_util.h"
@@ -278,6 +279,36 @@ TEST_CASE("places are described by the keypoint that is there, or themselves") {
   places(0, 0) = std::nan("");
   CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not finite"));
   CHECK(Has(ErrorOf([&] { FeatureKindFromString("surf"); }), "'surf'"));
+}
+
+TEST_CASE("twelve bits of sixteen, and values with a floating point, are as bright as eight bits") {
+  TemporaryFolder folder;
+  const cv::Mat bytes = Texture(160, 120, 1);
+  const auto scaled = [&](int type, double factor, double added = 0.0) {
+    cv::Mat image;
+    bytes.convertTo(image, type, factor, added);
+    return image;
+  };
+  WriteImage(folder / "12.png", scaled(CV_16U, 16.0));
+  WriteImage(folder / "10.tif", scaled(CV_16U, 4.0));
+  WriteImage(folder / "16.png", scaled(CV_16U, 257.0));
+  WriteImage(folder / "light.tif", scaled(CV_32F, 1.0 / 255.0));
+  WriteImage(folder / "bytes.tif", scaled(CV_32F, 1.0));
+  for (const char* name : {"12.png", "10.tif", "16.png", "light.tif", "bytes.tif"}) {
+    CAPTURE(name);
+    CHECK(cv::norm(ReadGrayImage(folder / name), bytes, cv::NORM_INF) <= 1.0);
+  }
+  // Of another range, from the least to the greatest; a value that is none is dark.
+  cv::Mat heights = scaled(CV_32F, -3.0, 1000.0);
+  heights.at<float>(0, 0) = std::nanf("");
+  WriteImage(folder / "heights.tif", heights);
+  const cv::Mat read = ReadGrayImage(folder / "heights.tif");
+  double low = 0.0, high = 0.0;
+  cv::minMaxLoc(read, &low, &high);
+  CHECK((low == 0.0 && high == 255.0));
+  CHECK(read.at<unsigned char>(0, 0) == 0);
+  WriteImage(folder / "none.tif", cv::Mat(8, 8, CV_32F, cv::Scalar(std::nan(""))));
+  CHECK(Has(ErrorOf([&] { ReadGrayImage(folder / "none.tif"); }), "none.tif: no value of it is finite"));
 }
 
 TEST_CASE("images without texture have no keypoints, and files that are no images are named") {

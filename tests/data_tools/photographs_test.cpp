@@ -5,6 +5,7 @@
 
 #include "core/temporary_folder.h"
 #include "data_tools/image_test_util.h"
+#include "data_tools/picture.h"
 #include "datasets/data_test_util.h"
 
 namespace diffsac {
@@ -59,6 +60,33 @@ TEST_CASE("a list has the pairs, with images beside it or those that it names") 
   CHECK(Has(ErrorOf([&] { ListPhotographs({}, list); }), "pairs.txt:1: expected the names of two images"));
   WriteRaw(list, "\n");
   CHECK(Has(ErrorOf([&] { ListPhotographs({}, list); }), "pairs.txt: it names no images"));
+}
+
+TEST_CASE("a folder has photographs of every format that is read, and not the pictures that were drawn there") {
+  const Folder photos;
+  WriteSmall(photos.folder / "d.webp");
+  WriteSmall(photos.folder / "E.DIB");
+  WriteRaw(photos.folder / "f.heic", "not read");
+  for (const char* name : {"matches.png", "points.jpg"})
+    WritePicture(cv::Mat(8, 10, CV_8UC3, cv::Scalar(1, 2, 3)), photos.folder / name);
+  CHECK(ListPhotographs({photos.folder.path()}, "").files ==
+        std::vector<std::string>{"E.DIB", "a-1.png", "b.jpg", "c.jpg", "d.webp"});
+  CHECK(ListPhotographs({photos.folder / "*.png", photos.folder / "b.jpg"}, "").files ==
+        std::vector<std::string>{"a-1.png", "b.jpg"});
+  // They are pictures like others, and ours are replaced; others are not.
+  CHECK(cv::imread(photos.folder / "matches.png").cols == 10);
+  CHECK_NOTHROW(CheckPictureName(photos.folder / "matches.png"));
+  CHECK(Has(ErrorOf([&] { WritePicture(cv::Mat(8, 10, CV_8UC3), photos.folder / "b.jpg"); }), "is there already"));
+}
+
+TEST_CASE("names with blanks in a list are found, or told apart by a tab") {
+  const TemporaryFolder folder;
+  for (const char* name : {"IMG 1.png", "IMG 2.png", "c.png"}) WriteSmall(folder / name);
+  for (const char* line : {"IMG 1.png IMG 2.png\n", "IMG 1.png\tIMG 2.png\r\n", "IMG 1.png, IMG 2.png\n"}) {
+    WriteRaw(folder / "pairs.txt", std::string("\xEF\xBB\xBF") + line);
+    CHECK(ListPhotographs({}, folder / "pairs.txt").files == std::vector<std::string>{"IMG 1.png", "IMG 2.png"});
+    CHECK(ListPhotographs({folder.path()}, folder / "pairs.txt").source.scenes.at(0).pairs.size() == 1);
+  }
 }
 
 TEST_CASE("photographs that are not there are named") {

@@ -334,6 +334,58 @@ TEST_CASE("text points: separators, header, comments, NaN") {
   CHECK(Has(ReadErrorOf(folder / "points.docx"), "unknown kind"));
 }
 
+TEST_CASE("columns are taken by the names in a header, an index column is no coordinate") {
+  TemporaryFolder folder;
+  const auto read = [&](const std::string& text, const char* name = "a.csv") {
+    WriteRaw(folder / name, text);
+    return ReadPointFile(folder / name)[0].points;
+  };
+  const PointMatrix space = (PointMatrix(2, 3) << 1, 2, 3, 4, 5, 6).finished(), plane = space.leftCols<2>();
+  for (const char* text :
+       {"z,y,x\n3,2,1\n6,5,4\n", "id,Z,label,Y,X\n7,3,a,2,1\n8,6,\"b,c\",5,4\n",
+        "\"z\" ; \"x\" ; \"y\"\n3;1;2\n6;4;5\n", "x [m],y (m),z{m}\n1,2,3\n4,5,6\n", "# x y z\n1 2 3\n4 5 6\n",
+        "# z,y,x\n3,2,1\n6,5,4\n", ",x,y,z\n0,1,2,3\n1,4,5,6\n", "#,x,y,z\n0,1,2,3\n1,4,5,6\n",
+        "//X Y Z R\n1 2 3 9\n4 5 6 9\n", "\"x\" \"y\" \"z\"\n\"1\" 1 2 3\n\"2\" 4 5 6\n", "x\ty\tz\n1 2 3\n4 5 6\n",
+        "x,y,z,\n1,2,3,\n4,5,6 # last\n", "index,a,b,c\n0,1,2,3\n1,4,5,6\n", ",0,1,2\n0,1,2,3\n1,4,5,6\n",
+        "east,north,up\n1,2,3\n4,5,6\n", "my scan\n1 2 3\n4 5 6\n"}) {
+    CAPTURE(text);
+    CHECK(read(text) == space);
+  }
+  for (const char* text : {"y,x,score\n2,1,9\n5,4,9\n", "Unnamed: 0,u,v\n0,1,2\n1,4,5\n", "id,y\n1,2\n4,5\n"}) {
+    CAPTURE(text);
+    CHECK(read(text) == plane);
+  }
+  CHECK(std::isnan(read("x,y,z\n1,,3\n")(0, 1)));
+  CHECK(std::isnan(read("x,y,z\n1,NA,3\n")(0, 1)));
+  CHECK(Has(ErrorOf([&] { read("x,y,x\n1,2,3\n"); }), "two columns are named x"));
+  CHECK(Has(ErrorOf([&] { read("x,y,z\n1,2\n"); }), "a.csv:2: expected 3 columns as the header has, found 2"));
+  CHECK(Has(ErrorOf([&] { read("x;y\n1,5;2\n"); }), "with a point, not a comma"));
+  CHECK(Has(ErrorOf([&] { read("1,5;2\n"); }), "commas and semicolons in one line"));
+  CHECK(Has(ErrorOf([&] { read(std::string("1\0,\0002\0\n\0", 8)); }), "UTF-16"));
+  WriteRaw(folder / "id_xy.csv", "id,x,y\n1,2,3\n4,5,6\n");
+  CHECK(ErrorOf([&] { MakePointSets(Options(folder / "id_xy.csv", Task::kPlane)); }) ==
+        folder / "id_xy.csv: no column z, which the task plane needs; its columns are 'id', 'x', 'y'");
+}
+
+TEST_CASE("PLY points of another number than the header announces") {
+  TemporaryFolder folder;
+  const std::string path = folder / "a.ply",
+                    header = "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n",
+                    faces = "element face 1\nproperty list uchar int vertex_indices\n";
+  const auto write = [&](const std::string& elements, const std::string& rows) {
+    WriteRaw(path, "ply\nformat ascii 1.0\n" + elements + "end_header\n" + rows);
+    return ErrorOf([&] { ReadPointFile(path); });
+  };
+  CHECK(write(header, "1 2 3\n4 5 6\n7 8 9\n") == "");
+  CHECK(ReadPointFile(path)[0].points.rows() == 2);
+  CHECK(write(header + faces, "1 2 3\n4 5 6\n7 8 9\n3 0 1 1\n") == "");
+  CHECK(ReadPointFile(path)[0].points.rows() == 2);
+  CHECK(Has(write(header, "1 2 3\n"), "truncated: the file ends at vertex 2 of 2"));
+  // Faces were taken for points.
+  CHECK(Has(write(header + faces, "1 2 3\n3 0 1 1\n"), "a.ply:11: vertex 2 of 2 has more values than the header says"));
+  CHECK(Has(write(header, "1 2\n3 4 5\n6\n"), "vertex 1 of 2 has fewer values than the header says"));
+}
+
 TEST_CASE("PLY points: ascii and both byte orders") {
   TemporaryFolder folder;
   for (bool big : {false, true}) {
@@ -394,6 +446,11 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
   CHECK(dataset->Get(0).truth.model.size() == 0);
   options.paths.push_back(folder / "a.csv");  // twice the same file: ids stay unique
   CHECK(MakePointSets(options)->Get(2).id == "a.csv#2");
+  // A file of a folder that cannot be read costs no other; one that is named is an error.
+  WriteRaw(folder / "c.csv", "0 0\n1\n");
+  CHECK(MakePointSets(options)->size() == 3);
+  options.paths = {folder / "c.csv"};
+  CHECK(Has(ErrorOf([&] { MakePointSets(options); }), "c.csv:2"));
   TemporaryFolder empty;
   CHECK(Has(ErrorOf([&] { MakePointSets(Options(empty.path())); }), "no point files"));
   CHECK(ErrorOf([&] {

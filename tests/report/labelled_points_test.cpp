@@ -189,4 +189,30 @@ TEST_CASE("the models of own points are the last table, with their unit") {
   CHECK(ModelTable(MadeUpResults()).rows.empty());
 }
 
+TEST_CASE("a plane far from the origin is printed with digits enough for its own points") {
+  ExperimentResults results;
+  results.experiment.task = Task::kPlane;
+  results.experiment.methods.resize(1);
+  results.experiment.conditions.resize(1);
+  results.experiment.conditions[0].data = ConfigFromYaml("{type: point_sets}");
+  const auto misses = [&](double far, double noise) {
+    const Eigen::Vector3d normal = Eigen::Vector3d(-0.583283781, 0.23611226, -0.777194333).normalized();
+    const Eigen::Vector3d point(0.9 * far, far, 0.01 * far);
+    EstimateRecord record;
+    record.status = Status::kOk;
+    record.model = Eigen::Vector4d(normal[0], normal[1], normal[2], -normal.dot(point));
+    record.noise_scale = noise;
+    record.largest_coordinate = far;
+    Cell cell;
+    cell.estimates = {record};
+    results.cells = {cell};
+    const std::vector<std::string> cells = ModelTable(results).rows.at(0).cells;
+    double distance = std::stod(cells[5]);
+    for (int d = 0; d < 3; ++d) distance += std::stod(cells[2 + d]) * point[d];
+    return std::abs(distance) > 0.15 * noise;
+  };
+  for (const double far : {1e-3, 1.0, 1e3, 5e6, 6.4e6, 1.7e9})
+    for (const double noise : {1e-2, 1e-4}) CHECK_FALSE(misses(far, noise * std::min(far, 1.0)));
+}
+
 }  // namespace diffsac

@@ -31,7 +31,7 @@ void RecordedOptions::Bind(OptionsBinder& b) {
 }
 
 RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(options) {
-  const std::string text = ReadFile(options.recording);
+  const std::string text = ReadTextFile(options.recording);
   std::string_view rest = text, line;
   bool named = false;
   for (std::size_t number = 1; TakeLine(&rest, &line); ++number) {

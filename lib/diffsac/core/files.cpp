@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <exception>
@@ -124,6 +125,34 @@ bool IsDevice(const std::string& path) {
   return !S_ISREG(info.st_mode);
 }
 
+/// The encoding that the first bytes are of; empty for one byte a letter, as in UTF-8.
+std::string WideEncoding(std::string_view text) {
+  using namespace std::string_view_literals;
+  for (const auto& [mark, name] : {std::pair("\xFF\xFE\0\0"sv, "UTF-32LE"), std::pair("\0\0\xFE\xFF"sv, "UTF-32BE"),
+                                   std::pair("\xFF\xFE"sv, "UTF-16LE"), std::pair("\xFE\xFF"sv, "UTF-16BE")})
+    if (text.starts_with(mark)) return name;
+  // Without a mark: letters of ASCII have a zero beside them.
+  if (text.size() < 4 || text.size() % 2 != 0 || (text[0] == '\0') == (text[1] == '\0')) return "";
+  const std::size_t zero = text[0] == '\0' ? 0 : 1;
+  if (text[zero + 2] != '\0' || text[3 - zero] == '\0') return "";
+  return zero == 0 ? "UTF-16BE" : "UTF-16LE";
+}
+
+bool IsOneFile(const fs::path& a, const fs::path& b) {
+  std::error_code code;
+  if (fs::equivalent(a, b, code)) return fs::is_regular_file(a, code);
+  // One of them is not there yet.
+  return !fs::exists(a, code) && !fs::exists(b, code) && fs::weakly_canonical(a, code) == fs::weakly_canonical(b, code);
+}
+
+bool LiesIn(const fs::path& file, const fs::path& folder) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code) || !fs::exists(file, code)) return false;
+  for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code))
+    if (IsOneFile(file, at->path())) return true;
+  return false;
+}
+
 }  // namespace
 
 void WriteFileAtomically(const std::string& path, std::string_view content) {
@@ -148,6 +177,32 @@ std::string ReadFile(const std::string& path) {
     if (count < 0) FailWithErrno("read", path);
     if (count == 0) return content;
     content.append(buffer, static_cast<std::size_t>(count));
+  }
+}
+
+std::string ReadTextFile(const std::string& path) {
+  std::string text = ReadFile(path);
+  if (const std::string encoding = WideEncoding(text); !encoding.empty())
+    throw Error(path + ": its encoding is " + encoding + "; expected UTF-8: iconv -f " + encoding.substr(0, 6) +
+                " -t UTF-8, or 'CSV UTF-8' where a spreadsheet saves it");
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos)
+    throw Error(path + ":" + std::to_string(1 + std::count(text.begin(), text.begin() + zero, '\n')) +
+                ": a zero byte: damaged, or no text");
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
+}
+
+void RefuseInputsAsOutputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
+  for (auto output = outputs.begin(); output != outputs.end(); ++output) {
+    if (output->empty()) continue;
+    for (const std::string& input : inputs)
+      if (!input.empty() && (IsOneFile(*output, input) || LiesIn(*output, input)))
+        throw Error("'" + *output + "' would be written over " +
+                    (IsOneFile(*output, input) ? "an input, '" : "a file of an input, '") + input + "'");
+    for (auto other = outputs.begin(); other != output; ++other)
+      if (!other->empty() && IsOneFile(*output, *other))
+        throw Error("'" + *other + "' and '" + *output + "' are one file, and both would be written");
   }
 }
 

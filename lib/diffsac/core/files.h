@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace diffsac {
 
@@ -17,6 +18,16 @@ void WriteFileAtomically(const std::string& path, const std::function<void(const
 
 /// Throws Error naming the path and the cause.
 std::string ReadFile(const std::string& path);
+
+/// The same of a text in UTF-8: without the byte order mark that some programs put before it, and with "\n" where lines
+/// end in a carriage return alone. Throws Error, too, for UTF-16 and UTF-32, naming the encoding and what helps, and
+/// for a text with zero bytes, naming the line.
+std::string ReadTextFile(const std::string& path);
+
+/// Throws Error, naming both, where one of `outputs` is one of `inputs`, or a file that lies directly in an input that
+/// is a folder, however it is spelt or linked; and where two of the outputs are one file. Empty names are none, devices
+/// may be both.
+void RefuseInputsAsOutputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
 
 /// Removes a file if it is there. Throws Error naming the path and the cause.
 void RemoveFile(const std::string& path);

@@ -1,7 +1,7 @@
 #include "diffsac/datasets/finite_points.h"
 
-#include "diffsac/core/logging.h"
 #include "diffsac/datasets/pair_filter.h"
+#include "diffsac/datasets/warn_once.h"
 
 namespace diffsac {
 
@@ -20,7 +20,7 @@ Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std:
   const std::string text =
       where + ": " + std::to_string(bad) + " of " + std::to_string(points.rows()) + " points are not finite";
   if (non_finite == NonFinitePoints::kError) throw Error(text + " (non_finite: drop leaves such points out)");
-  LogWarning(text + " and are left out");
+  WarnOnce(text + " and are left out");
   return WithRows(example, finite);
 }
 

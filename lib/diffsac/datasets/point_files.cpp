@@ -12,6 +12,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/point_source.h"
+#include "diffsac/datasets/warn_once.h"
 #include "diffsac/lab/dataset_registry.h"
 
 namespace diffsac {
@@ -46,13 +47,21 @@ std::vector<std::string> FilesOf(const std::string& folder) {
   return files;
 }
 
-std::vector<std::string> ExpandPaths(const std::vector<std::string>& paths) {
-  std::vector<std::string> files;
-  for (const std::string& path : paths) {
-    const auto found = fs::is_directory(path) ? FilesOf(path) : std::vector<std::string>{path};
-    files.insert(files.end(), found.begin(), found.end());
+/// The sets of a file, or of the files of a folder; of several one that cannot be read costs no other.
+std::vector<std::pair<std::string, PointSet>> ReadPath(const std::string& path) {
+  const std::vector<std::string> files = fs::is_directory(path) ? FilesOf(path) : std::vector<std::string>{path};
+  std::vector<std::pair<std::string, PointSet>> sets;
+  std::string problem;
+  for (const std::string& file : files) {
+    try {
+      for (PointSet& set : ReadPointFile(file)) sets.emplace_back(file, std::move(set));
+    } catch (const Error& error) {
+      problem = error.what();
+      if (files.size() > 1) WarnOnce("left out: " + problem);
+    }
   }
-  return files;
+  if (sets.empty() && !problem.empty()) throw Error(problem);
+  return sets;
 }
 
 double BoxDiagonal(const PointMatrix& points) {
@@ -94,8 +103,8 @@ void TakeSubset(int count, std::uint64_t seed, Example* example, PointSource* so
 class PointSetsDataset : public Dataset, public HasPointSources {
  public:
   explicit PointSetsDataset(const PointSetsOptions& options) : task_(options.task) {
-    for (const std::string& file : ExpandPaths(options.paths))
-      for (PointSet& set : ReadPointFile(file)) Add(options, file, std::move(set));
+    for (const std::string& path : options.paths)
+      for (auto& [file, set] : ReadPath(path)) Add(options, file, std::move(set));
     if (examples_.empty()) throw Error(options.paths.front() + ": no point sets in this file");
   }
 
@@ -106,6 +115,8 @@ class PointSetsDataset : public Dataset, public HasPointSources {
 
  private:
   void Add(const PointSetsOptions& options, const std::string& file, PointSet set) {
+    if (set.points.cols() == 2 && PointDimension(task_) == 3 && !set.columns.empty())
+      throw Error(file + ": no column z, which the task " + ToString(task_) + " needs; its columns are " + set.columns);
     if (set.points.cols() != PointDimension(task_))
       throw Error(file + ": " + set.name + " has " + std::to_string(set.points.cols()) + " columns, but the task " +
                   ToString(task_) + " needs " + std::to_string(PointDimension(task_)));

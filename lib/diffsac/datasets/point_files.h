@@ -18,6 +18,7 @@ struct PointSet {
   PointMatrix points;             ///< N × 2 or N × 3; NaN and infinities are kept.
   GroundTruth truth;              ///< What the file gives; text and PLY files give none.
   double inlier_threshold = 0.0;  ///< ε, 0 when the file gives none.
+  std::string columns = {};       ///< The names in a text file's header, for messages: "'id', 'x', 'y'".
 };
 
 /// Reads a file by its extension; the readers stand below. All throw Error naming the file (and the line or data set).
@@ -37,7 +38,10 @@ std::vector<PointSet> ReadPointFile(const std::string& path);
 std::vector<PointSet> ReadHdf5Points(const std::string& path);
 
 /// Text: 2 or 3 numbers a line, separated by blanks, tabs, commas or semicolons; `#` starts a comment, empty lines are
-/// skipped, and a first line without any number is a header. "nan" and "inf" are numbers.
+/// skipped, and a first line without any number is a header. "nan" and "inf" are numbers, and under a header empty
+/// values and "NA" are NaN. Columns that a header names x, y and z, in small or capital letters, with a unit in
+/// brackets or without, are taken wherever they stand, and the others are not read. A header without x and y is told of
+/// in a warning: then all columns are taken in their order but those that count the rows (id, index, #, no name).
 PointSet ReadTextPoints(const std::string& path);
 
 /// PLY, ascii or binary of either byte order: the properties x, y and (unless absent) z, of any scalar type, of the

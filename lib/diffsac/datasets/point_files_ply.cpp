@@ -13,6 +13,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/datasets/point_files.h"
+#include "diffsac/datasets/warn_once.h"
 #include "diffsac/io/text_scan.h"
 
 namespace diffsac {
@@ -47,6 +48,21 @@ std::optional<Scalar> ScalarFromName(std::string_view name) {
   for (const Name& known : kNames)
     if (known.name == name) return known.type;
   return std::nullopt;
+}
+
+std::uint64_t BytesOf(Scalar type) {
+  switch (type) {
+    case Scalar::kInt8:
+    case Scalar::kUint8:
+      return 1;
+    case Scalar::kInt16:
+    case Scalar::kUint16:
+      return 2;
+    case Scalar::kDouble:
+      return 8;
+    default:
+      return 4;
+  }
 }
 
 struct Property {
@@ -174,18 +190,41 @@ class ValueReader {
 
   std::size_t left() const { return data_.size(); }
 
+  /// In text a row is a line: of fewer or more values than its element has, all that follow would be another's.
+  void BeginRow() { in_row_ = false; }
+  void EndRow(const std::string& what) const {
+    const std::size_t next = data_.find_first_not_of(" \t\r");
+    if (encoding_ == Encoding::kAscii && in_row_ && next != std::string_view::npos && data_[next] != '\n')
+      FailAt(what + " has more values than the header says");
+  }
+
+  /// How many more lines with something in them there are.
+  std::uint64_t LinesLeft() const {
+    std::string_view rest = data_, line;
+    std::uint64_t count = 0;
+    while (TakeLine(&rest, &line)) count += line.find_first_not_of(" \t\r") != std::string_view::npos ? 1 : 0;
+    return count;
+  }
+
  private:
+  [[noreturn]] void FailAt(const std::string& problem) const {
+    throw Error(path_ + ":" + std::to_string(line_ + 1) + ": " + problem);
+  }
+
   double ReadWord(const std::string& what) {
     std::size_t start = 0;
+    bool ended = false;
     while (start < data_.size() && std::string_view(" \t\r\n").find(data_[start]) != std::string_view::npos)
-      line_ += data_[start++] == '\n';
+      ended = data_[start++] == '\n' || ended;
+    if (start == data_.size()) throw Error(path_ + ": truncated: the file ends at " + what);
+    if (ended && in_row_) FailAt(what + " has fewer values than the header says");
+    line_ += static_cast<int>(std::count(data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(start), '\n'));
     data_.remove_prefix(start);
-    if (data_.empty()) throw Error(path_ + ": truncated: the file ends at " + what);
+    in_row_ = true;
     const std::size_t end = std::min(data_.find_first_of(" \t\r\n"), data_.size());
     double value = 0.0;
     if (!ParseNumber(data_.substr(0, end), &value))
-      throw Error(path_ + ":" + std::to_string(line_ + 1) + ": expected a number, found '" +
-                  std::string(data_.substr(0, std::min<std::size_t>(end, 40))) + "'");
+      FailAt("expected a number, found '" + std::string(data_.substr(0, std::min<std::size_t>(end, 40))) + "'");
     data_.remove_prefix(end);
     return value;
   }
@@ -226,6 +265,7 @@ class ValueReader {
   Encoding encoding_;
   std::string_view data_;
   int line_;  // of the lines before the current one
+  bool in_row_ = false;
 };
 
 // The position of a property, -1 when absent. A coordinate cannot be a list.
@@ -245,8 +285,13 @@ class PlyReader {
   PointMatrix Read() {
     const Header header = header_reader_.Read();
     ValueReader values(path_, header.encoding, header_reader_.rest(), header_reader_.line());
-    for (const Element& element : header.elements) {
-      if (element.name == "vertex") return ReadVertices(element, &values);
+    for (std::size_t e = 0; e < header.elements.size(); ++e) {
+      const Element& element = header.elements[e];
+      if (element.name == "vertex") {
+        PointMatrix points = ReadVertices(element, &values);
+        WarnOfMore(header, e, values);
+        return points;
+      }
       if (element.properties.empty()) continue;
       for (std::uint64_t i = 0; i < element.count; ++i) ReadRow(element, i, &values);
     }
@@ -272,10 +317,29 @@ class PlyReader {
     return Eigen::Map<const PointMatrix>(flat.data(), static_cast<Eigen::Index>(element.count), width);
   }
 
+  /// Of rows behind those that the header announces, where that can be told: in text each is a line; binary values
+  /// are of the vertices where nothing else follows.
+  void WarnOfMore(const Header& header, std::size_t vertex, const ValueReader& values) const {
+    const std::vector<Element>& elements = header.elements;
+    std::uint64_t left = 0, later = 0, row = 0;
+    for (std::size_t i = vertex + 1; i < elements.size(); ++i) later += elements[i].count;
+    if (header.encoding == Encoding::kAscii) {
+      left = values.LinesLeft();
+    } else if (later == 0) {
+      for (const Property& property : elements[vertex].properties)
+        row += property.list_count ? values.left() + 1 : BytesOf(property.type);
+      left = values.left() / row;
+    }
+    if (left > later)
+      WarnOnce(path_ + ": the header announces " + std::to_string(elements[vertex].count) +
+               " points; left out: " + std::to_string(left - later) + " rows more");
+  }
+
   // Fills row_ with the single values of one line of an element; lists are skipped.
   void ReadRow(const Element& element, std::uint64_t index, ValueReader* values) {
     const std::string what = element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
     row_.assign(element.properties.size(), 0.0);
+    values->BeginRow();
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
       if (!property.list_count) {
@@ -286,6 +350,7 @@ class PlyReader {
       if (!(length >= 0.0)) throw Error(path_ + ": a list of negative length at " + what);
       for (double i = 0.0; i < length; ++i) values->Read(property.type, what);
     }
+    values->EndRow(what);
   }
 
   std::string path_;

@@ -358,6 +358,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.status = estimate.status;
   record.points = static_cast<int>(example.problem.points.rows());
   record.draws = estimate.report.draws;
+  if (record.points > 0) record.largest_coordinate = example.problem.points.cwiseAbs().maxCoeff();
   if (estimate.status != Status::kOk) return record;
   record.model = estimate.model;
   record.pose = PoseOfEstimate(estimate.model, estimate.inliers, example.problem);

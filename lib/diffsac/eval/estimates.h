@@ -29,6 +29,9 @@ struct EstimateRecord {
   int points = 0;  ///< Of the problem.
   /// Of points of a file of which some are left out (PointSource): the file's rows that the problem has; else empty.
   std::vector<std::int32_t> rows;
+  /// The farthest that a point is from zero along an axis: how many digits of a model matter. NaN: not known; files do
+  /// not have it.
+  double largest_coordinate = std::numeric_limits<double>::quiet_NaN();
   double score = 0.0;
   double noise_scale = std::numeric_limits<double>::quiet_NaN();       ///< σ, in the data's unit; NaN: not estimated.
   double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.

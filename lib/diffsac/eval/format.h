@@ -1,5 +1,6 @@
 #pragma once
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -18,6 +19,12 @@ std::string Format(const char* format, Values... values) {
 inline std::string FixedNumber(double value, int digits) {
   constexpr double kLong = 1e9;
   return std::abs(value) < kLong ? Format("%.*f", digits, value) : Format("%.3g", value);
+}
+
+/// As short as reads back to the same number.
+inline std::string ShortestNumber(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof(text), value).ptr};
 }
 
 /// "0.512", short: what stands in legends and lists.

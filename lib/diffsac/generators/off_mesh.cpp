@@ -19,7 +19,7 @@ using Words = std::vector<std::string_view>;
 
 class OffReader {
  public:
-  explicit OffReader(const std::string& path) : path_(path), content_(ReadFile(path)), rest_(content_) {}
+  explicit OffReader(const std::string& path) : path_(path), content_(ReadTextFile(path)), rest_(content_) {}
 
   TriangleMesh Read() {
     ReadCounts();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -63,25 +64,34 @@ ColmapPair PairOfId(std::int64_t pair_id) {
 }
 
 ColmapDatabase::ColmapDatabase(const std::string& path, SqliteDatabase::Access access) : sqlite_(path, access) {
-  CheckSchema();
+  CheckSchema(access != SqliteDatabase::Access::kRead);
   ReadCameras();
   ReadImages();
 }
 
-void ColmapDatabase::CheckSchema() const {
+void ColmapDatabase::CheckSchema(bool writes) {
   for (const auto& [table, columns] : Schema()) {
     const std::vector<std::string> found = sqlite_.Columns(table);
+    // Those of 2016 call them inlier_matches; nobody reads them here.
+    if (!writes && table == "two_view_geometries") continue;
+    if (!writes && found.empty() && table == "descriptors") continue;
     if (found.empty()) throw Error(path() + ": no database of COLMAP: it has no table '" + table + "'");
-    for (const std::string& column : columns)
-      if (std::find(found.begin(), found.end(), column) == found.end())
-        throw Error(
-            path() + ": table '" + table + "' has no column '" + column +
-            "': expected a database of COLMAP 3.8 or later, which brings older ones up to date when it opens them");
+    for (const std::string& column : columns) {
+      if (std::find(found.begin(), found.end(), column) != found.end()) continue;
+      if (!writes && column == "prior_focal_length") {
+        has_prior_ = false;
+        continue;
+      }
+      throw Error(
+          path() + ": table '" + table + "' has no column '" + column +
+          "': expected a database of COLMAP 3.8 or later, which brings older ones up to date when it opens them");
+    }
   }
 }
 
 void ColmapDatabase::ReadCameras() {
-  SqliteStatement rows(sqlite_, "SELECT camera_id, model, width, height, prior_focal_length, params FROM cameras");
+  SqliteStatement rows(sqlite_, std::string("SELECT camera_id, model, width, height, ") +
+                                    (has_prior_ ? "prior_focal_length" : "0") + ", params FROM cameras");
   while (rows.Step()) {
     ColmapCamera camera;
     camera.model = static_cast<int>(rows.Integer(1));
@@ -89,21 +99,27 @@ void ColmapDatabase::ReadCameras() {
     camera.has_prior_focal_length = rows.Integer(4) != 0;
     const auto blob = rows.Blob(5);
     if (blob.size() % sizeof(double) != 0)
-      throw Error(path() + ": camera " + std::to_string(rows.Integer(0)) + ": its parameters are no doubles");
-    camera.parameters.resize(blob.size() / sizeof(double));
-    if (!blob.empty()) std::memcpy(camera.parameters.data(), blob.data(), blob.size());
+      LogWarning(path() + ": camera " + std::to_string(rows.Integer(0)) + ": its parameters are no doubles");
+    else
+      camera.parameters.resize(blob.size() / sizeof(double));
+    if (!camera.parameters.empty()) std::memcpy(camera.parameters.data(), blob.data(), blob.size());
     cameras_[rows.Integer(0)] = std::move(camera);
   }
 }
 
 void ColmapDatabase::ReadImages() {
+  std::string problem;
   SqliteStatement rows(sqlite_, "SELECT image_id, name, camera_id FROM images");
   while (rows.Step()) {
     const std::int64_t id = rows.Integer(0);
-    images_[id] = {rows.Text(1), rows.Integer(2)};
-    if (cameras_.count(images_[id].camera) == 0)
-      throw Error(path() + ": " + NameOf(id) + ": there is no camera " + std::to_string(images_[id].camera));
+    if (cameras_.contains(rows.Integer(2))) {
+      images_[id] = {rows.Text(1), rows.Integer(2)};
+      continue;
+    }
+    problem = path() + ": image '" + rows.Text(1) + "': there is no camera " + std::to_string(rows.Integer(2));
+    LogWarning("left out: " + problem);
   }
+  if (images_.empty() && !problem.empty()) throw Error(problem);
   if (images_.empty()) throw Error(path() + ": it holds no images (colmap feature_extractor fills it)");
 }
 
@@ -160,15 +176,18 @@ std::int64_t ColmapDatabase::KeypointCount(std::int64_t image) const {
 
 std::vector<ColmapPair> ColmapDatabase::MatchedPairs() const {
   std::vector<ColmapPair> pairs;
+  std::size_t left_out = 0;
   SqliteStatement statement(sqlite_, "SELECT pair_id FROM matches WHERE rows > 0 ORDER BY pair_id");
   while (statement.Step()) {
     const ColmapPair pair = PairOfId(statement.Integer(0));
-    for (const std::int64_t image : {pair.image1, pair.image2})
-      if (images_.count(image) == 0)
-        throw Error(path() + ": matches of images " + std::to_string(pair.image1) + " and " +
-                    std::to_string(pair.image2) + ": there is no image " + std::to_string(image));
-    pairs.push_back(pair);
+    if (images_.contains(pair.image1) && images_.contains(pair.image2))
+      pairs.push_back(pair);
+    else
+      ++left_out;
   }
+  if (left_out > 0)
+    LogWarning(path() + ": left out " + std::to_string(left_out) + " pairs of " +
+               std::to_string(left_out + pairs.size()) + ", of images that are not there");
   return pairs;
 }
 

@@ -36,8 +36,9 @@ struct ColmapPair {
 /// Bytes of a keypoint's descriptor; N × 128 for SIFT.
 using ColmapDescriptors = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// A database of COLMAP 3.8 or later (https://colmap.github.io/database.html): cameras, images, keypoints and matches,
-/// whoever made them. All here throw Error with one line that starts with the file's path: what SqliteDatabase says,
+/// A database of COLMAP (https://colmap.github.io/database.html): cameras, images, keypoints and matches, whoever made
+/// them; to read from 2016's on, to write 3.8 or later. Images without a camera and pairs without their images are left
+/// out, with a warning. All here throw Error with one line that starts with the file's path: what SqliteDatabase says,
 /// another schema, no images, values that contradict each other.
 class ColmapDatabase {
  public:
@@ -72,13 +73,14 @@ class ColmapDatabase {
   using StoredKeypoints = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   StoredKeypoints ReadKeypoints(std::int64_t image) const;
-  void CheckSchema() const;
+  void CheckSchema(bool writes);
   void ReadCameras();
   void ReadImages();
 
   SqliteDatabase sqlite_;
   std::map<std::int64_t, ColmapCamera> cameras_;
   std::map<std::int64_t, ColmapImage> images_;
+  bool has_prior_ = true;  // Without it no focal length is a prior one.
 };
 
 /// COLMAP's number of a pair.

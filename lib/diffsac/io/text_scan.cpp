@@ -33,7 +33,7 @@ bool TakeLine(std::string_view* text, std::string_view* line) {
   return true;
 }
 
-std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at) {
+std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at, char separator) {
   std::vector<std::string> values(1);
   bool quoted = false;
   for (; *at < text.size(); ++*at) {
@@ -50,7 +50,7 @@ std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at) {
       break;
     } else if (c == '"') {
       quoted = true;
-    } else if (c == ',') {
+    } else if (c == separator) {
       values.emplace_back();
     } else {
       values.back() += c;

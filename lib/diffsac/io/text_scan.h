@@ -16,8 +16,8 @@ std::vector<std::string_view> SplitWords(std::string_view line, std::string_view
 /// Cuts the first line off `text` (without its "\n" or "\r\n"); false at the end.
 bool TakeLine(std::string_view* text, std::string_view* line);
 
-/// Takes one line of a CSV file off `text` from *at on: its values, without quotes. A value in quotes may hold commas,
-/// line ends and doubled quotes.
-std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at);
+/// Takes one line of a CSV file off `text` from *at on: its values, without quotes. A value in quotes may hold
+/// separators, line ends and doubled quotes.
+std::vector<std::string> TakeCsvLine(const std::string& text, std::size_t* at, char separator = ',');
 
 }  // namespace diffsac

@@ -184,7 +184,7 @@ ConfigTree LoadText(const std::string& text, const std::string& name, std::vecto
 
 ConfigTree LoadFile(const std::string& path, std::vector<fs::path>& open_files) {
   open_files.push_back(fs::weakly_canonical(path));
-  ConfigTree tree = LoadText(ReadFile(path), path, open_files);
+  ConfigTree tree = LoadText(ReadTextFile(path), path, open_files);
   open_files.pop_back();
   return tree;
 }

@@ -130,6 +130,36 @@ void CheckRequest(const EvalRequest& request) {
     throw Error("--train-missing, --update and --page are for one process that does all of the work");
 }
 
+/// The plain values of a configuration, and so the files that it names.
+void AddValuesOf(const Config& config, std::vector<std::string>* values) {
+  const std::vector<std::string> keys = config.Keys();
+  for (const std::string& key : keys) AddValuesOf(config.Sub(key), values);
+  if (!keys.empty()) return;
+  try {
+    for (const Config& item : config.Sequence("")) AddValuesOf(item, values);
+  } catch (const Error&) {
+    values->push_back(config.Text());  // No list.
+  }
+}
+
+/// Of what the run writes nothing may be what it reads. A run's own configuration may be run again in its folder.
+void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
+  std::vector<std::string> inputs = {request.context.checkpoint_override}, outputs = {request.page};
+  for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &inputs);
+  for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &inputs);
+  std::vector<std::string> files;
+  std::error_code code;
+  std::copy_if(inputs.begin(), inputs.end(), std::back_inserter(files),
+               [&](const std::string& input) { return std::filesystem::is_regular_file(input, code); });
+  const std::string own = folder + "/config.yaml";
+  for (const char* name : {"report.html", "table.md", "table.csv", "table.tex", "problems.csv", "results.csv",
+                           "results.json", "reliability.csv", kEstimatesFile, kShardRecords})
+    outputs.push_back(folder + "/" + name);
+  if (ProgramOfRun(folder).empty()) outputs.push_back(own);
+  files.push_back(request.config_path);
+  RefuseInputsAsOutputs(outputs, files);
+}
+
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
 bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, ExperimentOptions* experiment,
                std::ostream& out, int* code) {
@@ -179,6 +209,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   CheckColmapExport(experiment, request.colmap);
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
+  RefuseInputs(request, experiment, folder);
   if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
     return kExitOk;

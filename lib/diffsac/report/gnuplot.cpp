@@ -13,6 +13,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/io/own_pictures.h"
 
 namespace diffsac {
 namespace {
@@ -81,7 +82,7 @@ bool DrawPicture(const std::string& folder, const std::string& name, const std::
   std::string picture;
   const int code = RunGnuplot(folder, {"-e", "output='/dev/stdout'", name + ".gp"}, &picture);
   if (code == 0 && picture.starts_with("\x89PNG")) {
-    WriteFileAtomically((fs::path(folder) / (name + ".png")).string(), picture);
+    WriteFileAtomically((fs::path(folder) / (name + ".png")).string(), MarkedAsOwn(picture));
     return true;
   }
   LogWarning("no picture " + name + ".png: " +

@@ -1,9 +1,7 @@
 #include "diffsac/report/labelled_points.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -50,13 +48,6 @@ std::vector<std::int32_t> ProblemLabels(const EstimateRecord& record) {
   std::vector<std::int32_t> labels(static_cast<std::size_t>(record.points), 0);
   for (const std::int32_t i : record.inliers) labels[static_cast<std::size_t>(i)] = 1;
   return labels;
-}
-
-/// As short as reads back to the same number.
-std::string ShortestText(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
 }
 
 std::vector<std::uint8_t> UsedPoints(Eigen::Index points, const std::vector<std::int32_t>& rows) {
@@ -227,7 +218,7 @@ std::string LabelsCsv(const PointMatrix& points, const std::vector<PointLabels>&
   text += rows.empty() ? "\n" : ",used\n";
   const std::vector<std::uint8_t> used = UsedPoints(points.rows(), rows);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    for (Eigen::Index d = 0; d < points.cols(); ++d) text += (d == 0 ? "" : ",") + ShortestText(points(i, d));
+    for (Eigen::Index d = 0; d < points.cols(); ++d) text += (d == 0 ? "" : ",") + ShortestNumber(points(i, d));
     for (const PointLabels& method : methods) text += "," + std::to_string(method.labels[static_cast<std::size_t>(i)]);
     if (!rows.empty()) text += used[static_cast<std::size_t>(i)] != 0 ? ",1" : ",0";
     text += "\n";

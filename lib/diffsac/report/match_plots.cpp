@@ -6,6 +6,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/eval/format.h"
 #include "diffsac/eval/structures_error.h"
+#include "diffsac/io/own_pictures.h"
 #include "diffsac/report/colours.h"
 #include "diffsac/report/match_kinds.h"
 #include "diffsac/report/pair_images.h"
@@ -234,7 +235,7 @@ bool PlotMatches(const ExperimentResults& results, const std::string& folder) {
     std::vector<unsigned char> bytes;
     cv::imencode(".png", picture, bytes);
     WriteFileAtomically(folder + "/" + FileName(fit, results),
-                        std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+                        MarkedAsOwn({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
   }
   return !results.fits.empty();
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "diffsac/datasets/point_files.h"
@@ -37,6 +38,27 @@ std::string InputText(const EstimateRecord& record) {
   return record.id + (record.MayBeChance() ? " (may be chance)" : "");
 }
 
+/// How many digits behind the point a value needs so that what is rounded off it is no more than a twentieth of
+/// `change`; 16 where nothing is known of that.
+int DigitsFor(double change, int least) {
+  constexpr int kMost = 16;
+  const double digits = change > 0.0 ? std::ceil(1.0 - std::log10(change)) : kMost;
+  return static_cast<int>(std::clamp(digits, static_cast<double>(least), static_cast<double>(kMost)));
+}
+
+/// What two planes may differ by where points are, to be the same to all who look at these; nothing: not known.
+std::optional<double> DistanceThatMatters(const EstimateRecord& record) {
+  if (!std::isnan(record.noise_scale)) return record.noise_scale;
+  if (record.inlier_threshold > 0.0) return 0.1 * record.inlier_threshold;
+  return std::nullopt;
+}
+
+/// With so many digits behind the point, and at least 8 in all.
+std::string OffsetText(double offset, int digits) {
+  const int before = static_cast<int>(std::floor(std::log10(std::max(std::abs(offset), 1.0)))) + 1;
+  return Format("%.*g", std::clamp(before + digits, 8, 17), offset);
+}
+
 /// Rows of one estimate.
 class ModelRows {
  public:
@@ -67,11 +89,14 @@ class ModelRows {
     Table::Row row{{experiment_.methods[cell.method].label, InputText(record)}, {}};
     auto& cells = row.cells;
     if (experiment_.conditions.size() > 1) cells.push_back(experiment_.conditions[cell.condition].label);
+    const std::optional<double> change = DistanceThatMatters(record);
+    const double farthest = record.largest_coordinate * std::sqrt(static_cast<double>(dimension_));
+    const int digits = change ? DigitsFor(*change / farthest, 6) : 6, behind = change ? DigitsFor(*change, 0) : 0;
     const bool found = model.size() == static_cast<Eigen::Index>(dimension_) + 1;
     if (structures_) cells.push_back(found ? std::to_string(structure) : kUnknown);
     for (std::size_t d = 0; d < dimension_; ++d)
-      cells.push_back(found ? FixedText(model[static_cast<Eigen::Index>(d)], 6) : kUnknown);
-    cells.push_back(found ? Format("%.8g", model[static_cast<Eigen::Index>(dimension_)]) : kUnknown);
+      cells.push_back(found ? FixedText(model[static_cast<Eigen::Index>(d)], digits) : kUnknown);
+    cells.push_back(found ? OffsetText(model[static_cast<Eigen::Index>(dimension_)], behind) : kUnknown);
     cells.push_back(found ? std::to_string(inliers) : kUnknown);
     cells.push_back(std::to_string(record.points));
     cells.push_back(std::isnan(record.noise_scale) ? kUnknown : Format("%.3g", record.noise_scale));

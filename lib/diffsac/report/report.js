@@ -361,8 +361,9 @@
     const names = {homography: 'H', fundamental: 'F', essential: 'E', shared_focal: 'E', one_focal: 'E'};
     if (values && names[data.task]) parts.push(matrix(names[data.task], values.slice(0, 9), 3));
     else if (values && (data.task === 'line' || data.task === 'plane'))
-      parts.push(`n = (${values.slice(0, -1).map((value) => number(value, 7)).join(', ')})\n` +
-                 `d = ${number(values[values.length - 1], 8)}   (n · x + d = 0, |n| = 1, in the unit of the points)`);
+      // All digits: far from the origin few of a normal miss the points.
+      parts.push(`n = (${values.slice(0, -1).join(', ')})\n` +
+                 `d = ${values[values.length - 1]}   (n · x + d = 0, |n| = 1, in the unit of the points)`);
     else if (values && !pose) parts.push(`model = ${values.map((value) => number(value, 7)).join(' ')}`);
     if (pose) parts.push(poseText(pose));
     if (noise !== null) parts.push(`noise σ = ${number(noise)}${data.two_view ? ' px' : ''}`);

@@ -147,9 +147,10 @@ std::string PoseValues(const RigidMotion& pose) {
   return text;
 }
 
+// All digits: far from the origin, nine of a normal are not enough.
 std::string ModelValues(const ModelParameters& model) {
   std::string text;
-  for (const double value : model) text += (text.empty() ? "" : " ") + NumberText(value);
+  for (const double value : model) text += (text.empty() ? "" : " ") + ShortestNumber(value);
   return text;
 }
 
