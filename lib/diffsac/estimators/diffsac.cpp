@@ -11,6 +11,7 @@
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
 #include "diffsac/problem/keypoint_similarity.h"
@@ -18,8 +19,6 @@
 
 namespace diffsac {
 namespace {
-
-constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
 
 /// Networks stay loaded: a second call costs no file.
 std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
@@ -32,8 +31,9 @@ std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task
 }
 
 /// The halves of a budget that the head and PROSAC draw.
-DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
-  DiffsacOptions learned = LearnedProsac(task);
+DiffsacOptions LearnedOptionsOf(const Problem& problem, const EstimateOptions& options) {
+  DiffsacOptions learned = LearnedProsac(problem.task);
+  FitScales(problem.task, problem.inlier_threshold, &learned.consensus);
   if (options.max_iterations == 0) return learned;
   learned.head_sets = (options.max_iterations + 1) / 2;
   learned.extra_sets = options.max_iterations / 2;
@@ -55,11 +55,14 @@ bool HasNetwork(Task task) {
 }
 
 Estimate Run(const Problem& problem, const EstimateOptions& options) {
-  if (!HasNetwork(problem.task) || !options.use_network)
-    return ClassicalEstimator(WithBudget(RecommendedClassical(problem.task), options)).Run(problem, options.seed);
+  if (!HasNetwork(problem.task) || !options.use_network) {
+    ClassicalOptions classical = WithBudget(RecommendedClassical(problem.task), options);
+    FitScales(problem.task, problem.inlier_threshold, &classical.consensus);
+    return ClassicalEstimator(classical).Run(problem, options.seed);
+  }
   const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
   const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
-  return DiffsacEstimator(network, LearnedOptionsOf(problem.task, options), 1).Run(problem, options.seed);
+  return DiffsacEstimator(network, LearnedOptionsOf(problem, options), 1).Run(problem, options.seed);
 }
 
 Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
@@ -81,9 +84,16 @@ PointMatrix CheckedSimilarities(const Matches& matches) {
   return similarities;
 }
 
-double ResidualOr(const ImageOptions& options, double px) {
+/// What was asked for, or what is usual, in the unit of points whose pixel is so long (PixelLength).
+double ResidualOr(const ImageOptions& options, Task task, double pixel) {
   options.Check();
-  return options.max_residual_px > 0.0 ? options.max_residual_px : px;
+  return options.max_residual_px > 0.0 ? options.max_residual_px : UsualThreshold(task) * pixel;
+}
+
+double ResidualOr(const ImageOptions& options, Task task, const Matches& matches) {
+  const double first = PixelLength(matches.points1), second = PixelLength(matches.points2);
+  // Of images in unlike units: residuals of E are of both, by their mean focal length, others in the smaller one.
+  return ResidualOr(options, task, task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second));
 }
 
 Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
@@ -177,7 +187,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOpti
 }
 
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options) {
-  Problem problem = ProblemOf(task, matches, ResidualOr(options, kMatchPx));
+  Problem problem = ProblemOf(task, matches, ResidualOr(options, task, matches));
   problem.hint1.principal_point = options.principal_point1;
   problem.hint2.principal_point = options.principal_point2;
   problem.hint1.focal = problem.hint2.focal = options.prior;
@@ -202,7 +212,7 @@ ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& opt
 }
 
 Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, kMatchPx));
+  Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, Task::kEssential, matches));
   problem.cameras = cameras;
   return problem;
 }
@@ -231,7 +241,7 @@ void PointOptions::Check() const {
 }
 
 TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options) {
-  return TwoViews(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+  return TwoViews(ProblemOf(Task::kFundamental, matches, ResidualOr(options, Task::kFundamental, matches)), options);
 }
 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
@@ -251,13 +261,14 @@ SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {
-  return TwoViews(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+  return TwoViews(ProblemOf(Task::kHomography, matches, ResidualOr(options, Task::kHomography, matches)), options);
 }
 
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options) {
   AbsolutePoseEstimate result;
-  Estimate estimate = Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+  Estimate estimate =
+      Run(ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
   result.pose_covariance = estimate.pose_covariance;
   Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
@@ -277,7 +288,8 @@ PlaneEstimate EstimatePlane(const Eigen::Matrix<double, Eigen::Dynamic, 3>& poin
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateFundamentals(const Matches& matches, const ImageOptions& options) {
-  return Several<Eigen::Matrix3d>(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+  return Several<Eigen::Matrix3d>(
+      ProblemOf(Task::kFundamental, matches, ResidualOr(options, Task::kFundamental, matches)), options);
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const CameraPair& cameras,
@@ -286,12 +298,14 @@ ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, const ImageOptions& options) {
-  return Several<Eigen::Matrix3d>(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+  return Several<Eigen::Matrix3d>(
+      ProblemOf(Task::kHomography, matches, ResidualOr(options, Task::kHomography, matches)), options);
 }
 
 ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
                                                                   const ImageOptions& options) {
-  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+  return Several<Eigen::Matrix<double, 3, 4>>(
+      ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
 }
 
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,

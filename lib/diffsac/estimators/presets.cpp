@@ -71,6 +71,17 @@ constexpr double kLeastChooserValue = 0.35;
 
 }  // namespace
 
+double UsualThreshold(Task task) {
+  if (task == Task::kHomography) return 3.0;
+  return task == Task::kAbsolutePose ? 4.0 : 1.0;
+}
+
+void FitScales(Task task, double threshold, ConsensusOptions* consensus) {
+  const double factor = threshold / UsualThreshold(task);
+  consensus->least_scale *= factor;
+  consensus->greatest_scale *= factor;
+}
+
 ClassicalOptions RecommendedClassical(Task task) {
   if (task == Task::kLine || task == Task::kPlane) return RecommendedForPoints();
   ClassicalOptions options = LoRansacOptions(task);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/rotation.h"
@@ -40,6 +41,16 @@ double ThresholdInSigmas(int dimension, double mean_square) {
     (is_below(middle) ? low : high) = middle;
   }
   return low;
+}
+
+/// ThresholdInSigmas of the residuals within the threshold, `free` of their values being the model's; 0 where they are
+/// no more than these.
+double SigmasWithin(const Eigen::VectorXd& residuals, int dimension, Eigen::Index free, double threshold) {
+  const auto inlier = residuals.array() <= threshold;
+  const double spare = dimension * static_cast<double>(inlier.count()) - static_cast<double>(free);
+  if (!(spare > 0.0)) return 0.0;
+  const Eigen::ArrayXd shares = inlier.select(residuals.array() / threshold, 0.0);
+  return ThresholdInSigmas(dimension, shares.square().sum() / spare);
 }
 
 /// The variance of an M-estimate in that of least squares by the same points, of Gaussian residuals of σ:
@@ -117,10 +128,7 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   const bool weighted = fit.weights.size() > 0;
   const Eigen::VectorXd weights = weighted ? Eigen::VectorXd(inlier * fit.weights.array()) : inlier.matrix();
   const Eigen::MatrixXd a = information(weights);
-  const double spare = residual_dimension * inlier.sum() - static_cast<double>(a.rows());
-  if (!(spare > 0.0)) return std::nullopt;
-  const Eigen::ArrayXd shares = (residuals.array() <= threshold).select(residuals.array() / threshold, 0.0);
-  const double sigmas = ThresholdInSigmas(residual_dimension, shares.square().sum() / spare);
+  const double sigmas = SigmasWithin(residuals, residual_dimension, a.rows(), threshold);
   if (!(sigmas > 0.0)) return std::nullopt;
   const double sigma = threshold / sigmas;
   const double factor =
@@ -133,6 +141,24 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   auto covariance = Sandwich(a + known, b + known);
   if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
+}
+
+double NoiseOfInliers(const Eigen::VectorXd& residuals, int dimension, int free, double threshold) {
+  constexpr double kSigmas = 2.5, kSettled = 0.99;
+  const auto within = [&](double length) { return static_cast<int>((residuals.array() <= length).count()); };
+  const int inliers = within(threshold);
+  if (!(dimension * inliers > free)) return std::numeric_limits<double>::quiet_NaN();
+  if ((residuals.array() <= threshold).select(residuals.array(), 0.0).maxCoeff() == 0.0) return 0.0;
+  double reach = threshold, sigma = threshold;
+  for (;;) {
+    const double sigmas = SigmasWithin(residuals, dimension, free, reach);
+    if (!(sigmas > 0.0)) return sigma;
+    sigma = reach / sigmas;
+    const double next = kSigmas * sigma;
+    // Of residuals of two kinds the larger half is not thrown away.
+    if (!(next < kSettled * reach) || 2 * within(next) < inliers) return sigma;
+    reach = next;
+  }
 }
 
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {

@@ -33,6 +33,12 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
                                                const FitConditions& fit, const InformationFunction& information,
                                                const Eigen::MatrixXd& prior = {});
 
+/// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 or 2) of a model of `free`
+/// parameters: as above of those within a threshold, which goes from the one given down to 2.5 σ, so that what else is
+/// within it hardly counts and σ may be far below it. The threshold given where the noise is about that or more; NaN
+/// where the residuals within it are no more than determine the model.
+double NoiseOfInliers(const Eigen::VectorXd& residuals, int dimension, int free, double threshold);
+
 /// d [t]ₓ exp([ω]ₓ) R / d (ω, t) at ω = 0, nine entries row by row.
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);
 
