@@ -31,9 +31,8 @@ std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task
 }
 
 /// The halves of a budget that the head and PROSAC draw.
-DiffsacOptions LearnedOptionsOf(const Problem& problem, const EstimateOptions& options) {
-  DiffsacOptions learned = LearnedProsac(problem.task);
-  FitScales(problem.task, problem.inlier_threshold, &learned.consensus);
+DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
+  DiffsacOptions learned = LearnedProsac(task);
   if (options.max_iterations == 0) return learned;
   learned.head_sets = (options.max_iterations + 1) / 2;
   learned.extra_sets = options.max_iterations / 2;
@@ -54,15 +53,40 @@ bool HasNetwork(Task task) {
   return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
 }
 
-Estimate Run(const Problem& problem, const EstimateOptions& options) {
+/// Of two images in unlike units: residuals of E are of both, by their mean focal length, others in the smaller unit.
+using ImagePointsOf = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+
+double LengthInResiduals(Task task, const ImagePointsOf& points1, const ImagePointsOf& points2,
+                         double (*length_of)(const ImagePointsOf&)) {
+  const double first = length_of(points1), second = length_of(points2);
+  return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
+}
+
+/// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
+/// the size of the data tells: then the range is wider, and ε only caps the mask.
+void FitScalesTo(const Problem& problem, bool asked, ConsensusOptions* consensus) {
+  constexpr double kLeast = 0.2, kMost = 2.0;
+  if (!(consensus->greatest_scale > 0.0)) return;
+  const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
+                                                                        problem.points.rightCols(2), ShareOfExtent);
+  const double threshold = problem.inlier_threshold;
+  const bool wide = asked && usual > 0.0 && threshold > kMost * usual;
+  const bool narrow = asked && usual > 0.0 && threshold < kLeast * usual;
+  FitScales(problem.task, wide ? usual : threshold, narrow ? usual : threshold, consensus);
+}
+
+/// asked: whether somebody asked for the problem's threshold.
+Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
   if (!HasNetwork(problem.task) || !options.use_network) {
     ClassicalOptions classical = WithBudget(RecommendedClassical(problem.task), options);
-    FitScales(problem.task, problem.inlier_threshold, &classical.consensus);
+    FitScalesTo(problem, asked, &classical.consensus);
     return ClassicalEstimator(classical).Run(problem, options.seed);
   }
   const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
   const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
-  return DiffsacEstimator(network, LearnedOptionsOf(problem, options), 1).Run(problem, options.seed);
+  DiffsacOptions learned = LearnedOptionsOf(problem.task, options);
+  FitScalesTo(problem, asked, &learned.consensus);
+  return DiffsacEstimator(network, learned, 1).Run(problem, options.seed);
 }
 
 Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
@@ -91,9 +115,7 @@ double ResidualOr(const ImageOptions& options, Task task, double pixel) {
 }
 
 double ResidualOr(const ImageOptions& options, Task task, const Matches& matches) {
-  const double first = PixelLength(matches.points1), second = PixelLength(matches.points2);
-  // Of images in unlike units: residuals of E are of both, by their mean focal length, others in the smaller one.
-  return ResidualOr(options, task, task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second));
+  return ResidualOr(options, task, LengthInResiduals(task, matches.points1, matches.points2, PixelLength));
 }
 
 Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
@@ -160,8 +182,8 @@ void Take(Estimate estimate, Result* result) {
   result->cost = estimate.report;
 }
 
-TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options) {
-  Estimate estimate = Run(problem, options);
+TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
+  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   TwoViewEstimate result;
   if (estimate.status == Status::kOk && problem.cameras)
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
@@ -172,8 +194,8 @@ TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options)
 
 /// `Description`: of the problem's task.
 template <class Description>
-SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOptions& options) {
-  Estimate estimate = Run(problem, options);
+SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions& options) {
+  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   SharedFocalEstimate result;
   result.focal = estimate.focal;
   if (estimate.status == Status::kOk) {

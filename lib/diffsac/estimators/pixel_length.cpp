@@ -9,8 +9,11 @@ namespace {
 
 constexpr double kNearest = 20.0, kFarthest = 2e4, kPixels = 1000.0;
 
-/// The value that so large a share is below.
-double Quantile(std::vector<double> values, double share) {
+/// The value that so large a share of those that are finite is below; 0 without any.
+double Quantile(const Eigen::VectorXd& column, double share) {
+  std::vector<double> values(column.data(), column.data() + column.size());
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) return 0.0;
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
@@ -18,20 +21,16 @@ double Quantile(std::vector<double> values, double share) {
 
 }  // namespace
 
+double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
+  const auto range = [&](int axis) { return Quantile(points.col(axis), 0.75) - Quantile(points.col(axis), 0.25); };
+  return 2.0 * std::max(range(0), range(1)) / kPixels;
+}
+
 double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
-  std::vector<double> x, y, larger;
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!points.row(i).allFinite()) continue;
-    x.push_back(points(i, 0));
-    y.push_back(points(i, 1));
-    larger.push_back(points.row(i).cwiseAbs().maxCoeff());
-  }
-  if (larger.empty()) return 1.0;
-  const double median = Quantile(larger, 0.5);
+  const double median = Quantile(points.cwiseAbs().rowwise().maxCoeff(), 0.5);
   if (median >= kNearest && median <= kFarthest) return 1.0;
-  const auto range = [](const std::vector<double>& values) { return Quantile(values, 0.75) - Quantile(values, 0.25); };
-  const double reach = 2.0 * std::max(range(x), range(y));
-  return reach > 0.0 ? reach / kPixels : 1.0;
+  const double share = ShareOfExtent(points);
+  return share > 0.0 ? share : 1.0;
 }
 
 }  // namespace diffsac

@@ -76,10 +76,9 @@ double UsualThreshold(Task task) {
   return task == Task::kAbsolutePose ? 4.0 : 1.0;
 }
 
-void FitScales(Task task, double threshold, ConsensusOptions* consensus) {
-  const double factor = threshold / UsualThreshold(task);
-  consensus->least_scale *= factor;
-  consensus->greatest_scale *= factor;
+void FitScales(Task task, double least, double greatest, ConsensusOptions* consensus) {
+  consensus->least_scale *= least / UsualThreshold(task);
+  consensus->greatest_scale *= greatest / UsualThreshold(task);
 }
 
 ClassicalOptions RecommendedClassical(Task task) {
