@@ -1,15 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "diffsac/consensus/best_hypotheses.h"
 #include "diffsac/consensus/local_optimizer.h"
+#include "diffsac/geometry/covariance.h"
 #include "diffsac/geometry/fit_conditions.h"
 
 namespace diffsac {
@@ -77,14 +76,11 @@ class FinalRefiner {
     return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));
   }
 
-  /// σ of the residuals within `threshold` (ConsensusResult::noise_scale).
-  double NoiseScaleOf(const Parameters& model, double threshold) const {
+  /// ConsensusResult::noise_scale.
+  double NoiseScaleOf(const Parameters& model) const {
+    constexpr int kDimension = ResidualDimension<Model>();
     const Eigen::VectorXd residuals = scorer_.Residuals(model);
-    if (scales_.noise) return scales_.SupportThreshold(residuals) / kSigmasOfInlier;
-    const auto inlier = residuals.array() <= threshold;
-    const double spare = static_cast<double>(inlier.count()) - Model::kMinimalSize;
-    if (!(spare > 0.0)) return std::numeric_limits<double>::quiet_NaN();
-    return std::sqrt(inlier.select(residuals.array().square(), 0.0).sum() / spare);
+    return NoiseOfInliers(residuals, kDimension, kDimension * Model::kMinimalSize, scales_.SupportThreshold(residuals));
   }
 
   /// What the model is a minimum of, with the threshold of what supports it; nothing where none was refined.

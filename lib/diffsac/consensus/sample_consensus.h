@@ -30,8 +30,8 @@ struct ConsensusResult {
   /// Of a model with an unknown focal length, where a prior of it is given; in the unit of the points.
   std::optional<FocalPosterior> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last
-  /// σ of the inliers' residuals: the likeliest for all residuals where options.threshold is adaptive, else the
-  /// inliers' root mean square, γ of them not counted; NaN without a model, or with γ inliers alone.
+  /// σ of the inliers' residuals, one coordinate's (NoiseOfInliers in geometry/covariance.h); NaN without a model, or
+  /// with γ inliers alone.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   /// How the model was refined, in the unit of the points; nothing without a final refinement.
   std::optional<FitConditions> fit = {};

@@ -82,7 +82,7 @@ class ConsensusSearch {
     result_.score = chosen->score;
     const double threshold = refine_.MaskThreshold(chosen->model);
     result_.inlier_threshold = threshold;
-    result_.noise_scale = refine_.NoiseScaleOf(chosen->model, threshold);
+    result_.noise_scale = refine_.NoiseScaleOf(chosen->model);
     result_.fit = refine_.FitOf(chosen->model);
     result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, threshold);
     if constexpr (HasAmbiguityTest<Model>)

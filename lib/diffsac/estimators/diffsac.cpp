@@ -11,6 +11,7 @@
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
 #include "diffsac/geometry/calibration.h"
@@ -19,8 +20,6 @@
 
 namespace diffsac {
 namespace {
-
-constexpr double kMatchPx = 1.0, kHomographyPx = 3.0, kPosePx = 4.0;
 
 /// Networks stay loaded: a second call costs no file.
 std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
@@ -55,12 +54,40 @@ bool HasNetwork(Task task) {
   return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
 }
 
-Estimate Run(const Problem& problem, const EstimateOptions& options) {
-  if (!HasNetwork(problem.task) || !options.use_network)
-    return ClassicalEstimator(WithBudget(RecommendedClassical(problem.task), options)).Run(problem, options.seed);
+/// Of two images in unlike units: residuals of E are of both, by their mean focal length, others in the smaller unit.
+using ImagePointsOf = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+
+double LengthInResiduals(Task task, const ImagePointsOf& points1, const ImagePointsOf& points2,
+                         double (*length_of)(const ImagePointsOf&)) {
+  const double first = length_of(points1), second = length_of(points2);
+  return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
+}
+
+/// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
+/// the size of the data tells: then the range is wider, and ε only caps the mask.
+void FitScalesTo(const Problem& problem, bool asked, ConsensusOptions* consensus) {
+  constexpr double kLeast = 0.2, kMost = 2.0;
+  if (!(consensus->greatest_scale > 0.0)) return;
+  const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
+                                                                        problem.points.rightCols(2), ShareOfExtent);
+  const double threshold = problem.inlier_threshold;
+  const bool wide = asked && usual > 0.0 && threshold > kMost * usual;
+  const bool narrow = asked && usual > 0.0 && threshold < kLeast * usual;
+  FitScales(problem.task, wide ? usual : threshold, narrow ? usual : threshold, consensus);
+}
+
+/// asked: whether somebody asked for the problem's threshold.
+Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
+  if (!HasNetwork(problem.task) || !options.use_network) {
+    ClassicalOptions classical = WithBudget(RecommendedClassical(problem.task), options);
+    FitScalesTo(problem, asked, &classical.consensus);
+    return ClassicalEstimator(classical).Run(problem, options.seed);
+  }
   const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
   const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
-  return DiffsacEstimator(network, LearnedOptionsOf(problem.task, options), 1).Run(problem, options.seed);
+  DiffsacOptions learned = LearnedOptionsOf(problem.task, options);
+  FitScalesTo(problem, asked, &learned.consensus);
+  return DiffsacEstimator(network, learned, 1).Run(problem, options.seed);
 }
 
 Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
@@ -99,9 +126,14 @@ ImageSize CheckedSize(const ImageSize& size, const char* name) {
   return size;
 }
 
-double ResidualOr(const ImageOptions& options, double px) {
+/// What was asked for, or what is usual, in the unit of points whose pixel is so long (PixelLength).
+double ResidualOr(const ImageOptions& options, Task task, double pixel) {
   options.Check();
-  return options.max_residual_px > 0.0 ? options.max_residual_px : px;
+  return options.max_residual_px > 0.0 ? options.max_residual_px : UsualThreshold(task) * pixel;
+}
+
+double ResidualOr(const ImageOptions& options, Task task, const Matches& matches) {
+  return ResidualOr(options, task, LengthInResiduals(task, matches.points1, matches.points2, PixelLength));
 }
 
 Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
@@ -169,8 +201,8 @@ void Take(Estimate estimate, Result* result) {
   result->repeated_rows = estimate.repeated_rows;
 }
 
-TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options) {
-  Estimate estimate = Run(problem, options);
+TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
+  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   TwoViewEstimate result;
   if (estimate.status == Status::kOk && problem.cameras)
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
@@ -181,8 +213,8 @@ TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options)
 
 /// `Description`: of the problem's task.
 template <class Description>
-SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOptions& options) {
-  Estimate estimate = Run(problem, options);
+SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions& options) {
+  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   SharedFocalEstimate result;
   result.focal = estimate.focal;
   if (estimate.status == Status::kOk) {
@@ -196,7 +228,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOpti
 }
 
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options) {
-  Problem problem = ProblemOf(task, matches, ResidualOr(options, kMatchPx));
+  Problem problem = ProblemOf(task, matches, ResidualOr(options, task, matches));
   problem.hint1.principal_point = options.principal_point1;
   problem.hint2.principal_point = options.principal_point2;
   problem.hint1.focal = problem.hint2.focal = options.prior;
@@ -224,7 +256,7 @@ ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& opt
 }
 
 Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, kMatchPx));
+  Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, Task::kEssential, matches));
   problem.cameras = CameraPair{CheckedCalibration(cameras.K1, "K1"), CheckedCalibration(cameras.K2, "K2")};
   return problem;
 }
@@ -256,7 +288,7 @@ void PointOptions::Check() const {
 }
 
 TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& options) {
-  return TwoViews(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+  return TwoViews(ProblemOf(Task::kFundamental, matches, ResidualOr(options, Task::kFundamental, matches)), options);
 }
 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
@@ -276,13 +308,14 @@ SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {
-  return TwoViews(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+  return TwoViews(ProblemOf(Task::kHomography, matches, ResidualOr(options, Task::kHomography, matches)), options);
 }
 
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options) {
   AbsolutePoseEstimate result;
-  Estimate estimate = Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+  Estimate estimate =
+      Run(ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
   result.pose_covariance = estimate.pose_covariance;
   Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
@@ -302,7 +335,8 @@ PlaneEstimate EstimatePlane(const Eigen::Matrix<double, Eigen::Dynamic, 3>& poin
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateFundamentals(const Matches& matches, const ImageOptions& options) {
-  return Several<Eigen::Matrix3d>(ProblemOf(Task::kFundamental, matches, ResidualOr(options, kMatchPx)), options);
+  return Several<Eigen::Matrix3d>(
+      ProblemOf(Task::kFundamental, matches, ResidualOr(options, Task::kFundamental, matches)), options);
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const CameraPair& cameras,
@@ -311,12 +345,14 @@ ModelsEstimate<Eigen::Matrix3d> EstimateEssentials(const Matches& matches, const
 }
 
 ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, const ImageOptions& options) {
-  return Several<Eigen::Matrix3d>(ProblemOf(Task::kHomography, matches, ResidualOr(options, kHomographyPx)), options);
+  return Several<Eigen::Matrix3d>(
+      ProblemOf(Task::kHomography, matches, ResidualOr(options, Task::kHomography, matches)), options);
 }
 
 ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
                                                                   const ImageOptions& options) {
-  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
+  return Several<Eigen::Matrix<double, 3, 4>>(
+      ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
 }
 
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/rotation.h"
@@ -10,6 +11,11 @@
 
 namespace diffsac {
 namespace {
+
+/// What is farther away, in σ, is hardly Gaussian noise.
+constexpr double kTailSigmas = 3.0;
+/// A σ so small a share of the threshold is below all that were looked for: half of what has 2.5 σ within it.
+constexpr double kFarBelow = 0.2;
 
 /// The length of Gaussian residuals of `dimension` values (1 or 2) and σ = 1 that is cut off at `threshold`.
 struct CutLength {
@@ -42,9 +48,23 @@ double ThresholdInSigmas(int dimension, double mean_square) {
   return low;
 }
 
-/// The variance of an M-estimate in that of least squares by the same points, of Gaussian residuals of σ:
-/// d E[w² r²] / E[w r²]², w being the loss's weight of a residual of length r.
-double VarianceFactor(const RobustLoss& loss, int dimension, double sigma) {
+/// ThresholdInSigmas of the residuals within the threshold, `free` of their values being the model's; 0 where they are
+/// no more than these.
+double SigmasWithin(const Eigen::VectorXd& residuals, int dimension, Eigen::Index free, double threshold) {
+  const auto inlier = residuals.array() <= threshold;
+  const double spare = dimension * static_cast<double>(inlier.count()) - static_cast<double>(free);
+  if (!(spare > 0.0)) return 0.0;
+  const Eigen::ArrayXd shares = inlier.select(residuals.array() / threshold, 0.0);
+  return ThresholdInSigmas(dimension, shares.square().sum() / spare);
+}
+
+/// What a loss makes of Gaussian residuals of σ, w being its weight of a residual of length r.
+struct LossFactors {
+  double variance;  ///< Of the M-estimate in that of least squares by the same points: d E[w² r²] / E[w r²]².
+  double slope;     ///< Of the residuals' pull w r in that of least squares: E[w r²] / d σ².
+};
+
+LossFactors FactorsOf(const RobustLoss& loss, int dimension, double sigma) {
   constexpr int kSteps = 512;
   constexpr double kReach = 8.0;
   double density = 0.0, first = 0.0, second = 0.0;
@@ -56,7 +76,7 @@ double VarianceFactor(const RobustLoss& loss, int dimension, double sigma) {
     first += p * weight * square;
     second += p * weight * weight * square;
   }
-  return dimension * density * second / (first * first);
+  return {dimension * density * second / (first * first), first / (dimension * density)};
 }
 
 /// A⁻¹ B A⁻¹; nothing where A leaves a direction open. Parameters may be of any units.
@@ -117,22 +137,52 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   const bool weighted = fit.weights.size() > 0;
   const Eigen::VectorXd weights = weighted ? Eigen::VectorXd(inlier * fit.weights.array()) : inlier.matrix();
   const Eigen::MatrixXd a = information(weights);
-  const double spare = residual_dimension * inlier.sum() - static_cast<double>(a.rows());
-  if (!(spare > 0.0)) return std::nullopt;
-  const Eigen::ArrayXd shares = (residuals.array() <= threshold).select(residuals.array() / threshold, 0.0);
-  const double sigmas = ThresholdInSigmas(residual_dimension, shares.square().sum() / spare);
-  if (!(sigmas > 0.0)) return std::nullopt;
-  const double sigma = threshold / sigmas;
-  const double factor =
-      CutLength(residual_dimension, sigmas).share * VarianceFactor(fit.loss, residual_dimension, sigma);
+  double sigma = NoiseOfInliers(residuals, residual_dimension, static_cast<int>(a.rows()), threshold);
+  // Noise far below all scales that the fit knew: of the inliers, and of others that the loss listens to, some are
+  // none.
+  const bool tails = sigma < kFarBelow * threshold;
+  if (!tails) {
+    const double sigmas = SigmasWithin(residuals, residual_dimension, a.rows(), threshold);
+    if (!(sigmas > 0.0)) return std::nullopt;
+    sigma = threshold / sigmas;
+  }
+  if (!(sigma > 0.0)) return std::nullopt;
+  const LossFactors factors = FactorsOf(fit.loss, residual_dimension, sigma);
+  const double factor = CutLength(residual_dimension, threshold / sigma).share * factors.variance;
   const double variance = factor * sigma * sigma;
-  const Eigen::MatrixXd b = weighted ? information(weights.cwiseProduct(fit.weights)) : a;
+  Eigen::MatrixXd b = weighted ? information(weights.cwiseProduct(fit.weights)) : a;
+  if (tails) {
+    const double unit = residual_dimension * variance * factors.slope * factors.slope;
+    Eigen::VectorXd pulls = residuals.unaryExpr([&](double r) {
+      return r > kTailSigmas * sigma && std::isfinite(r) ? std::pow(r * fit.loss.Weight(r * r), 2) / unit : 0.0;
+    });
+    if (weighted) pulls.array() *= fit.weights.array().square();
+    b += information(pulls);
+  }
   // The prior counts like residuals of weight 1.
   const Eigen::MatrixXd known =
       prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
   auto covariance = Sandwich(a + known, b + known);
   if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
+}
+
+double NoiseOfInliers(const Eigen::VectorXd& residuals, int dimension, int free, double threshold) {
+  constexpr double kSigmas = 2.5, kSettled = 0.99;
+  const auto within = [&](double length) { return static_cast<int>((residuals.array() <= length).count()); };
+  const int inliers = within(threshold);
+  if (!(dimension * inliers > free)) return std::numeric_limits<double>::quiet_NaN();
+  if ((residuals.array() <= threshold).select(residuals.array(), 0.0).maxCoeff() == 0.0) return 0.0;
+  double reach = threshold, sigma = threshold;
+  for (;;) {
+    const double sigmas = SigmasWithin(residuals, dimension, free, reach);
+    if (!(sigmas > 0.0)) return sigma;
+    sigma = reach / sigmas;
+    const double next = kSigmas * sigma;
+    // Of residuals of two kinds the larger half is not thrown away.
+    if (!(next < kSettled * reach) || 2 * within(next) < inliers) return sigma;
+    reach = next;
+  }
 }
 
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {

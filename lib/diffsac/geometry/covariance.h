@@ -22,7 +22,8 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 /// as of an M-estimate of Gaussian noise (Huber, "Robust statistics", 1981, ch. 6). σ, one coordinate's, is that of the
 /// Gaussian whose residuals within the threshold have the mean square of the inliers', p of their values being the
 /// model's; c is what the loss wastes: 1 for least squares of all points, 1.1 for a loss truncated at 2.5 σ, more where
-/// it bends earlier.
+/// it bends earlier. Where NoiseOfInliers is below a fifth of the threshold, that is σ, and residuals beyond 3 σ, which
+/// are no such noise, add to B the square of what each pulls.
 ///
 /// prior: the inverse of the covariance that the parameters had before the points, p × p; empty: none.
 ///
@@ -32,6 +33,13 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
                                                const Eigen::MatrixXd& prior = {});
+
+/// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 or 2) of a model of `free`
+/// parameters: that of the Gaussian whose residuals within a threshold have the mean square of these, `free` of their
+/// values being the model's. The threshold goes from the one given down to 2.5 σ, so that what else is within it hardly
+/// counts and σ may be far below it. The threshold given where the noise is about that or more; NaN where the residuals
+/// within it are no more than determine the model.
+double NoiseOfInliers(const Eigen::VectorXd& residuals, int dimension, int free, double threshold);
 
 /// d [t]ₓ exp([ω]ₓ) R / d (ω, t) at ω = 0, nine entries row by row.
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace diffsac {
+
+/// A thousandth of how far an image's points (N × 2) go, twice the range of their middle half: about a pixel of usual
+/// photographs, in whatever unit the points are. Rows that are not finite do not count; 0 without others, or where all
+/// are alike.
+double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
+
+/// How long a pixel is in the unit of the points: 1 where the median point is 20 to 20000 from the origin by its larger
+/// coordinate, as pixels of photographs are; else (coordinates from 0 to 1, normalised or in millimetres, film at its
+/// full resolution) ShareOfExtent, or 1 where that is 0.
+double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
+
+}  // namespace diffsac
