@@ -34,7 +34,7 @@ from ._native import (
     estimate_vanishing_points,
 )
 from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, SharedFocalEstimate, Status
-from ._results import TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
+from ._results import Translation, TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
 
 __version__: str = _native.VERSION
 _native.set_packaged_models(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "models"))
@@ -49,6 +49,7 @@ __all__ = [
     "Pose",
     "SharedFocalEstimate",
     "Status",
+    "Translation",
     "TwoViewEstimate",
     "VanishingFocal",
     "VanishingPointsEstimate",

@@ -14,9 +14,21 @@ void Complete(const Problem& problem, Estimate* estimate) {
   const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
                                : std::count(estimate->inliers.begin(), estimate->inliers.end(), 1);
   estimate->log_false_alarms = LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
+  if (several) return;
+  const ParallaxTest test = ParallaxOfEstimate(estimate->model, estimate->inliers, problem);
+  estimate->translation = test.translation;
+  estimate->turn = test.turn;
+  if (IsUndetermined(test.translation)) estimate->pose_covariance.reset();
 }
 
 }  // namespace
+
+std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem) {
+  if (estimate.status != Status::kOk) return std::nullopt;
+  if (estimate.turn) return RigidMotion{*estimate.turn, Eigen::Vector3d::Zero()};
+  if (IsUndetermined(estimate.translation)) return std::nullopt;
+  return PoseOfEstimate(estimate.model, estimate.inliers, problem);
+}
 
 Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const {
   Estimate estimate = DoRun(problem, seed);

@@ -26,12 +26,15 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 ///
 /// prior: the inverse of the covariance that the parameters had before the points, p × p; empty: none.
 ///
+/// noise: what of Σ w JᵀJ noise of σ = 1 makes where J is taken at noisy points; it is left out of A. Empty: nothing.
+///
 /// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection). Nothing where the inliers
 /// are no more than determine the model, where they leave a direction open, where they fit exactly, where the
 /// noise is greater than the threshold, or anything is not finite.
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior = {});
+                                               const Eigen::MatrixXd& prior = {},
+                                               const InformationFunction& noise = {});
 
 /// d [t]ₓ exp([ω]ₓ) R / d (ω, t) at ω = 0, nine entries row by row.
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);
