@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/estimators/point_rows.h"
+#include "diffsac/estimators/static_overlay.h"
+
 namespace diffsac {
 namespace {
 
@@ -33,13 +36,28 @@ std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Proble
 Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const {
   Estimate estimate = DoRun(problem, seed);
   Complete(problem, &estimate);
+  TryMoving(problem, seed, &estimate);
   return estimate;
+}
+
+void RobustEstimator::TryMoving(const Problem& problem, std::uint64_t seed, Estimate* estimate) const {
+  const std::vector<int> rows = RowsThatMove(problem, *estimate);
+  if (rows.empty()) return;
+  const SolverSpace whole(problem);
+  const PointRows part(whole, rows);
+  const Problem& moving = part.space().problem();
+  Estimate of_moving = DoRun(moving, seed);
+  Complete(moving, &of_moving);
+  PreferMoving(rows, std::move(of_moving), estimate);
 }
 
 std::vector<Estimate> RobustEstimator::RunBatch(std::span<const Problem* const> problems,
                                                 std::span<const std::uint64_t> seeds) const {
   std::vector<Estimate> estimates = DoRunBatch(problems, seeds);
-  for (std::size_t i = 0; i < estimates.size(); ++i) Complete(*problems[i], &estimates[i]);
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    Complete(*problems[i], &estimates[i]);
+    TryMoving(*problems[i], seeds[i], &estimates[i]);
+  }
   return estimates;
 }
 

@@ -98,6 +98,8 @@ class RobustEstimator {
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
 
  private:
+  /// static_overlay.h.
+  void TryMoving(const Problem& problem, std::uint64_t seed, Estimate* estimate) const;
   virtual Estimate DoRun(const Problem& problem, std::uint64_t seed) const = 0;
   /// By default one by one.
   virtual std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "diffsac/consensus/false_alarms.h"
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
