@@ -28,14 +28,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Seven numbers, or none.
-std::string PoseColumns(const std::optional<RigidMotion>& pose) {
+// Seven numbers, or none; of a translation that is not determined none.
+std::string PoseColumns(const std::optional<RigidMotion>& pose, Translation translation) {
   if (!pose) return ",,,,,,,";
   Eigen::Quaterniond q(pose->rotation);
   if (q.w() < 0.0) q.coeffs() *= -1.0;
   std::string text;
   for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
-  for (const double value : pose->translation) text += "," + NumberText(value);
+  for (const double value : pose->translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
   return text;
 }
 
@@ -218,17 +218,17 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
   std::string text =
       "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_"
       "px,"
-      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33\n";
+      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation\n";
   for (const EstimatedPair& pair : pairs) {
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
     text += CsvText(files.at(pair.example.image1)) + "," + CsvText(files.at(pair.example.image2)) + "," +
             std::string(ToString(record.status)) + "," + (record.MayBeChance() ? "1" : "0") + "," + CsvText(method) +
-            "," + std::to_string(seed) + PoseColumns(record.pose) + FocalColumns(record, pair.example.problem) + "," +
-            std::to_string(record.points) + "," + std::to_string(record.inliers.size()) + "," +
-            NumberText(record.noise_scale) + "," + Milliseconds(pair.ms_matching) + "," +
-            Milliseconds(pair.estimate.report.ms_total);
+            "," + std::to_string(seed) + PoseColumns(record.pose, record.translation) +
+            FocalColumns(record, pair.example.problem) + "," + std::to_string(record.points) + "," +
+            std::to_string(record.inliers.size()) + "," + NumberText(record.noise_scale) + "," +
+            Milliseconds(pair.ms_matching) + "," + Milliseconds(pair.estimate.report.ms_total);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (i < record.model.size() ? NumberText(record.model[i]) : "");
-    text += "\n";
+    text += "," + ToString(record.translation) + "\n";
   }
   return text;
 }

@@ -120,6 +120,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
   fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
   return fields;
 }
 

@@ -132,11 +132,15 @@ struct ModelEstimate {
 
 /// Of two views: x2ᵀ F x1 = 0 in pixels, x2ᵀ E x1 = 0 in coordinates K⁻¹ x, x2 ~ H x1 in pixels.
 struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
-  /// E, and F with cameras given: the second camera seen from the first, |t| = 1, chosen by cheirality.
+  /// E, and F with cameras given: the second camera seen from the first, |t| = 1, chosen by cheirality. t = 0 where the
+  /// camera turned in place or stood still (`translation`); absent where a line leaves the motion open.
   std::optional<RigidMotion> pose = {};
   /// E: of the pose, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second camera's frame, t in units
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
+  /// Whether the inliers determine the translation, or, of F and H, the model: kDetermined, or why not. A camera that
+  /// only turned is no failure: R is right, and `model` is one of those that explain the matches.
+  Translation translation = Translation::kNotTested;
 };
 /// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
 /// in pixels last.

@@ -195,29 +195,5 @@ TEST_CASE("Planes with repeated, collinear and spoilt points keep their status")
   for (const double scale : {1e-8, 1e8}) CHECK(status(scale * points, scale * kThreshold) == Status::kOk);
 }
 
-TEST_CASE("An essential matrix of a camera that only turned is reported as ambiguous") {
-  Rng rng(21);
-  ConsensusOptions options = Options();
-  for (int trial = 0; trial < 10; ++trial) {
-    auto problem = testing::RandomProblem(60, rng, 0.3);
-    const double threshold = 2.0 / 800.0;
-    const auto estimate = [&] {
-      return SearchUniformly<Essential>(problem.normalized, threshold, options, Rng(trial));
-    };
-    const ConsensusResult moving = estimate();
-    REQUIRE(moving.status == Status::kOk);
-    CHECK_FALSE(moving.ambiguous);
-    for (int i = 0; i < 60; ++i) {
-      const Eigen::Vector3d ray =
-          problem.pose.rotation * Eigen::Vector3d(problem.normalized(i, 0), problem.normalized(i, 1), 1.0);
-      problem.normalized.row(i).tail<2>() = ray.hnormalized().transpose();
-      for (int j = 2; j < 4; ++j) problem.normalized(i, j) += 0.3 / 800.0 * rng.Normal();
-    }
-    const ConsensusResult turning = estimate();
-    REQUIRE(turning.status == Status::kOk);
-    CHECK(turning.ambiguous);
-  }
-}
-
 }  // namespace
 }  // namespace diffsac

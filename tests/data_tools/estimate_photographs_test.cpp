@@ -83,6 +83,23 @@ std::string WithoutTimes(const std::string& line) {
   return kept;
 }
 
+// t had six digits in poses.csv.
+TEST_CASE("photographs: of an image and its copy no motion is told, and no t") {
+  Run run;
+  for (const char* other : {"/v-2.png", "/v-3.png"}) fs::remove(run.photos + other);
+  fs::copy_file(run.photos + "/v-0.png", run.photos + "/v-1.png", fs::copy_options::overwrite_existing);
+  run.Go();
+  const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[1].ends_with(",static"));
+  std::vector<std::string> fields;
+  std::istringstream line(lines[1]);
+  for (std::string field; std::getline(line, field, ',');) fields.push_back(field);
+  REQUIRE(fields.size() > 13);
+  CHECK_FALSE(fields[6].empty());
+  for (int i = 10; i < 13; ++i) CHECK(fields[i].empty());
+}
+
 TEST_CASE("photographs: every pair is what two images alone give, whatever the threads") {
   Run run;
   std::vector<EstimatedPair> pairs;
@@ -102,7 +119,9 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
 
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 7);
+  CHECK(lines[0].ends_with(",m33,translation"));
   CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
+  CHECK(lines[1].ends_with(",determined"));
   run.Go(1);
   const std::vector<std::string> again = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(again.size() == lines.size());

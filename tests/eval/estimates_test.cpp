@@ -28,6 +28,7 @@ EstimateRecord Record(int index) {
   record.points = 100 + index;
   if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
   if (index != 4) record.focal = FocalEstimate{{700, 700.0 + index}, {650, 660}, {720, 730}, index == 0};
+  record.translation = index == 4 ? Translation::kTurn : Translation::kDetermined;
   record.score = 0.5 * index;
   record.noise_scale = 0.25;
   record.log_false_alarms = 2.5 - index;
@@ -85,6 +86,7 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.model == b.model);
       CHECK(a.pose == b.pose);
       CHECK(a.pose_covariance == b.pose_covariance);
+      CHECK(a.translation == b.translation);
       REQUIRE(a.focal.has_value() == b.focal.has_value());
       if (a.focal) {
         CHECK(a.focal->focal_px == b.focal->focal_px);

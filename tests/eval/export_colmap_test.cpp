@@ -115,6 +115,47 @@ TEST_CASE("export to COLMAP: the inliers of a run as keypoints, for every task")
   }
 }
 
+// A turn in place was written as a calibrated pair, whose baseline COLMAP would have believed.
+TEST_CASE("export to COLMAP: a turn is panoramic, an image with itself a watermark, F of either has a homography") {
+  struct Case {
+    const char* task;
+    double degrees;
+    int configuration;
+  };
+  for (const Case& c : {Case{"essential", 10.0, 5}, {"essential", 0.0, 7}, {"fundamental", 10.0, 5},
+                        {"fundamental", 0.0, 7}, {"shared_focal", 10.0, 5}}) {
+    ColmapProject project;
+    for (Example& pair : project.set.pairs) {
+      const Eigen::Matrix3d& K = pair.problem.cameras->K1;
+      pair.problem.cameras->K2 = K;
+      const Eigen::Matrix3d turn =
+          K * Eigen::AngleAxisd(c.degrees * 0.0174533, Eigen::Vector3d::UnitY()).toRotationMatrix() * K.inverse();
+      for (int i = 0; i < kPoints; ++i)
+        if (i % 3 != 0)
+          pair.problem.points.row(i).tail<2>() =
+              (turn * pair.problem.points.row(i).head<2>().transpose().homogeneous()).hnormalized().transpose();
+    }
+    project.Prepare();
+    REQUIRE(project.Run(project.Request({std::string("task=") + c.task})) == "");
+    CAPTURE(c.task, c.degrees);
+    CHECK(project.Row({1, 2}).second == c.configuration);
+    const SqliteDatabase database(project.folder / "d.db", SqliteDatabase::Access::kRead);
+    SqliteStatement statement(database, "SELECT H, tvec FROM two_view_geometries WHERE pair_id = ?");
+    statement.Bind(1, PairId({1, 2}));
+    REQUIRE(statement.Step());
+    Matrix3Parameters h;
+    Eigen::Vector3d t;
+    REQUIRE(statement.Blob(0).size() == sizeof(h));
+    std::memcpy(h.data(), statement.Blob(0).data(), sizeof(h));
+    std::memcpy(t.data(), statement.Blob(1).data(), sizeof(t));
+    CHECK(t.isZero(0.0));
+    const PointMatrix points = project.set.pairs[0].problem.points.array() + 0.5;
+    for (int i = 1; i < kPoints; i += 3)
+      CHECK((AsMatrix(h) * points.row(i).head<2>().transpose().homogeneous()).hnormalized().isApprox(
+          points.row(i).tail<2>().transpose(), 1e-2));
+  }
+}
+
 TEST_CASE("export to COLMAP: F of a focal length that was found holds in COLMAP's pixels") {
   ColmapProject project;
   REQUIRE(project.Run(project.Request({"task=shared_focal"})) == "");

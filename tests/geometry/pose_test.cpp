@@ -159,33 +159,6 @@ TEST_CASE("Angles of rotations and directions keep their digits at both ends") {
   CHECK(std::isnan(DirectionAngleDegrees(Eigen::Vector3d::Zero(), axis)));
 }
 
-TEST_CASE("A pure rotation is flagged; a motion with parallax is not") {
-  Rng rng(6);
-  for (int trial = 0; trial < 100; ++trial) {
-    auto problem = RandomProblem(60, rng, 0.5);
-    const double threshold = 3.0 / 800.0;
-    const RotationTest moving = TestPureRotation(problem.normalized, threshold);
-    CHECK(moving.status == Status::kOk);
-    CHECK_FALSE(moving.pure_rotation);
-    // The same rays, turned only, with noise of half a pixel; a tenth of the matches wrong.
-    for (int i = 0; i < 60; ++i) {
-      const Eigen::Vector3d ray =
-          problem.pose.rotation * Eigen::Vector3d(problem.normalized(i, 0), problem.normalized(i, 1), 1.0);
-      problem.normalized.row(i).tail<2>() = ray.hnormalized().transpose();
-      for (int j = 2; j < 4; ++j) problem.normalized(i, j) += 0.5 / 800.0 * rng.Normal();
-      if (i % 20 == 0) problem.normalized(i, 3) += 0.05;
-    }
-    const RotationTest turning = TestPureRotation(problem.normalized, threshold);
-    CHECK(turning.status == Status::kOk);
-    CHECK(turning.pure_rotation);
-    CHECK(turning.explained < 0.96);
-    CHECK(RotationAngleDegrees(turning.rotation, problem.pose.rotation) < 0.2);
-  }
-  CHECK(TestPureRotation(PointMatrix(1, 4), 0.1).status == Status::kTooFewPoints);
-  CHECK(TestPureRotation(PointMatrix::Zero(5, 4), 0.1).status == Status::kDegenerate);
-  CHECK(TestPureRotation(PointMatrix::Constant(5, 4, std::nan("")), 0.1).status == Status::kDegenerate);
-}
-
 TEST_CASE("A homography's decomposition holds the true motion and plane; visibility leaves at most two") {
   Rng rng(7);
   for (int trial = 0; trial < 1000; ++trial) {

@@ -87,6 +87,21 @@ class TestEstimates(unittest.TestCase):
             self.assertGreater(estimate.cost.hypotheses, 0)
         self.assertIsNone(estimate.inlier_probabilities)
 
+    def test_translation_that_is_not_determined(self):
+        """σ of t was a few degrees where the camera only turned."""
+        s = self.scene
+        self.assertIs(self.essential().translation, diffsac.Translation.DETERMINED)
+        turned = np.c_[s.x1, np.ones(len(s.x1))] @ np.linalg.inv(K).T @ ROTATION.T @ K.T
+        turned = turned[:, :2] / turned[:, 2:] + np.random.default_rng(1).normal(0, 0.5, s.x1.shape)
+        estimate = diffsac.estimate_essential(s.x1, turned, K, K)
+        self.assertIs(estimate.translation, diffsac.Translation.TURN)
+        self.assertEqual(estimate.translation, "turn_in_place")
+        self.assertIsNone(estimate.pose_covariance)
+        np.testing.assert_array_equal(estimate.pose.translation, np.zeros(3))
+        self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.2)
+        self.assertIs(diffsac.estimate_essential(s.x1, s.x1, K, K).translation, diffsac.Translation.STATIC)
+        self.assertIs(diffsac.estimate_fundamental(s.x1, turned).translation, diffsac.Translation.PLANE)
+
     def test_model_is_row_by_row(self):
         estimate = self.essential()
         t = estimate.pose.translation

@@ -87,6 +87,32 @@ TEST_CASE("the text and the JSON have the pose's standard deviations and the foc
   CHECK_FALSE(json.at("focal").at("observable").get<bool>());
 }
 
+// A translation was printed to six digits of an image with itself.
+TEST_CASE("the text and the JSON have no digits of a translation that is not determined, and say why") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  Estimate& estimate = answered.estimate;
+  estimate.turn = Eigen::Matrix3d::Identity();
+  for (const auto& [translation, why] : {std::pair{Translation::kTurn, "t is not determined: the camera only turned"},
+                                         {Translation::kStatic, "t is not determined: the images show no motion"}}) {
+    estimate.translation = translation;
+    const std::string text = PairText(answered.pair, estimate, {});
+    CHECK_THAT(text, Contains(why) && !Contains("t =") && !Contains("E ="));
+    CHECK((text.find("R = ") != std::string::npos) == (translation == Translation::kTurn));
+    const auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+    CHECK(json.at("translation") == ToString(translation));
+    CHECK(json.at("pose").at("t").is_null());
+    CHECK(json.at("pose").at("R").size() == 3);
+  }
+  Answered plane = AnsweredPair(TaskFromString("fundamental"), 60);
+  plane.estimate.translation = Translation::kPlane;
+  CHECK_THAT(PairText(plane.pair, plane.estimate, {}),
+             Contains("F is not determined: the matches lie on one plane, or the camera only turned") &&
+                 !Contains("F ="));
+  CHECK(UndeterminedText(Translation::kLine, TaskFromString("homography")) ==
+        "H is not determined: the matches lie on one line");
+  CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());
+}
+
 TEST_CASE("the JSON has the images, the method, the seed, K and the matches; no text has a number of 300 digits") {
   Answered answered = AnsweredPair(TaskFromString("essential"), 60);
   const Problem& problem = answered.pair.problem;

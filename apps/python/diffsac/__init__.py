@@ -19,7 +19,7 @@ import os as _os
 from . import _native
 from ._calls import explained as _explained
 from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, SharedFocalEstimate, Status
-from ._results import TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
+from ._results import Translation, TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
 
 estimate_absolute_pose = _explained(_native.estimate_absolute_pose)
 estimate_absolute_poses = _explained(_native.estimate_absolute_poses)
@@ -50,6 +50,7 @@ __all__ = [
     "Pose",
     "SharedFocalEstimate",
     "Status",
+    "Translation",
     "TwoViewEstimate",
     "VanishingFocal",
     "VanishingPointsEstimate",

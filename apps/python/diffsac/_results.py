@@ -20,6 +20,17 @@ class Status(str, enum.Enum):
     TOO_MANY_POINTS = "too_many_points"
 
 
+class Translation(str, enum.Enum):
+    """Whether the matches of two views determine the translation, or, of F and H, the model; else why not."""
+
+    NOT_TESTED = "not_tested"  # There is no model.
+    DETERMINED = "determined"
+    TURN = "turn_in_place"  # The camera only turned: any translation explains the matches.
+    STATIC = "static"  # The images show no motion.
+    PLANE = "plane"  # F: the matches lie on one plane, or the camera only turned.
+    LINE = "line"  # The matches lie on one line.
+
+
 @dataclass(frozen=True, eq=False)
 class Cost:
     """What an estimate cost: every model that was solved or scored, and milliseconds."""
@@ -83,8 +94,9 @@ class Estimate:
 class TwoViewEstimate(Estimate):
     """F, E or H."""
 
-    pose: Optional[Pose]  # E: the second camera seen from the first.
+    pose: Optional[Pose]  # E: the second camera seen from the first; t = 0 where it only turned or stood still.
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
+    translation: Translation
 
 
 @dataclass(frozen=True, eq=False)

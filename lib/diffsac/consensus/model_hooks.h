@@ -34,10 +34,6 @@ namespace diffsac {
 ///                                    a fundamental matrix: most of its points on one plane), writes up to
 ///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
 ///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
-///   Ambiguous(points, model, threshold, inliers)
-///                                    whether other models explain the inliers (N values, not 0) as well, at the
-///                                    threshold of `Residual`: reported, nothing else (for an essential matrix: a pure
-///                                    rotation)
 ///   Refine(points, weights, loss, model)
 ///                                    the same with a weight for each point and any loss; a fifth argument, where there
 ///                                    is one, limits its steps
@@ -125,12 +121,6 @@ template <class M>
 concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
                                          double threshold, Rng rng, typename M::Parameters* out, int* fits) {
   { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
-};
-
-template <class M>
-concept HasAmbiguityTest = requires(const PointMatrix& points, const typename M::Parameters& model, double threshold,
-                                    const std::vector<std::uint8_t>& inliers) {
-  { ModelHooks<M>::Ambiguous(points, model, threshold, inliers) } -> std::same_as<bool>;
 };
 
 /// A model with an unknown focal length, of which a prior may be given: `FitFrom` and `Refine` with its share, and the

@@ -25,8 +25,6 @@ struct ConsensusResult {
   std::vector<std::uint8_t> inliers;  ///< residual ≤ inlier_threshold under the returned model, exactly
   double inlier_threshold =
       std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
-  /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
-  bool ambiguous = false;
   /// Of a model with an unknown focal length, where a prior of it is given; in the unit of the points.
   std::optional<FocalPosterior> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last

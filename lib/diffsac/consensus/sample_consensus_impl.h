@@ -85,8 +85,6 @@ class ConsensusSearch {
     result_.noise_scale = refine_.NoiseScaleOf(chosen->model);
     result_.fit = refine_.FitOf(chosen->model);
     result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, threshold);
-    if constexpr (HasAmbiguityTest<Model>)
-      result_.ambiguous = ModelHooks<Model>::Ambiguous(scorer_.points(), chosen->model, threshold, result_.inliers);
     return std::move(result_);
   }
 

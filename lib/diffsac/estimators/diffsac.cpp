@@ -204,9 +204,9 @@ void Take(Estimate estimate, Result* result) {
 TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   TwoViewEstimate result;
-  if (estimate.status == Status::kOk && problem.cameras)
-    result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
+  if (estimate.status == Status::kOk && problem.cameras) result.pose = PoseOfEstimate(estimate, problem);
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
+  result.translation = estimate.translation;
   Take(std::move(estimate), &result);
   return result;
 }
@@ -217,8 +217,9 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
   SharedFocalEstimate result;
   result.focal = estimate.focal;
+  result.translation = estimate.translation;
   if (estimate.status == Status::kOk) {
-    result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
+    result.pose = PoseOfEstimate(estimate, problem);
     if (result.pose) result.pose_covariance = estimate.pose_covariance;
     result.cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/estimators/point_rows.h"
+#include "diffsac/estimators/static_overlay.h"
 #include "diffsac/problem/usable_rows.h"
 
 namespace diffsac {
@@ -24,6 +26,11 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
                                : std::count(estimate->inliers.begin(), estimate->inliers.end(), 1);
   estimate->log_false_alarms = LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
+  if (several) return;
+  const ParallaxTest test = ParallaxOfEstimate(estimate->model, estimate->inliers, problem);
+  estimate->translation = test.translation;
+  estimate->turn = test.turn;
+  if (IsUndetermined(test.translation)) estimate->pose_covariance.reset();
 }
 
 /// Makes an estimate of usable rows one of all rows.
@@ -39,12 +46,31 @@ void GiveToAll(const UsableRows& rows, Estimate* estimate) {
 
 }  // namespace
 
+std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem) {
+  if (estimate.status != Status::kOk) return std::nullopt;
+  if (estimate.turn) return RigidMotion{*estimate.turn, Eigen::Vector3d::Zero()};
+  if (IsUndetermined(estimate.translation)) return std::nullopt;
+  return PoseOfEstimate(estimate.model, estimate.inliers, problem);
+}
+
 Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const {
   const UsableRows rows(problem);
   Estimate estimate = DoRun(rows.problem(), seed);
   Complete(rows, &estimate);
+  TryMoving(rows.problem(), seed, &estimate);
   GiveToAll(rows, &estimate);
   return estimate;
+}
+
+void RobustEstimator::TryMoving(const Problem& problem, std::uint64_t seed, Estimate* estimate) const {
+  const std::vector<int> rows = RowsThatMove(problem, *estimate);
+  if (rows.empty()) return;
+  const SolverSpace whole(problem);
+  const PointRows part(whole, rows);
+  const Problem& moving = part.space().problem();
+  Estimate of_moving = DoRun(moving, seed);
+  Complete(UsableRows(moving), &of_moving);
+  PreferMoving(rows, std::move(of_moving), estimate);
 }
 
 std::vector<Estimate> RobustEstimator::RunBatch(std::span<const Problem* const> problems,
@@ -56,6 +82,7 @@ std::vector<Estimate> RobustEstimator::RunBatch(std::span<const Problem* const> 
   std::vector<Estimate> estimates = DoRunBatch(usable, seeds);
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     Complete(rows[i], &estimates[i]);
+    TryMoving(rows[i].problem(), seeds[i], &estimates[i]);
     GiveToAll(rows[i], &estimates[i]);
   }
   return estimates;

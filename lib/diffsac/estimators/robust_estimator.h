@@ -37,12 +37,17 @@ struct Estimate {
   double score = 0.0;  ///< Of the score that chose the model.
   /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
+  /// Two views: whether the inliers determine the translation (the model, where there are no cameras). Where they do
+  /// not, `model` is only one of those that explain them, and pose_covariance is absent.
+  Translation translation = Translation::kNotTested;
+  /// Where the camera turned in place or stood still: its rotation.
+  std::optional<Eigen::Matrix3d> turn = {};
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
   /// Of the motion that PoseOfEstimate says, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
   /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). With a focal
   /// length, 7 × 7 with that in pixels after them. Absent for other tasks, for methods that end without a refinement,
-  /// and where the inliers do not determine the motion (CovarianceOfFit; a rotation alone).
+  /// and where the inliers do not determine the motion (CovarianceOfFit, `translation`).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
@@ -67,6 +72,10 @@ struct Estimate {
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
+
+/// The motion that an estimate says: PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or
+/// stood still; nothing where a plane or a line leaves it open.
+std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem);
 
 /// What a learned estimator's network was made by.
 struct TrainingFacts {
@@ -94,6 +103,8 @@ class RobustEstimator {
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
 
  private:
+  /// static_overlay.h.
+  void TryMoving(const Problem& problem, std::uint64_t seed, Estimate* estimate) const;
   virtual Estimate DoRun(const Problem& problem, std::uint64_t seed) const = 0;
   /// By default one by one.
   virtual std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,

@@ -41,8 +41,7 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.score = result.score;
   estimate.inlier_threshold = space.unit() * result.inlier_threshold;
   estimate.noise_scale = space.unit() * result.noise_scale;
-  if (result.fit && !result.ambiguous)
-    estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);
+  if (result.fit) estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;

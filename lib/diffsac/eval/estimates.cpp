@@ -98,6 +98,7 @@ class Columns {
     PutTexts(group, "status", statuses_);
     Put(group, "model", models_, width_);
     Put(group, "pose", poses_, 12);
+    PutTexts(group, "translation", translations_);
     if (covariance_width_ > 0) Put(group, "pose_covariance", covariances_, covariance_width_);
     if (has_focal_) {
       Put(group, "focal", focals_, kFocalWidth);
@@ -137,6 +138,7 @@ class Columns {
       poses_.push_back(!record.pose ? kNan
                        : i % 4 == 3 ? record.pose->translation[i / 4]
                                     : record.pose->rotation(i / 4, i % 4));
+    translations_.push_back(ToString(record.translation));
     if (record.pose_covariance) {
       covariances_.insert(covariances_.end(), record.pose_covariance->data(),
                           record.pose_covariance->data() + record.pose_covariance->size());
@@ -187,7 +189,7 @@ class Columns {
   hsize_t width_ = 1, covariance_width_ = 0;
   bool has_focal_ = false, has_values_ = false;
   std::vector<std::uint64_t> index_;
-  std::vector<std::string> ids_, scenes_, statuses_;
+  std::vector<std::string> ids_, scenes_, statuses_, translations_;
   std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_,
       inlier_thresholds_, structure_values_;
   std::vector<std::int64_t> draws_, points_, inliers_end_, rows_end_, probabilities_end_, structures_end_, labels_end_;
@@ -294,6 +296,10 @@ void ReadRows(const H5::Group& group, std::vector<EstimateRecord>* records) {
     const auto thresholds = Get<double>(group, "inlier_threshold", count);
     for (std::size_t i = 0; i < count; ++i) (*records)[i].inlier_threshold = thresholds[i];
   }
+  if (group.nameExists("translation")) {
+    const auto translations = GetTexts(group, "translation", count);
+    for (std::size_t i = 0; i < count; ++i) (*records)[i].translation = FromString<Translation>(translations[i]);
+  }
   if (!group.nameExists("rows")) return;
   const auto rows = GetAll<std::int32_t>(group, "rows");
   const auto ends = Get<std::int64_t>(group, "rows_end", count);
@@ -361,11 +367,12 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   if (record.points > 0) record.largest_coordinate = example.problem.points.cwiseAbs().maxCoeff();
   if (estimate.status != Status::kOk) return record;
   record.model = estimate.model;
-  record.pose = PoseOfEstimate(estimate.model, estimate.inliers, example.problem);
+  record.pose = PoseOfEstimate(estimate, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
+  record.translation = estimate.translation;
   record.focal = estimate.focal;
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;

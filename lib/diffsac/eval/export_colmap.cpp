@@ -11,6 +11,7 @@
 #include "diffsac/datasets/correspondences_dataset.h"
 #include "diffsac/datasets/pair_filter.h"
 #include "diffsac/datasets/pair_scenes.h"
+#include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/io/colmap_two_view_geometries.h"
 #include "diffsac/problem/tasks.h"
@@ -81,8 +82,23 @@ Eigen::Matrix3d PixelMatrix(Task task, const ModelParameters& model, const Probl
   });
 }
 
+/// Of epipolar geometry that the matches leave open: what they show is a homography, fitted to them here.
+void SetUndetermined(const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
+  geometry->motion = record.pose;
+  if (record.translation == Translation::kLine) return;
+  geometry->configuration = record.translation == Translation::kTurn     ? ColmapConfiguration::kPanoramic
+                            : record.translation == Translation::kStatic ? ColmapConfiguration::kWatermark
+                                                                         : ColmapConfiguration::kPlanarOrPanoramic;
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(problem.points.rows());
+  for (const std::int32_t row : record.inliers) weights[row] = 1.0;
+  Matrix3Parameters homography;
+  if (Homography::Fit(problem.points, weights, &homography))
+    geometry->homography = HomographyInColmapPixels(AsMatrix(homography));
+}
+
 // The models, for matches in our pixels.
 void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
+  if (IsUndetermined(record.translation)) return SetUndetermined(record, problem, geometry);
   geometry->motion = record.pose;
   if (task == Task::kEssential) {
     const Eigen::Matrix3d model = AsMatrix(record.model);

@@ -20,7 +20,8 @@ void CheckColmapExport(const ExperimentOptions& experiment, const ColmapExport& 
 
 /// Writes the estimates as verified matches (`two_view_geometries`), all or none, and says so. Which keypoints a match
 /// joins stands in match_indices.h5 of its scene, as `diffsac_prepare pairs --format colmap_database` writes it. E is
-/// exported with F and the pose as a calibrated pair, F as an uncalibrated one, H as planar or panoramic. Pixels are
+/// exported with F and the pose as a calibrated pair, F as an uncalibrated one, H as planar or panoramic; what leaves
+/// the translation open as panoramic, planar or panoramic, or a watermark, with H. Pixels are
 /// COLMAP's, of cameras without distortion. Throws Error; the database is then as it was.
 void ExportColmap(const ExperimentResults& results, const ColmapExport& target, std::ostream& out);
 

@@ -109,6 +109,35 @@ Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
   return entries;
 }
 
+/// Σ w JᵀJ that noise of σ = 1 adds on average, J being the derivatives of Sampson distances: what moves a point along
+/// its epipolar line looks like parallax. Without it matches of little parallax would seem to say of t what they do
+/// not.
+Eigen::MatrixXd InformationOfNoise(const PointMatrix& points, const Matrix3Parameters& f,
+                                   const Eigen::MatrixXd& derivative, const Eigen::VectorXd& weights) {
+  const Eigen::Matrix3d model = AsMatrix(f);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(derivative.cols(), derivative.cols());
+  Eigen::Matrix<double, 4, 9> by_entry;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (!(weights[i] > 0.0)) continue;
+    const Eigen::Vector3d x1(points(i, 0), points(i, 1), 1.0), x2(points(i, 2), points(i, 3), 1.0);
+    Eigen::Vector4d gradient;
+    gradient << (model.transpose() * x2).head<2>(), (model * x1).head<2>();
+    const double square = gradient.squaredNorm();
+    if (!(square > 0.0)) continue;
+    // Of x2ᵀ F x1, by coordinate and entry of F.
+    by_entry.setZero();
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        if (c < 2) by_entry(c, 3 * r + c) = x2[r];
+        if (r < 2) by_entry(2 + r, 3 * r + c) = x1[c];
+      }
+    const Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, 7> by_parameter = by_entry * derivative;
+    const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 7> across = gradient.transpose() * by_parameter;
+    sum += weights[i] / square * (by_parameter.transpose() * by_parameter - across.transpose() * across / square);
+  }
+  return sum;
+}
+
 /// Of a matrix with x2ᵀ F x1 = 0, of any length, by the parameters that its derivative is by.
 std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, const Matrix3Parameters& f,
                                                   const Eigen::MatrixXd& derivative, const FitConditions& fit,
@@ -123,14 +152,15 @@ std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, con
     const NormalEquations equations = SumSampsonEquations(f.data(), pointers, weights.data(), count);
     return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
   };
-  return CovarianceOfFit(residuals, 1, fit, information, prior);
+  const auto noise = [&](const Eigen::VectorXd& weights) { return InformationOfNoise(points, f, derivative, weights); };
+  return CovarianceOfFit(residuals, 1, fit, information, prior, noise);
 }
 
 }  // namespace
 
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior) {
+                                               const Eigen::MatrixXd& prior, const InformationFunction& noise) {
   const double threshold = fit.threshold;
   if (!(threshold > 0.0) || !std::isfinite(threshold)) return std::nullopt;
   const Eigen::ArrayXd inlier = (residuals.array() <= threshold).cast<double>();
@@ -162,7 +192,8 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   // The prior counts like residuals of weight 1.
   const Eigen::MatrixXd known =
       prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
-  auto covariance = Sandwich(a + known, b + known);
+  const Eigen::MatrixXd true_a = noise ? Eigen::MatrixXd(a - sigma * sigma * noise(weights)) : a;
+  auto covariance = Sandwich(true_a + known, b + known);
   if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
 }

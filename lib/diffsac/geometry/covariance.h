@@ -27,12 +27,15 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 ///
 /// prior: the inverse of the covariance that the parameters had before the points, p × p; empty: none.
 ///
+/// noise: what of Σ w JᵀJ noise of σ = 1 makes where J is taken at noisy points; it is left out of A. Empty: nothing.
+///
 /// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection). Nothing where the inliers
 /// are no more than determine the model, where they leave a direction open, where they fit exactly, where the
 /// noise is greater than the threshold, or anything is not finite.
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior = {});
+                                               const Eigen::MatrixXd& prior = {},
+                                               const InformationFunction& noise = {});
 
 /// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 or 2) of a model of `free`
 /// parameters: that of the Gaussian whose residuals within a threshold have the mean square of these, `free` of their

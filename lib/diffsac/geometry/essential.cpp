@@ -284,11 +284,6 @@ double Essential::ShareInFront(const PointMatrix& points, const Parameters& mode
   return diffsac::ShareInFront(AsMatrix(model), points, inliers);
 }
 
-bool Essential::Ambiguous(const PointMatrix& points, const Parameters&, double threshold,
-                          const std::vector<std::uint8_t>& inliers) {
-  return TestPureRotation(points, threshold, inliers).pure_rotation;
-}
-
 bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {
   Eigen::Matrix3d cofactors;
   cofactors << e.col(1).cross(e.col(2)), e.col(2).cross(e.col(0)), e.col(0).cross(e.col(1));

@@ -59,10 +59,6 @@ struct Essential {
   /// Which share of the inliers (N values, not 0) lies before both cameras.
   static double ShareInFront(const PointMatrix& points, const Parameters& model,
                              const std::vector<std::uint8_t>& inliers);
-
-  /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
-  static bool Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
-                        const std::vector<std::uint8_t>& inliers);
 };
 
 /// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised

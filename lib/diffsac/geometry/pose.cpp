@@ -32,31 +32,6 @@ bool AllFinite(const PointMatrix& points, const std::vector<int>& rows) {
   return true;
 }
 
-/// argmin Σ |R a − b|² over unit rays; false when the rays leave it open.
-bool FitRotation(const PointMatrix& points, const std::vector<int>& rows, Eigen::Matrix3d* rotation) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const int i : rows) {
-    const double* p = points.row(i).data();
-    sum += Second(p).normalized() * First(p).normalized().transpose();
-  }
-  const Svd3 svd = ComputeRotationSvd3(sum);
-  if (!(svd.values[1] > 1e-12 * svd.values[0])) return false;
-  *rotation = svd.u * svd.v.transpose();
-  return rotation->allFinite();
-}
-
-std::vector<int> Explained(const PointMatrix& points, const std::vector<int>& rows, const Eigen::Matrix3d& rotation,
-                           double threshold) {
-  std::vector<int> explained;
-  for (const int i : rows) {
-    const double* p = points.row(i).data();
-    const Eigen::Vector3d turned = rotation * First(p);
-    if (turned[2] > 0.0 && (turned.hnormalized() - Eigen::Vector2d(p[2], p[3])).norm() <= threshold)
-      explained.push_back(i);
-  }
-  return explained;
-}
-
 }  // namespace
 
 Eigen::Matrix3d EssentialFromPose(const RelativePose& pose) { return CrossMatrix(pose.translation) * pose.rotation; }
@@ -143,32 +118,6 @@ double DirectionAngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
   if (!(length_a > 0.0) || !(length_b > 0.0)) return std::numeric_limits<double>::quiet_NaN();
   const Eigen::Vector3d unit_a = a / length_a, unit_b = b / length_b;
   return 2.0 * std::atan2((unit_a - unit_b).norm(), (unit_a + unit_b).norm()) * kDegrees;
-}
-
-RotationTest TestPureRotation(const PointMatrix& points, double threshold, const std::vector<std::uint8_t>& inliers) {
-  constexpr int kRounds = 5;
-  RotationTest test;
-  const std::vector<int> rows = Chosen(points, inliers);
-  test.status = Status::kDegenerate;
-  if (points.cols() != 4 && points.rows() > 0) return test;
-  if (!AllFinite(points, rows)) return test;
-  test.status = Status::kTooFewPoints;
-  if (rows.size() < 2) return test;
-  test.status = Status::kDegenerate;
-  if (!FitRotation(points, rows, &test.rotation)) return test;
-  test.status = Status::kOk;
-  std::vector<int> explained = Explained(points, rows, test.rotation, threshold);
-  for (int round = 0; round < kRounds && explained.size() >= 2; ++round) {
-    Eigen::Matrix3d rotation;
-    if (!FitRotation(points, explained, &rotation)) break;
-    std::vector<int> next = Explained(points, rows, rotation, threshold);
-    if (next.size() <= explained.size()) break;
-    explained = std::move(next);
-    test.rotation = rotation;
-  }
-  test.explained = static_cast<double>(explained.size()) / static_cast<double>(rows.size());
-  test.pure_rotation = test.explained >= kPureRotationShare;
-  return test;
 }
 
 }  // namespace diffsac

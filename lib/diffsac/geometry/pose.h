@@ -64,21 +64,4 @@ inline double MeanFocal(const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
   return (K1(0, 0) + K1(1, 1) + K2(0, 0) + K2(1, 1)) / 4.0;
 }
 
-/// Whether two views differ by a rotation alone, where E says nothing of t (and any t fits).
-struct RotationTest {
-  Status status = Status::kOk;  ///< kTooFewPoints (fewer than 2) or kDegenerate (not finite, all rays equal)
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< That explains most points.
-  double explained = 0.0;                                  ///< share of the points within the threshold of R x1
-  bool pure_rotation = false;                              ///< explained >= kPureRotationShare
-};
-/// What RotationTest calls a pure rotation.
-constexpr double kPureRotationShare = 0.9;
-
-/// Fits the rotation of least squares between unit rays (Kabsch; Wahba 1965), again on the points it explains, and
-/// counts those with |π(R x1) − x2| <= threshold, all in normalised coordinates; give E's inliers and their threshold.
-/// The test asks whether t is needed at all to explain what supports E: with parallax, a rotation explains only distant
-/// points. A far scene seen with little parallax is flagged too: its t is as unobservable.
-RotationTest TestPureRotation(const PointMatrix& points, double threshold,
-                              const std::vector<std::uint8_t>& inliers = {});
-
 }  // namespace diffsac

@@ -114,14 +114,6 @@ double FocalModel<kUnknown>::CameraMismatch(const Parameters& model, const Eigen
   return deviation * deviation;
 }
 
-template <UnknownFocal kUnknown>
-bool FocalModel<kUnknown>::Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
-                                     const std::vector<std::uint8_t>& inliers) {
-  const Eigen::Matrix3d second = CameraOf(model[9]);
-  const PointMatrix rays = NormalizedCoordinates(points, FirstCamera(kUnknown, model[9]), second);
-  return TestPureRotation(rays, threshold / model[9], inliers).pure_rotation;
-}
-
 template struct FocalModel<UnknownFocal::kBoth>;
 template struct FocalModel<UnknownFocal::kSecond>;
 

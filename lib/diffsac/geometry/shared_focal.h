@@ -92,10 +92,6 @@ struct FocalModel {
                           const FocalPrior& prior, Parameters* model, FocalPosterior* out) {
     return MarginaliseFocal(kUnknown, points, weights, loss, prior, model, out);
   }
-
-  /// Whether a rotation alone explains the inliers, so that t is anything (TestPureRotation).
-  static bool Ambiguous(const PointMatrix& points, const Parameters& model, double threshold,
-                        const std::vector<std::uint8_t>& inliers);
 };
 
 /// One unknown focal length in both images.

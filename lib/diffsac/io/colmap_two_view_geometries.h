@@ -10,7 +10,14 @@
 namespace diffsac {
 
 /// COLMAP's name for what a pair was found to be.
-enum class ColmapConfiguration { kDegenerate = 1, kCalibrated = 2, kUncalibrated = 3, kPlanarOrPanoramic = 6 };
+enum class ColmapConfiguration {
+  kDegenerate = 1,
+  kCalibrated = 2,
+  kUncalibrated = 3,
+  kPanoramic = 5,
+  kPlanarOrPanoramic = 6,
+  kWatermark = 7
+};
 
 /// COLMAP's least number of inliers of a verified pair; its mapper takes no others.
 inline constexpr int kColmapMinInliers = 15;

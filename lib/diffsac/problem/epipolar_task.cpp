@@ -23,6 +23,11 @@ std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const 
   return RigidMotion{choice.pose.rotation, choice.pose.translation};
 }
 
+ParallaxTest CalibratedParallax(const Eigen::Matrix3d& essential, const CameraPair& cameras,
+                                const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels) {
+  return TestTurn(NormalizedCoordinates(pixels, cameras.K1, cameras.K2), AsParameters(essential), inliers);
+}
+
 EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
                                 const std::vector<std::uint8_t>& inliers, const Example& example) {
   EstimateError error;

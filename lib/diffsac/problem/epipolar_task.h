@@ -16,6 +16,10 @@ EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPa
 std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
                                         const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
 
+/// TestTurn of matches in pixels.
+ParallaxTest CalibratedParallax(const Eigen::Matrix3d& essential, const CameraPair& cameras,
+                                const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
+
 /// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
 EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
 

@@ -23,6 +23,10 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
     return space.is_normalized() ? space.points() : MatchCoordinates(space.problem());
   }
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair&) { return model; }
+  static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                               const Problem& problem) {
+    return CalibratedParallax(ModelMatrix(model), *problem.cameras, inliers, problem.points);
+  }
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
                                                        const std::vector<std::uint8_t>& inliers,
                                                        const SolverSpace& space, const FitConditions& fit) {

@@ -17,6 +17,15 @@ struct FundamentalTask : EpipolarTask<FundamentalTask, Fundamental, Fundamental8
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair& cameras) {
     return EssentialFromFundamental(model, cameras.K1, cameras.K2);
   }
+  /// Only the calibration tells a turn in place from a plane.
+  static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                               const Problem& problem) {
+    ParallaxTest test;
+    if (problem.cameras)
+      test = CalibratedParallax(EssentialOf(ModelMatrix(model), *problem.cameras), *problem.cameras, inliers,
+                                problem.points);
+    return IsUndetermined(test.translation) ? test : TestPlane(problem.points, model, inliers);
+  }
 };
 
 }  // namespace diffsac

@@ -1,11 +1,48 @@
 #include "diffsac/problem/problem.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "diffsac/consensus/false_alarms.h"
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
+namespace {
+
+/// Whether the inliers of a model of two views lie on one line, with no more beside it than chance would give: a line
+/// leaves two points' worth of a homography open, and all but three parameters of epipolar geometry.
+template <class Description>
+bool LieOnLine(const ModelParameters& model, const std::vector<std::uint8_t>& inliers, const Problem& problem) {
+  constexpr double kReach = 4.0;  // In root mean square residuals, within which a point is on the line.
+  constexpr bool kOfPlane = ResidualDimension<typename Description::Model>() == 2;
+  constexpr int kFree = Description::Model::kMinimalSize - (kOfPlane ? 2 : 3);
+  const Matrix3Parameters pixel_model = Description::PixelModel(model, problem);
+  double squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < inliers.size(); ++i) {
+    if (inliers[i] == 0) continue;
+    squares +=
+        std::pow(Description::PixelResidual(pixel_model, problem.points.row(static_cast<Eigen::Index>(i)).data()), 2);
+    ++count;
+  }
+  const double reach = kReach * std::sqrt(squares / std::max(1, count));
+  if (count == 0 || !std::isfinite(reach)) return false;
+  const auto first = BesideLine(problem.points, 0, inliers, reach),
+             second = BesideLine(problem.points, 2, inliers, reach);
+  int beside = 0, inliers_beside = 0;
+  for (std::size_t i = 0; i < inliers.size(); ++i) {
+    // A line in one image is enough to leave a homography open, but may be a plane through a camera for others.
+    const bool is_beside = kOfPlane ? first[i] != 0 && second[i] != 0 : first[i] != 0 || second[i] != 0;
+    beside += is_beside;
+    inliers_beside += is_beside && inliers[i] != 0;
+  }
+  if (count - inliers_beside <= Description::Model::kMinimalSize) return false;
+  return LogFalseAlarms(beside, inliers_beside, kFree, Description::ChanceShare(problem, reach)) >= 0.0;
+}
+
+}  // namespace
 
 bool HasItsNeeds(const Problem& problem) {
   return DispatchDescription(problem.task, [&]<class Description>() { return Description::Accepts(problem); });
@@ -31,6 +68,17 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
     if constexpr (requires { Description::Pose(model, inliers, problem); })
       return Description::Pose(model, inliers, problem);
     return std::nullopt;
+  });
+}
+
+ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                const Problem& problem) {
+  return DispatchDescription(problem.task, [&]<class Description>() -> ParallaxTest {
+    if constexpr (Description::kTwoView) {
+      if (LieOnLine<Description>(model, inliers, problem)) return {Translation::kLine};
+      return Description::Parallax(model, inliers, problem);
+    }
+    return {};
   });
 }
 

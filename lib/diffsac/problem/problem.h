@@ -7,6 +7,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/focal.h"
+#include "diffsac/geometry/parallax.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rigid_motion.h"
@@ -94,6 +95,11 @@ Eigen::VectorXd PointWeights(const Problem& problem);
 /// choice is possible.
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);
+
+/// Whether the inliers of a model determine the translation between two views, or, where there
+/// are no cameras, the model. kNotTested for tasks of other points.
+ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                const Problem& problem);
 
 /// A focal length's posterior, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
 /// estimate none.

@@ -114,6 +114,30 @@ ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, con
   return AsFocalParameters(AsParameters(placed), focal);
 }
 
+/// By the model's focal length, or, where the matches are those of a plane, which F cannot tell from a turn, by the one
+/// with which a turn explains them best: what E and f were fitted to is a turn's noise then.
+ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
+                           const Problem& problem) {
+  CameraPair cameras = CamerasOfFocal(unknown, model, problem);
+  const Eigen::Matrix3d essential = EssentialOfFocal(unknown, model, problem),
+                        f = FundamentalFromEssential(essential, cameras.K1, cameras.K2);
+  const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
+  if (IsUndetermined(test.translation) ||
+      !IsUndetermined(TestPlane(problem.points, AsParameters(f), inliers).translation))
+    return test;
+  const bool swapped = FocalSpaceOf(unknown, problem).value().swapped, both = unknown == UnknownFocal::kBoth;
+  const bool first = both || swapped, second = both || !swapped;
+  double factor = 1.0;
+  if (!FindFocalOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, first, second, &factor))
+    return test;
+  const Eigen::DiagonalMatrix<double, 3> change(factor, factor, 1.0);
+  if (first) cameras.K1 = cameras.K1 * change;
+  if (second) cameras.K2 = cameras.K2 * change;
+  const ParallaxTest turned =
+      CalibratedParallax(EssentialFromFundamental(f, cameras.K1, cameras.K2), cameras, inliers, problem.points);
+  return IsUndetermined(turned.translation) ? turned : test;
+}
+
 EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                          const Example& example) {
   const Problem& problem = example.problem;

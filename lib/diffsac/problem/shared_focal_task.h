@@ -32,6 +32,8 @@ PointMatrix NormalizeFocal(UnknownFocal unknown, const Problem& problem, double*
 CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
 Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
 ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, const GroundTruth& truth);
+ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
+                           const Problem& problem);
 EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                          const Example& example);
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem);
@@ -80,6 +82,10 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
     return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points);
+  }
+  static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                               const Problem& problem) {
+    return FocalParallax(kUnknown, model, inliers, problem);
   }
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
                                                        const std::vector<std::uint8_t>& inliers,

@@ -37,6 +37,8 @@ inline constexpr const char* kModelName = nullptr;
 ///                         the motion that a finite model says, if it does (PoseOfEstimate)
 ///   PoseCovariance(model, inliers, space, fit)
 ///                         how certain that motion is (Estimate::pose_covariance); fit: how the model was refined
+///   Parallax(model, inliers, problem)
+///                         whether the inliers determine it, of two views (ParallaxOfEstimate)
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   PointWeights(problem) N values in [0, 1], how much each point says: weights in scores
 ///                         (consensus.inlier_prior_power), of draws (sampler `weighted`) and their order (`prosac`)

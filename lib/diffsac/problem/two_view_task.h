@@ -1,5 +1,6 @@
 #pragma once
 
+#include "diffsac/geometry/parallax.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/task_description.h"
@@ -19,6 +20,9 @@ struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
   static constexpr bool kTwoView = true;
   static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
+  static ParallaxTest Parallax(const ModelParameters&, const std::vector<std::uint8_t>&, const Problem&) {
+    return {Translation::kDetermined};
+  }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }
   static double PixelResidual(const Matrix3Parameters& model, const double* point) {
     return Own::Residual(model, point);

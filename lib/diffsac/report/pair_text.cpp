@@ -46,14 +46,17 @@ std::string FocalText(const FocalEstimate& focal) {
   return lengths + (focal.observable ? "\n" : ": not observable, the prior's\n");
 }
 
+std::string RotationText(const Eigen::Matrix3d& r) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r;
+  const Eigen::AngleAxisd turn(r);
+  return MatrixText("R", rotation.data()) + Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n",
+                                                   turn.angle() * 180.0 / std::numbers::pi, turn.axis()[0],
+                                                   turn.axis()[1], turn.axis()[2]);
+}
+
 std::string PoseText(const RigidMotion& pose) {
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.rotation;
-  const Eigen::AngleAxisd turn(pose.rotation);
-  return MatrixText("R", rotation.data()) +
-         Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n", turn.angle() * 180.0 / std::numbers::pi,
-                turn.axis()[0], turn.axis()[1], turn.axis()[2]) +
-         Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n", pose.translation[0],
-                pose.translation[1], pose.translation[2]);
+  return RotationText(pose.rotation) + Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n",
+                                              pose.translation[0], pose.translation[1], pose.translation[2]);
 }
 
 std::string TimesText(const PairTimes& times, const EstimateReport& report) {
@@ -117,8 +120,10 @@ Json CorrespondencesJson(const Problem& problem) {
   return rows;
 }
 
-Json PoseJson(const RigidMotion& pose) {
-  return {{"R", MatrixJson(pose.rotation)}, {"t", {pose.translation[0], pose.translation[1], pose.translation[2]}}};
+Json PoseJson(const RigidMotion& pose, Translation translation) {
+  const Eigen::Vector3d& t = pose.translation;
+  return {{"R", MatrixJson(pose.rotation)},
+          {"t", IsUndetermined(translation) ? Json(nullptr) : Json({t[0], t[1], t[2]})}};
 }
 
 }  // namespace
@@ -133,15 +138,41 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   text += NameOf(pair.problem) + ": " + std::to_string(inliers) + " inliers";
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
-  text += "\n" + MatrixText(LetterOf(pair.problem.task), estimate.model.data());
+  text += "\n";
+  const bool determined = !IsUndetermined(estimate.translation);
+  // Digits of what is anything would be taken for what they are not.
+  if (determined) text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
   if (estimate.focal) text += FocalText(*estimate.focal);
-  if (const auto pose = PoseOfEstimate(estimate.model, estimate.inliers, pair.problem)) {
+  if (!determined) {
+    if (estimate.translation == Translation::kTurn && estimate.turn) text += RotationText(*estimate.turn);
+    return text + "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n" +
+           TimesText(times, estimate.report);
+  }
+  if (const auto pose = PoseOfEstimate(estimate, pair.problem)) {
     text += PoseText(*pose);
     if (const auto& covariance = estimate.pose_covariance)
       text += Format("  standard deviations at most: R %.2g degrees, t %.2g degrees\n", SpreadDegrees(*covariance, 0),
                      SpreadDegrees(*covariance, 3));
   }
   return text + TimesText(times, estimate.report);
+}
+
+std::string UndeterminedText(Translation translation, Task task) {
+  const std::string letter = LetterOf(task), without = (letter == "E" ? "t" : letter) + " is not determined: ";
+  switch (translation) {
+    case Translation::kTurn:
+      return "t is not determined: the camera only turned";
+    case Translation::kStatic:
+      return without + "the images show no motion";
+    case Translation::kPlane:
+      return without + "the matches lie on one plane, or the camera only turned";
+    case Translation::kLine:
+      return without + "the matches lie on one line";
+    case Translation::kNotTested:
+    case Translation::kDetermined:
+      break;
+  }
+  return "";
 }
 
 std::string MatchesText(const Problem& problem) {
@@ -176,7 +207,8 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"may_be_chance", estimate.MayBeChance()},
                      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
                      {"model", model},
-                     {"pose", record.pose ? PoseJson(*record.pose) : Json(nullptr)},
+                     {"pose", record.pose ? PoseJson(*record.pose, record.translation) : Json(nullptr)},
+                     {"translation", ToString(record.translation)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
                      {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
                      {"matches", record.points},

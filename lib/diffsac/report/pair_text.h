@@ -17,6 +17,10 @@ struct PairTimes {
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);
 
+/// Of what the matches leave open, why, for people: "t is not determined: the camera only turned". Empty where it is
+/// determined.
+std::string UndeterminedText(Translation translation, Task task);
+
 /// A line each: x1 y1 x2 y2 ratio, with all digits; ratio 1 where it is unknown. Where similarities are known
 /// (Problem::similarities) theirs follow.
 std::string MatchesText(const Problem& problem);

@@ -8,6 +8,8 @@
 #include <map>
 #include <numeric>
 
+#include "diffsac/report/pair_text.h"
+
 namespace diffsac {
 namespace {
 
@@ -71,7 +73,7 @@ std::string LineJson(const ProblemRecord& record, std::size_t problem, std::size
 }
 
 /// What the problem's picture, or its line, opens beside the numbers of the list.
-std::string DetailsJson(const EstimateRecord& estimate) {
+std::string DetailsJson(const EstimateRecord& estimate, Task task) {
   Json json = {{"noise", nullptr}, {"model", nullptr}, {"pose", nullptr}};
   const auto put = [&](const char* key, const auto& values) {
     for (const double value : values) json[key].push_back(std::isfinite(value) ? Json(value) : Json(nullptr));
@@ -83,6 +85,7 @@ std::string DetailsJson(const EstimateRecord& estimate) {
       put("pose", estimate.pose->rotation.row(row));
       json["pose"].push_back(estimate.pose->translation[row]);
     }
+  if (IsUndetermined(estimate.translation)) json["undetermined"] = UndeterminedText(estimate.translation, task);
   return Dump(json);
 }
 
@@ -165,7 +168,8 @@ std::string ProblemListJson(const ExperimentResults& results, const ProblemList&
       lines += (lines.empty() ? "" : ",\n") + LineJson(record, problem, cell.method, status, experiment, kinds);
       const bool shown = records <= kMostDetails || (!pictures.empty() && pictures[problem] >= 0);
       if (shown && i < cell.estimates.size() && HasDetails(cell.estimates[i]))
-        details += (details.empty() ? "\"" : ",\n\"") + std::to_string(line) + "\":" + DetailsJson(cell.estimates[i]);
+        details += (details.empty() ? "\"" : ",\n\"") + std::to_string(line) +
+                   "\":" + DetailsJson(cell.estimates[i], results.experiment.task);
       ++line;
     }
   }

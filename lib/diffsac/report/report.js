@@ -350,22 +350,25 @@
         (length > 1e-9 ? ` about (${axis.map((value) => number(value / length, 4)).join(', ')})` : '');
   };
   const rotationOf = (pose) => [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]);
-  const poseText = (pose) => {
+  const poseText = (pose, undetermined) => {
     const rotation = rotationOf(pose), t = [pose[3], pose[7], pose[11]];
-    return `${matrix('R', rotation, 3)}\n    ${turnOf(rotation)}\n${matrix('t', t, 3)}` +
+    const turn = `${matrix('R', rotation, 3)}\n    ${turnOf(rotation)}`;
+    if (undetermined) return turn;
+    return `${turn}\n${matrix('t', t, 3)}` +
         (data.two_view ? '   (its length is unknown; x2 = R x1 + t)' : '   (x_camera = R X + t)');
   };
   const modelText = (line) => {
     if (!line.details) return '';
-    const parts = [], {noise, model: values, pose} = line.details;
+    const parts = [], {noise, model: values, pose, undetermined} = line.details;
     const names = {homography: 'H', fundamental: 'F', essential: 'E', shared_focal: 'E', one_focal: 'E'};
-    if (values && names[data.task]) parts.push(matrix(names[data.task], values.slice(0, 9), 3));
+    if (undetermined) parts.push(undetermined);
+    else if (values && names[data.task]) parts.push(matrix(names[data.task], values.slice(0, 9), 3));
     else if (values && (data.task === 'line' || data.task === 'plane'))
       // All digits: far from the origin few of a normal miss the points.
       parts.push(`n = (${values.slice(0, -1).join(', ')})\n` +
                  `d = ${values[values.length - 1]}   (n · x + d = 0, |n| = 1, in the unit of the points)`);
     else if (values && !pose) parts.push(`model = ${values.map((value) => number(value, 7)).join(' ')}`);
-    if (pose) parts.push(poseText(pose));
+    if (pose) parts.push(poseText(pose, undetermined));
     if (noise !== null) parts.push(`noise σ = ${number(noise)}${data.two_view ? ' px' : ''}`);
     return parts.join('\n');
   };

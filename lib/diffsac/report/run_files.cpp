@@ -138,12 +138,12 @@ struct AppendNames {
 constexpr const char* kNoPose = ",,,,,,,";
 constexpr const char* kNoEstimate = ",,,,,,,,";
 
-std::string PoseValues(const RigidMotion& pose) {
+std::string PoseValues(const RigidMotion& pose, Translation translation) {
   Eigen::Quaterniond q(pose.rotation);
   if (q.w() < 0.0) q.coeffs() *= -1.0;
   std::string text;
   for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
-  for (const double value : pose.translation) text += "," + NumberText(value);
+  for (const double value : pose.translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
   return text;
 }
 
@@ -156,7 +156,8 @@ std::string ModelValues(const ModelParameters& model) {
 
 std::string EstimateText(const EstimateRecord& estimate) {
   const std::string noise = NumberText(estimate.noise_scale);
-  return noise + (estimate.pose ? PoseValues(*estimate.pose) : kNoPose) + "," + ModelValues(estimate.model);
+  return noise + (estimate.pose ? PoseValues(*estimate.pose, estimate.translation) : kNoPose) + "," +
+         ModelValues(estimate.model);
 }
 
 std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {

@@ -1,0 +1,247 @@
+#include "diffsac/geometry/parallax.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/row_residuals.h"
+#include "diffsac/geometry/svd3.h"
+
+namespace diffsac {
+namespace {
+
+/// So many rows, evenly spread, determine a rotation or a homography well enough for the test.
+constexpr int kMostFitted = 500;
+/// The least length that is no rounding error, of the extent of the points.
+constexpr double kLeastLength = 1e-10;
+
+PointMatrix RowsOf(const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+  std::vector<int> rows;
+  for (int i = 0; i < points.rows(); ++i)
+    if (inliers[i] != 0) rows.push_back(i);
+  PointMatrix chosen(static_cast<Eigen::Index>(rows.size()), 4);
+  for (std::size_t i = 0; i < rows.size(); ++i) chosen.row(static_cast<Eigen::Index>(i)) = points.row(rows[i]);
+  return chosen;
+}
+
+PointMatrix Spread(const PointMatrix& points, int most) {
+  if (points.rows() <= most) return points;
+  PointMatrix chosen(most, 4);
+  for (int i = 0; i < most; ++i) chosen.row(i) = points.row(i * points.rows() / most);
+  return chosen;
+}
+
+double Extent(const PointMatrix& points) {
+  return (points.rightCols(2).colwise().maxCoeff() - points.rightCols(2).colwise().minCoeff()).norm();
+}
+
+/// How far a match is from x2 ~ M x1, in σ of its noise where both points have 1: Mahalanobis. Infinite where M turns
+/// it behind the camera.
+double MapDistance(const Eigen::Matrix3d& m, const double* p) {
+  const Eigen::Vector3d q = m * Eigen::Vector3d(p[0], p[1], 1.0);
+  if (!(q[2] > 0.0)) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d y = q.hnormalized(), r = y - Eigen::Vector2d(p[2], p[3]);
+  const Eigen::Matrix2d j = (m.topLeftCorner<2, 2>() - y * m.block<1, 2>(2, 0)) / q[2];
+  const Eigen::Matrix2d noise = Eigen::Matrix2d::Identity() + j * j.transpose();
+  return std::sqrt(r.dot(noise.inverse() * r));
+}
+
+Eigen::VectorXd MapDistances(const Eigen::Matrix3d& m, const PointMatrix& points, double least, double greatest) {
+  Eigen::VectorXd distances(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    distances[i] = std::clamp(MapDistance(m, points.data() + 4 * i), least, greatest);
+  return distances;
+}
+
+double Median(Eigen::VectorXd values) {
+  double* middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
+}
+
+/// argmin Σ w |R a − b|² over unit rays (Kabsch; Wahba 1965); false when the rays leave it open.
+bool FitRotation(const PointMatrix& points, const Eigen::VectorXd& weights, Eigen::Matrix3d* rotation) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d a(points(i, 0), points(i, 1), 1.0), b(points(i, 2), points(i, 3), 1.0);
+    sum += weights[i] / (a.norm() * b.norm()) * b * a.transpose();
+  }
+  const Svd3 svd = ComputeRotationSvd3(sum);
+  if (!(svd.values[1] > 1e-12 * svd.values[0])) return false;
+  *rotation = svd.u * svd.v.transpose();
+  return rotation->allFinite();
+}
+
+bool FitHomography(const PointMatrix& points, const Eigen::VectorXd& weights, Eigen::Matrix3d* homography) {
+  Matrix3Parameters h;
+  if (!Homography::Fit(points, weights, &h)) return false;
+  *homography = AsMatrix(h);
+  return homography->allFinite();
+}
+
+/// Of most of the matches: by the sum of distances first, which half of them may spoil, then with weights that let go
+/// of those that are far from it.
+template <class Fit>
+bool FitRobustly(const PointMatrix& points, double least, double greatest, const Fit& fit, Eigen::Matrix3d* map) {
+  constexpr int kSumRounds = 10, kRounds = 16;
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
+  for (int round = 0; round < kRounds; ++round) {
+    if (!fit(points, weights, map)) return round > 0;
+    const Eigen::VectorXd distances = MapDistances(*map, points, least, greatest);
+    const double middle = Median(distances);
+    if (round < kSumRounds) {
+      weights = distances.cwiseMax(0.5 * middle).cwiseInverse() * middle;
+    } else {
+      weights = (1.0 + (distances.array() / (2.0 * middle)).square()).square().inverse();
+    }
+  }
+  return true;
+}
+
+/// What the matches say of parallax, by their distances to a map and to epipolar lines.
+class Evidence {
+ public:
+  /// parameters: of the model, which the inliers' distances to lines were made small by. least: of a noise.
+  Evidence(const Eigen::VectorXd& to_map, const Eigen::VectorXd& to_lines, const std::vector<std::uint8_t>& inliers,
+           int parameters, double least)
+      : to_map_(to_map), to_lines_(to_lines) {
+    double noise = 0.0, parallax = 0.0;
+    int count = 0;
+    for (Eigen::Index i = 0; i < to_map.size(); ++i) {
+      if (inliers[i] == 0) continue;
+      ++count;
+      noise += to_lines[i] * to_lines[i];
+      parallax += to_map[i] * to_map[i];
+    }
+    sigma_ = std::max(least, std::sqrt(noise / std::max(1, count - parameters)));
+    // Of how many directions of t the matches could tell one.
+    needed_ = -std::log(kChance) + std::log(1.0 + std::numbers::pi * parallax / (sigma_ * sigma_));
+  }
+
+  bool IsParallax() const {
+    double greatest = 0.0;
+    for (const double share : kShares) greatest = std::max(greatest, LogRatio(share));
+    return greatest - std::log(std::size(kShares)) > needed_;
+  }
+
+ private:
+  /// How often chance may look like parallax.
+  static constexpr double kChance = 0.01;
+  /// Of the matches, that may have parallax.
+  static constexpr double kShares[] = {1.0, 0.3, 0.1, 0.03};
+
+  double LogRatio(double share) const {
+    const double one = std::sqrt(0.5);
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < to_map_.size(); ++i) {
+      if (!(to_map_[i] > sigma_)) continue;
+      const double of_noise = 2.0 / std::numbers::pi * std::asin(sigma_ / to_map_[i]);
+      const double of_parallax = std::erf(one) / std::erf(one * to_map_[i] / sigma_);
+      const double ratio = to_lines_[i] <= sigma_ ? of_parallax / of_noise : (1.0 - of_parallax) / (1.0 - of_noise);
+      sum += std::log(1.0 - share + share * ratio);
+    }
+    return sum;
+  }
+
+  const Eigen::VectorXd &to_map_, &to_lines_;
+  double sigma_ = 0.0, needed_ = 0.0;
+};
+
+/// Whether the identity explains the inliers that the map explains as well as this does, but for its own parameters.
+bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, double least, double greatest) {
+  // Far beyond χ² of three or eight parameters, which the choice of the inliers favours.
+  constexpr double kMostDeviation = 30.0;
+  const Eigen::VectorXd moved = MapDistances(map, rows, least, greatest);
+  const Eigen::VectorXd still = MapDistances(Eigen::Matrix3d::Identity(), rows, least, greatest);
+  const auto near = (moved.array() <= 3.0 * Median(moved)).cast<double>();
+  const double of_map = (near * moved.array().square()).sum(), of_identity = (near * still.array().square()).sum();
+  return of_identity <= of_map * (1.0 + kMostDeviation / (2.0 * near.sum()));
+}
+
+/// `fit` makes the map of what no translation would show, `without` says what that is.
+template <class Fit>
+ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, const std::vector<std::uint8_t>& inliers,
+                  int parameters, const Fit& fit, Translation without) {
+  ParallaxTest test;
+  const PointMatrix rows = RowsOf(points, inliers);
+  if (rows.rows() < 2 || !points.allFinite()) return test;
+  const double greatest = Extent(points), least = kLeastLength * greatest;
+  Eigen::Matrix3d map;
+  if (!(greatest > 0.0) || !FitRobustly(Spread(rows, kMostFitted), least, greatest, fit, &map)) return test;
+  const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
+  Eigen::VectorXd to_lines(points.rows());
+  RowResiduals<Fundamental>(points, model, to_lines.data());
+  test.translation = Translation::kDetermined;
+  if (Evidence(to_map, to_lines, inliers, parameters, least).IsParallax()) return test;
+  test.translation = IsStatic(rows, map, least, greatest) ? Translation::kStatic : without;
+  test.turn = map;
+  return test;
+}
+
+}  // namespace
+
+ParallaxTest TestTurn(const PointMatrix& points, const Matrix3Parameters& essential,
+                      const std::vector<std::uint8_t>& inliers) {
+  constexpr int kMotion = 5;
+  return Test(points, essential, inliers, kMotion, FitRotation, Translation::kTurn);
+}
+
+ParallaxTest TestPlane(const PointMatrix& points, const Matrix3Parameters& fundamental,
+                       const std::vector<std::uint8_t>& inliers) {
+  constexpr int kFundamental = 7;
+  ParallaxTest test = Test(points, fundamental, inliers, kFundamental, FitHomography, Translation::kPlane);
+  test.turn.reset();
+  return test;
+}
+
+bool FindFocalOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>& inliers, bool first, bool second,
+                     double* factor) {
+  constexpr int kSteps = 33, kMost = 200;
+  const PointMatrix rows = Spread(RowsOf(points, inliers), kMost);
+  const double greatest = Extent(points), least = kLeastLength * greatest;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < kSteps && rows.rows() >= 3; ++step) {
+    const double by = std::exp2(-2.0 + 4.0 * step / (kSteps - 1));
+    PointMatrix scaled = rows;
+    if (first) scaled.leftCols(2) /= by;
+    if (second) scaled.rightCols(2) /= by;
+    Eigen::Matrix3d turn;
+    if (!FitRobustly(scaled, least, greatest, FitRotation, &turn)) continue;
+    const double middle = Median(MapDistances(turn, scaled, least, greatest)) * (second ? by : 1.0);
+    if (!(middle < smallest)) continue;
+    smallest = middle;
+    *factor = by;
+  }
+  return std::isfinite(smallest);
+}
+
+std::vector<std::uint8_t> BesideLine(const PointMatrix& points, int column, const std::vector<std::uint8_t>& inliers,
+                                     double reach) {
+  constexpr int kRounds = 10;
+  // Of the greatest coordinate: what is written in single precision lies on no line more exactly.
+  constexpr double kRounding = 1e-6;
+  const auto image = points.middleCols(column, 2);
+  const double least = std::max(reach, kRounding * image.cwiseAbs().maxCoeff());
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points.rows()), distances = weights;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) weights[i] = inliers[i] != 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::RowVector2d centre = weights.transpose() * image / weights.sum();
+    const Eigen::MatrixX2d about = image.rowwise() - centre;
+    const Eigen::Matrix2d spread = about.transpose() * weights.asDiagonal() * about;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
+    distances = (about * axes.eigenvectors().col(0)).cwiseAbs();
+    for (Eigen::Index i = 0; i < points.rows(); ++i) weights[i] = (inliers[i] != 0) / std::max(distances[i], least);
+  }
+  std::vector<std::uint8_t> beside(points.rows());
+  for (std::size_t i = 0; i < beside.size(); ++i) beside[i] = distances[static_cast<Eigen::Index>(i)] > least;
+  return beside;
+}
+
+}  // namespace diffsac

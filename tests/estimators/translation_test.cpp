@@ -1,0 +1,201 @@
+// What estimates say of a translation, or a model, that the matches leave open.
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "diffsac/core/random.h"
+#include "diffsac/diffsac.h"
+#include "diffsac/geometry/pose.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+const Eigen::Matrix3d kCamera = (Eigen::Matrix3d() << 1000, 0, 960, 0, 1000, 540, 0, 0, 1).finished();
+
+struct Views {
+  Matches matches;
+  RelativePose pose;
+};
+
+struct Scene {
+  int count = 300;
+  double noise = 0.5, wrong = 0.05, degrees = 12.0, baseline = 0.0;
+  bool plane = false;
+};
+
+/// Of 1920 × 1080 pixels; points are half a unit to two away.
+Views Make(const Scene& scene, std::uint64_t seed) {
+  Rng rng(seed);
+  Views views;
+  views.pose.rotation =
+      Eigen::AngleAxisd(scene.degrees * 0.017453292519943295, testing::RandomDirection(rng)).toRotationMatrix();
+  views.pose.translation = testing::RandomDirection(rng);
+  views.matches.size1 = views.matches.size2 = {1920, 1080};
+  views.matches.points1.resize(scene.count, 2);
+  views.matches.points2.resize(scene.count, 2);
+  const Eigen::Vector3d normal(rng.Uniform(-0.3, 0.3), rng.Uniform(-0.3, 0.3), 1.0);
+  for (int i = 0; i < scene.count; ++i) {
+    const Eigen::Vector2d pixel(rng.Uniform(0.0, 1920.0), rng.Uniform(0.0, 1080.0));
+    const Eigen::Vector3d ray = kCamera.inverse() * pixel.homogeneous();
+    const double depth = scene.plane ? 1.0 / normal.dot(ray) : rng.Uniform(0.5, 2.0);
+    const Eigen::Vector3d second =
+        kCamera * (views.pose.rotation * ray * depth + scene.baseline * views.pose.translation);
+    views.matches.points1.row(i) = pixel.transpose();
+    views.matches.points2.row(i) = second.hnormalized().transpose();
+    if (i < scene.wrong * scene.count)
+      views.matches.points2.row(i) << rng.Uniform(0.0, 1920.0), rng.Uniform(0.0, 1080.0);
+    for (int j = 0; j < 2; ++j) {
+      views.matches.points1(i, j) += scene.noise * rng.Normal();
+      views.matches.points2(i, j) += scene.noise * rng.Normal();
+    }
+  }
+  return views;
+}
+
+ImageOptions Plain() {
+  ImageOptions options;
+  options.use_network = false;
+  return options;
+}
+
+/// How many of `seeds` estimates say this.
+template <class EstimateViews>
+int Told(const Scene& scene, Translation translation, int seeds, const EstimateViews& estimate) {
+  int told = 0;
+  for (int seed = 0; seed < seeds; ++seed) told += estimate(Make(scene, seed)).translation == translation;
+  return told;
+}
+
+TwoViewEstimate Essentials(const Views& views) { return EstimateEssential(views.matches, {kCamera, kCamera}, Plain()); }
+TwoViewEstimate Fundamentals(const Views& views) { return EstimateFundamental(views.matches, Plain()); }
+
+SharedFocalEstimate SharedFocals(const Views& views) {
+  FocalOptions options;
+  options.use_network = false;
+  return EstimateSharedFocal(views.matches, options);
+}
+
+SharedFocalEstimate OneFocals(const Views& views) {
+  FocalOptions options;
+  options.use_network = false;
+  return EstimateOneFocal(views.matches, kCamera, options);
+}
+
+}  // namespace
+
+// t of a camera that only turned, said to be certain to a few degrees.
+TEST_CASE("an essential matrix of a turn in place says so at every noise, and its R is better than E's") {
+  int told = 0;
+  double turn = 0.0, of_model = 0.0;
+  for (const double noise : {0.0, 0.2, 0.35, 0.5, 1.0, 2.0})
+    for (const int count : {20, 100, 500})
+      for (int seed = 0; seed < 5; ++seed) {
+        const Views views = Make({count, noise, 0.05}, seed);
+        const TwoViewEstimate estimate = Essentials(views);
+        REQUIRE(estimate.ok());
+        if (estimate.translation != Translation::kTurn) continue;
+        ++told;
+        CHECK_FALSE(estimate.pose_covariance);
+        REQUIRE(estimate.pose);
+        CHECK(estimate.pose->translation.isZero(0.0));
+        PointMatrix points(count, 4);
+        points << views.matches.points1, views.matches.points2;
+        turn += RotationAngleDegrees(estimate.pose->rotation, views.pose.rotation);
+        of_model += RotationAngleDegrees(
+            ChoosePose(estimate.model, NormalizedCoordinates(points, kCamera, kCamera), estimate.inliers).pose.rotation,
+            views.pose.rotation);
+      }
+  CHECK(told >= 89);
+  CHECK(turn < 0.8 * of_model);
+}
+
+TEST_CASE("a camera that moved has a translation, at a hundredth of the scene's depth too") {
+  for (const double noise : {0.1, 0.5, 1.0}) {
+    CHECK(Told({300, noise, 0.05, 5.0, 0.01}, Translation::kDetermined, 10, Essentials) >= 9);
+    CHECK(Told({60, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 10, Essentials) == 10);
+    CHECK(Told({300, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 5, Fundamentals) == 5);
+    CHECK(Told({300, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 5, SharedFocals) == 5);
+    CHECK(Told({300, noise, 0.05, 5.0, 0.3, true}, Translation::kDetermined, 5, Essentials) == 5);
+  }
+}
+
+// Of little parallax the noise along epipolar lines was taken for it, and σ of t came out a third of what it is.
+TEST_CASE("where the parallax is hardly more than the noise, the covariance says so") {
+  int within = 0, all = 0;
+  for (int seed = 0; seed < 60; ++seed) {
+    const Views views = Make({300, 0.5, 0.0, 5.0, 0.004}, seed);
+    const TwoViewEstimate estimate = Essentials(views);
+    if (!estimate.pose_covariance) continue;
+    ++all;
+    const double sigma = std::sqrt(estimate.pose_covariance->block<3, 3>(3, 3).trace() / 2.0);
+    const double error = DirectionAngleDegrees(estimate.pose->translation, views.pose.translation);
+    within += error * 0.017453292519943295 < 2.45 * sigma;
+  }
+  CHECK(all >= 50);
+  CHECK(within >= 0.82 * all);
+}
+
+TEST_CASE("the same image twice, and a still camera, show no motion") {
+  for (const double noise : {0.0, 0.5, 1.0}) {
+    CHECK(Told({200, noise, 0.05, 0.0}, Translation::kStatic, 10, Essentials) >= 9);
+    CHECK(Told({200, noise, 0.05, 0.0}, Translation::kStatic, 5, Fundamentals) >= 4);
+    CHECK(Told({200, noise, 0.05, 0.0}, Translation::kStatic, 5, SharedFocals) >= 4);
+  }
+}
+
+// F of a plane or of a turn came back without a word.
+TEST_CASE("a fundamental matrix of a plane, or of a turn, says that it is one of many") {
+  for (const double noise : {0.2, 1.0, 2.0}) {
+    CHECK(Told({200, noise, 0.05, 5.0, 0.3, true}, Translation::kPlane, 10, Fundamentals) >= 9);
+    CHECK(Told({200, noise, 0.05, 12.0}, Translation::kPlane, 10, Fundamentals) >= 9);
+  }
+}
+
+TEST_CASE("a turn in place is told without the focal length, or with that of one image") {
+  for (const double noise : {0.2, 1.0}) {
+    CHECK(Told({200, noise, 0.05, 12.0}, Translation::kTurn, 10, SharedFocals) >= 9);
+    CHECK(Told({200, noise, 0.05, 12.0}, Translation::kTurn, 10, OneFocals) >= 9);
+  }
+}
+
+// H of points on a line came back without a word.
+TEST_CASE("a homography of points on one line, and two beside it, says that it is one of many") {
+  for (const int beside : {0, 1, 2, 12})
+    for (int seed = 0; seed < 5; ++seed) {
+      Views views = Make({100, 0.0, 0.0, 5.0, 0.3, true}, seed);
+      Rng rng(100 + seed);
+      const Eigen::Vector2d start(100, 200), end(1800, 900);
+      // On the plane, so that the true homography takes the line along.
+      Eigen::MatrixX2d first = views.matches.points1, second = views.matches.points2;
+      Views whole = views;
+      const Eigen::Matrix3d h = EstimateHomography(whole.matches, Plain()).model;
+      for (int i = beside; i < 100; ++i) {
+        first.row(i) = (start + rng.Uniform() * (end - start)).transpose();
+        second.row(i) = (h * first.row(i).transpose().homogeneous()).hnormalized().transpose();
+      }
+      for (Eigen::Index i = 0; i < first.size(); ++i) {
+        first.data()[i] += 0.3 * rng.Normal();
+        second.data()[i] += 0.3 * rng.Normal();
+      }
+      views.matches.points1 = first;
+      views.matches.points2 = second;
+      const TwoViewEstimate estimate = EstimateHomography(views.matches, Plain());
+      if (!estimate.ok()) continue;
+      CAPTURE(beside, seed);
+      CHECK(estimate.translation == (beside < 3 ? Translation::kLine : Translation::kDetermined));
+    }
+}
+
+TEST_CASE("what has no translation is not asked for one") {
+  const Views views = Make({100, 0.5, 0.1, 5.0, 0.3, true}, 1);
+  CHECK(EstimateHomography(views.matches, Plain()).translation == Translation::kDetermined);
+  Matches few = views.matches;
+  few.points1.conservativeResize(4, 2);
+  few.points2.conservativeResize(4, 2);
+  CHECK(EstimateEssential(few, {kCamera, kCamera}, Plain()).translation == Translation::kNotTested);
+}
+
+}  // namespace diffsac
