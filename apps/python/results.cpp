@@ -113,6 +113,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
   fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  fields["share_behind"] = estimate.share_behind;
   return fields;
 }
 
@@ -158,6 +159,8 @@ PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
   fields["pose"] = PoseOf(estimate.pose);
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  fields["share_behind"] = estimate.share_behind;
+  fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
   return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", fields));
 }
 

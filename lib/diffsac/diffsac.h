@@ -131,6 +131,9 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// E: of the pose, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second camera's frame, t in units
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
+  /// E: of the matches that fit, the share that lies behind a camera. They are no inliers. Where it is beyond
+  /// kMostBehind (an image is mirrored, say) the result may be chance.
+  double share_behind = 0.0;
 };
 /// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
 /// in pixels last.
@@ -143,6 +146,12 @@ struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   RigidMotion pose = {};  ///< The same; identity unless status is kOk.
   /// As TwoViewEstimate's, ω in the camera's frame, t in the scene's unit.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
+  double share_behind = 0.0;  ///< As TwoViewEstimate's.
+  /// Of a plane, seen from afar or badly, where the points do not say which of two poses is right: the other one, that
+  /// is less than 20 times less likely. There is no pose_covariance then.
+  std::optional<RigidMotion> other_pose = {};
+  /// Whether there is `other_pose`.
+  bool ambiguous() const { return other_pose.has_value(); }
 };
 /// (a, b, c): a x + b y + c = 0 with a² + b² = 1.
 using LineEstimate = ModelEstimate<Eigen::Vector3d>;

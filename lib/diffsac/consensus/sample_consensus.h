@@ -27,6 +27,8 @@ struct ConsensusResult {
       std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
   /// Other models explain the inliers as well: for an essential matrix the motion is a rotation alone, t is anything.
   bool ambiguous = false;
+  /// Of a model of two minima: the other one, where it is as good.
+  std::optional<ModelParameters> other = {};
   /// Of a model with an unknown focal length, where a prior of it is given; in the unit of the points.
   std::optional<FocalPosterior> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last

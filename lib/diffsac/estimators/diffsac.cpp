@@ -156,6 +156,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const EstimateOptions& options)
   if (estimate.status == Status::kOk && problem.cameras)
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
+  result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
   return result;
 }
@@ -166,6 +167,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOpti
   Estimate estimate = Run(problem, options);
   SharedFocalEstimate result;
   result.focal = estimate.focal;
+  result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
     if (result.pose) result.pose_covariance = estimate.pose_covariance;
@@ -259,6 +261,8 @@ AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen
   AbsolutePoseEstimate result;
   Estimate estimate = Run(ProblemOf(points, K, ResidualOr(options, kPosePx)), options);
   result.pose_covariance = estimate.pose_covariance;
+  result.share_behind = estimate.share_behind;
+  result.other_pose = estimate.other_pose;
   Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
   return result;

@@ -13,7 +13,9 @@ void Complete(const Problem& problem, Estimate* estimate) {
   const bool several = !estimate->structures.empty();
   const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
                                : std::count(estimate->inliers.begin(), estimate->inliers.end(), 1);
-  estimate->log_false_alarms = LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
+  estimate->log_false_alarms = estimate->share_behind > kMostBehind
+                                   ? std::numeric_limits<double>::infinity()
+                                   : LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
 }
 
 }  // namespace

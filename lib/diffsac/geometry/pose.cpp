@@ -13,7 +13,7 @@
 namespace diffsac {
 namespace {
 
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
 
 Eigen::Vector3d First(const double* point) { return {point[0], point[1], 1.0}; }
 Eigen::Vector3d Second(const double* point) { return {point[2], point[3], 1.0}; }
@@ -95,6 +95,23 @@ bool InFront(const RelativePose& pose, const double* point) {
   const Eigen::Vector3d a = pose.rotation * First(point), b = Second(point);
   const Eigen::Vector3d normal = a.cross(b);
   return b.cross(pose.translation).dot(normal) > 0.0 && a.cross(pose.translation).dot(normal) > 0.0;
+}
+
+bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance) {
+  if (InFront(pose, point)) return true;
+  // In the epipolar plane, that of the ray farther from the epipole, by signed angles from t: a point before both
+  // cameras is seen at 0 < φ2 < φ1 < π.
+  const Eigen::Vector3d t = pose.translation, a = pose.rotation * First(point), b = Second(point);
+  const Eigen::Vector3d plane_a = t.cross(a.normalized()), plane_b = t.cross(b.normalized());
+  const Eigen::Vector3d normal = (plane_a.squaredNorm() > plane_b.squaredNorm() ? plane_a : plane_b).normalized();
+  const auto angle = [&](const Eigen::Vector3d& ray) { return std::atan2(t.cross(ray).dot(normal), t.dot(ray)); };
+  const double first = angle(a), second = angle(b);
+  // Beyond the epipole the other way round, a little below 0 is a little above π.
+  const auto turned = [&](double phi) { return phi < -0.5 * kPi ? phi + 2.0 * kPi : phi; };
+  const auto front = [&](double phi1, double phi2) {
+    return phi2 > -tolerance && phi1 < kPi + tolerance && phi1 - phi2 > -2.0 * tolerance;
+  };
+  return front(turned(first), turned(second)) || front(turned(-first), turned(-second));
 }
 
 PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {

@@ -35,6 +35,10 @@ std::array<RelativePose, 4> DecomposeEssential(const Eigen::Matrix3d& e);
 /// Whether the point where the two rays come closest lies before both cameras.
 bool InFront(const RelativePose& pose, const double* point);
 
+/// The same, or it would with images up to `tolerance` (in normalised coordinates) elsewhere: far points, whose rays
+/// are parallel, and points near an epipole come out before or behind by noise alone.
+bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance);
+
 /// The pose chosen from the four of an essential matrix.
 struct PoseChoice {
   /// kOk; kTooFewPoints: no point is given; kNoModel: no point lies before both cameras of any pose;

@@ -1,5 +1,6 @@
 #include "diffsac/problem/absolute_pose_task.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -42,6 +43,18 @@ PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
   PointMatrix coordinates = space.points();
   coordinates.leftCols(3) = CentredCoordinates(coordinates.leftCols(3));
   return coordinates;
+}
+
+double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                                        std::vector<std::uint8_t>* inliers) {
+  const PointMatrix& points = space.points();
+  int before = 0, behind = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d x = RotationOf(model) * points.row(i).head<3>().transpose() + TranslationOf(model);
+    before += (*inliers)[static_cast<std::size_t>(i)] != 0;
+    behind += x[2] < 0.0 && (x.hnormalized() - points.row(i).tail<2>().transpose()).norm() <= threshold;
+  }
+  return behind > 0 ? static_cast<double>(behind) / static_cast<double>(before + behind) : 0.0;
 }
 
 std::vector<std::uint8_t> AbsolutePoseTask::InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose) {

@@ -23,6 +23,20 @@ std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const 
   return RigidMotion{choice.pose.rotation, choice.pose.translation};
 }
 
+double LeaveOutBehind(const Eigen::Matrix3d& essential, const PointMatrix& points, double tolerance,
+                      std::vector<std::uint8_t>* inliers) {
+  const auto count = std::count(inliers->begin(), inliers->end(), 1);
+  const PoseChoice choice = ChoosePose(essential, points, *inliers);
+  if (count < kFewestInliers || choice.in_front <= 0) return 0.0;
+  int behind = 0;
+  for (std::size_t i = 0; i < inliers->size(); ++i) {
+    if ((*inliers)[i] == 0 || MayBeInFront(choice.pose, points.row(i).data(), tolerance)) continue;
+    (*inliers)[i] = 0;
+    ++behind;
+  }
+  return static_cast<double>(behind) / static_cast<double>(count);
+}
+
 EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
                                 const std::vector<std::uint8_t>& inliers, const Example& example) {
   EstimateError error;

@@ -16,6 +16,11 @@ EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPa
 std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
                                         const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
 
+/// Takes those of the inliers out that lie behind a camera of the pose that they choose, however well they fit E: by
+/// more than noise of `tolerance` explains (MayBeInFront). Returns which share that was. All in normalised coordinates.
+double LeaveOutBehind(const Eigen::Matrix3d& essential, const PointMatrix& points, double tolerance,
+                      std::vector<std::uint8_t>* inliers);
+
 /// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
 EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
 

@@ -88,6 +88,13 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
     if (!pose) return std::nullopt;
     return FocalPoseCovarianceInPixels(kUnknown, model[9], *pose, space, fit);
   }
+  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                               std::vector<std::uint8_t>* inliers) {
+    const CameraPair cameras = CamerasOf(model, space.problem());
+    return diffsac::LeaveOutBehind(EssentialOf(model, space.problem()),
+                                   NormalizedCoordinates(space.problem().points, cameras.K1, cameras.K2),
+                                   threshold * space.unit() / cameras.MeanFocal(), inliers);
+  }
   static double ChanceShare(const Problem& problem, double threshold) {
     return EpipolarChanceShare(problem, threshold);
   }
