@@ -22,7 +22,7 @@ ImageOptions Plain() {
 /// Matches of one camera that moves to the side, with noise of .3 px. The last `behind` are of points behind both.
 Matches Views(int index, int count, int behind, double distance = 1.0) {
   Rng rng = Rng(21).Fork("views", index);
-  const RelativePose pose{Eigen::AngleAxisd(0.1, testing::RandomDirection(rng)).toRotationMatrix(),
+  const RelativePose pose{Eigen::AngleAxisd(0.03, testing::RandomDirection(rng)).toRotationMatrix(),
                           Eigen::Vector3d(1.0, 0.2 * rng.Normal(), 0.2 * rng.Normal()).normalized()};
   Matches matches;
   matches.points1.resize(count, 2);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <numbers>
 #include <vector>
 
-#include "diffsac/consensus/chance_ellipsoid.h"
 #include "diffsac/consensus/false_alarms.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/geometry/point_spread.h"
 
 namespace diffsac::structures_internal {
 
@@ -66,13 +67,27 @@ class ChanceSpace {
   PointMatrix uniform_;
 };
 
-/// Of lines and planes an ellipsoid, with room for what is beside the thinnest cloud.
+/// Of lines and planes, the ellipsoid in which uniform points have the data's covariance: it turns with the data. Its
+/// largest section counts, and it reaches kBeside thresholds however flat the data is, that of one plane, say.
 template <MinimalModel Model>
 requires std::same_as<Model, Hyperplane<Model::kDimension>>
-class ChanceSpace<Model> : public ChanceEllipsoid {
+class ChanceSpace<Model> {
  public:
   ChanceSpace(const PointMatrix& points, double threshold, const Rng&)
-      : ChanceEllipsoid(points, threshold, kBeside * threshold) {}
+      : threshold_(threshold), spread_(SpreadOf(points)) {}
+
+  double ShareNear(const ModelParameters& model) const {
+    constexpr int kDimension = Model::kDimension;
+    const Eigen::VectorXd along = spread_.axes.transpose() * model.head(kDimension);
+    const double sigma = along.cwiseProduct(spread_.sides).norm() / std::sqrt(12.0);
+    const double u = threshold_ / std::max(std::sqrt(kDimension + 2.0) * sigma, kBeside * threshold_);
+    if constexpr (kDimension == 2) return 2.0 / std::numbers::pi * (u * std::sqrt(1.0 - u * u) + std::asin(u));
+    return 0.5 * u * (3.0 - u * u);
+  }
+
+ private:
+  double threshold_;
+  PointSpread spread_;
 };
 
 /// log10 of the number of such models (LogChanceModels) that points of no structure would give. least: of a point that

@@ -25,7 +25,7 @@ struct EstimateReport {
 };
 
 /// Of points that fit a motion, no larger share is behind its cameras than this if it is one.
-inline constexpr double kMostBehind = 0.25;
+inline constexpr double kMostBehind = 0.2;
 
 /// The result of one robust estimator on one problem.
 struct Estimate {

@@ -97,6 +97,26 @@ bool InFront(const RelativePose& pose, const double* point) {
   return b.cross(pose.translation).dot(normal) > 0.0 && a.cross(pose.translation).dot(normal) > 0.0;
 }
 
+namespace {
+
+int CountInFront(const RelativePose& pose, const PointMatrix& points, const std::vector<int>& rows) {
+  return static_cast<int>(std::count_if(rows.begin(), rows.end(), [&](int i) { return InFront(pose, &points(i, 0)); }));
+}
+
+/// Of the points in front, the angles between their rays in units of twice the noise, at most 1 each.
+double Parallax(const RelativePose& pose, const PointMatrix& points, const std::vector<int>& rows, double noise) {
+  double sum = 0.0;
+  for (const int i : rows) {
+    const double* point = &points(i, 0);
+    if (!InFront(pose, point)) continue;
+    const Eigen::Vector3d a = pose.rotation * First(point), b = Second(point);
+    sum += std::min(1.0, a.cross(b).norm() / (2.0 * noise * a.norm() * b.norm()));
+  }
+  return sum;
+}
+
+}  // namespace
+
 bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance) {
   if (InFront(pose, point)) return true;
   // In the epipolar plane, that of the ray farther from the epipole, by signed angles from t: a point before both
@@ -114,7 +134,8 @@ bool MayBeInFront(const RelativePose& pose, const double* point, double toleranc
   return front(turned(first), turned(second)) || front(turned(-first), turned(-second));
 }
 
-PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers,
+                      double noise) {
   PoseChoice choice;
   const std::vector<int> rows = Chosen(points, inliers);
   choice.status = Status::kDegenerate;
@@ -125,8 +146,7 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   choice.in_front = -1;
   choice.runner_up = -1;
   for (const RelativePose& pose : DecomposeEssential(e)) {
-    int count = 0;
-    for (const int i : rows) count += InFront(pose, points.row(i).data()) ? 1 : 0;
+    const int count = CountInFront(pose, points, rows);
     if (count > choice.in_front) {
       choice.runner_up = choice.in_front;
       choice.in_front = count;
@@ -134,6 +154,13 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
     } else if (count > choice.runner_up) {
       choice.runner_up = count;
     }
+  }
+  const RelativePose opposite{choice.pose.rotation, -choice.pose.translation};
+  if (noise > 0.0 && choice.in_front > 0 &&
+      Parallax(opposite, points, rows, noise) > Parallax(choice.pose, points, rows, noise)) {
+    choice.pose = opposite;
+    choice.runner_up = choice.in_front;
+    choice.in_front = CountInFront(opposite, points, rows);
   }
   choice.status = Status::kOk;
   if (choice.in_front == choice.runner_up) choice.status = Status::kDegenerate;

@@ -32,7 +32,7 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
   }
   static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
                                std::vector<std::uint8_t>* inliers) {
-    return diffsac::LeaveOutBehind(ModelMatrix(model), space.points(), threshold, inliers);
+    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()), space.points(), threshold, inliers);
   }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
     if (!problem.cameras) return model;

@@ -79,7 +79,8 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
-    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points);
+    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points,
+                        problem.inlier_threshold);
   }
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
                                                        const std::vector<std::uint8_t>& inliers,
@@ -91,7 +92,7 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
                                std::vector<std::uint8_t>* inliers) {
     const CameraPair cameras = CamerasOf(model, space.problem());
-    return diffsac::LeaveOutBehind(EssentialOf(model, space.problem()),
+    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()),
                                    NormalizedCoordinates(space.problem().points, cameras.K1, cameras.K2),
                                    threshold * space.unit() / cameras.MeanFocal(), inliers);
   }
