@@ -244,7 +244,9 @@ int RunTwo(const Request& request) {
                 matched.pair.id + ", " + task, request.picture);
     std::cout << "picture: " << request.picture << std::endl;
   }
-  if (estimate.MayBeChance())
+  if (estimate.share_behind > kMostBehind)
+    LogWarning("many of the matches that fit lie behind a camera: an image may be mirrored");
+  else if (estimate.MayBeChance())
     LogWarning("no more inliers than matches of unlike images would give: the images may share nothing");
   return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
 }

@@ -121,6 +121,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
   fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
+  fields["share_behind"] = estimate.share_behind;
   return fields;
 }
 
@@ -166,6 +167,8 @@ PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
   fields["pose"] = PoseOf(estimate.pose);
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
+  fields["share_behind"] = estimate.share_behind;
+  fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
   return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", fields));
 }
 

@@ -141,6 +141,9 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// Whether the inliers determine the translation, or, of F and H, the model: kDetermined, or why not. A camera that
   /// only turned is no failure: R is right, and `model` is one of those that explain the matches.
   Translation translation = Translation::kNotTested;
+  /// E: of the matches that fit, the share that lies behind a camera. They are no inliers. Where it is beyond
+  /// kMostBehind (an image is mirrored, say) the result may be chance.
+  double share_behind = 0.0;
 };
 /// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
 /// in pixels last.
@@ -153,6 +156,12 @@ struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   RigidMotion pose = {};  ///< The same; identity unless status is kOk.
   /// As TwoViewEstimate's, ω in the camera's frame, t in the scene's unit.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
+  double share_behind = 0.0;  ///< As TwoViewEstimate's.
+  /// Of a plane, seen from afar or badly, where the points do not say which of two poses is right: the other one, that
+  /// is less than 20 times less likely. There is no pose_covariance then.
+  std::optional<RigidMotion> other_pose = {};
+  /// Whether there is `other_pose`.
+  bool ambiguous() const { return other_pose.has_value(); }
 };
 /// (a, b, c): a x + b y + c = 0 with a² + b² = 1.
 using LineEstimate = ModelEstimate<Eigen::Vector3d>;

@@ -27,6 +27,8 @@ EstimateRecord Record(int index) {
   for (int i = 0; i < 3 * index; ++i) record.inliers.push_back(2 * i);
   record.points = 100 + index;
   if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
+  if (index == 2) record.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
+  record.share_behind = 0.01 * index;
   if (index != 4) record.focal = FocalEstimate{{700, 700.0 + index}, {650, 660}, {720, 730}, index == 0};
   record.translation = index == 4 ? Translation::kTurn : Translation::kDetermined;
   record.score = 0.5 * index;
@@ -87,6 +89,8 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.pose == b.pose);
       CHECK(a.pose_covariance == b.pose_covariance);
       CHECK(a.translation == b.translation);
+      CHECK(a.other_pose == b.other_pose);
+      CHECK(a.share_behind == b.share_behind);
       REQUIRE(a.focal.has_value() == b.focal.has_value());
       if (a.focal) {
         CHECK(a.focal->focal_px == b.focal->focal_px);

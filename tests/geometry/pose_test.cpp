@@ -107,6 +107,53 @@ TEST_CASE("A point that both cameras see is in front of both, and not once the s
   }
 }
 
+TEST_CASE("Only points that are behind by more than noise cannot be in front") {
+  Rng rng(7);
+  constexpr double kNoise = 1e-3;
+  for (int trial = 0; trial < 500; ++trial) {
+    const RelativePose pose = RandomPose(rng), opposite{pose.rotation, -pose.translation};
+    const auto point_at = [&](double depth) {
+      const Eigen::Vector3d first = depth * Eigen::Vector3d(rng.Uniform(-0.5, 0.5), rng.Uniform(-0.5, 0.5), 1.0);
+      const Eigen::Vector3d second = pose.rotation * first + pose.translation;
+      return Eigen::Vector4d(first[0] / first[2], first[1] / first[2], second[0] / second[2], second[1] / second[2]);
+    };
+    const Eigen::Vector4d near = point_at(rng.Uniform(3.0, 8.0)), far = point_at(1e4);
+    CHECK(MayBeInFront(pose, near.data(), kNoise));
+    CHECK(MayBeInFront(pose, far.data(), kNoise));
+    CHECK(MayBeInFront(opposite, far.data(), kNoise));
+    CHECK_FALSE(MayBeInFront(opposite, far.data(), 1e-7));
+    // What is seen along the baseline may be anywhere.
+    const Eigen::Vector3d a = pose.rotation * near.head<2>().homogeneous(), b = near.tail<2>().homogeneous();
+    const double parallax = std::min(a.cross(b).norm() / (a.norm() * b.norm()),
+                                     std::min(a.cross(pose.translation).norm(), b.cross(pose.translation).norm()));
+    if (parallax > 0.05) CHECK_FALSE(MayBeInFront(opposite, near.data(), kNoise));
+  }
+  // Towards the epipole, the noise of an image may put the point on either side of it.
+  const RelativePose forward{Eigen::Matrix3d::Identity(), -Eigen::Vector3d::UnitZ()};
+  const double across[] = {-2e-4, 0.0, 3e-4, 0.0};
+  CHECK_FALSE(InFront(forward, across));
+  CHECK(MayBeInFront(forward, across, kNoise));
+}
+
+TEST_CASE("Far points that are all on the wrong side do not choose the sign of t") {
+  // The rotation is off by 1e-4, so that 300 far points come out behind; 60 near ones see what is right.
+  const RelativePose truth{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()};
+  const Eigen::Matrix3d off = Eigen::AngleAxisd(1e-4, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  Rng rng(8);
+  PointMatrix points(360, 4);
+  for (int i = 0; i < 360; ++i) {
+    const double x = rng.Uniform(-0.5, 0.5), y = rng.Uniform(-0.4, 0.4);
+    points.row(i) << x, y, x + (i < 60 ? 0.1 : 0.0), y;
+  }
+  const Eigen::Matrix3d e = EssentialFromPose({off, truth.translation});
+  CHECK(ChoosePose(e, points).pose.translation[0] < 0.0);
+  const PoseChoice choice = ChoosePose(e, points, {}, 1e-3);
+  CHECK(choice.status == Status::kOk);
+  CHECK(choice.pose.translation[0] > 0.0);
+  CHECK(choice.in_front == 60);
+  CHECK(choice.runner_up == 300);
+}
+
 TEST_CASE("The share in front counts the inliers that one of the four poses puts before both cameras") {
   Rng rng(8);
   for (int trial = 0; trial < 50; ++trial) {

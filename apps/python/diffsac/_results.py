@@ -97,6 +97,7 @@ class TwoViewEstimate(Estimate):
     pose: Optional[Pose]  # E: the second camera seen from the first; t = 0 where it only turned or stood still.
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
     translation: Translation
+    share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +115,12 @@ class AbsolutePoseEstimate(Estimate):
 
     pose: Pose  # As `model`; the identity unless the status is OK.
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), t in the scene's unit; or None.
+    share_behind: float  # Of the points that fit, the share behind the camera, which are no inliers.
+    other_pose: Optional[Pose]  # Of a plane, where the points do not say which of two poses is right; else None.
+
+    @property
+    def ambiguous(self) -> bool:
+        return self.other_pose is not None
 
 
 @dataclass(frozen=True, eq=False)

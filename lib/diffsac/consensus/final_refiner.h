@@ -65,6 +65,15 @@ class FinalRefiner {
     return posterior;
   }
 
+  /// Puts the better of its two minima in *chosen; the other one where the points do not tell them apart.
+  std::optional<ModelParameters> OtherMinimum(ScoredModel<Model>* chosen, int* fits) const {
+    if (options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
+    Parameters model = chosen->model, other;
+    const bool as_good = ModelHooks<Model>::OtherMinimum(scorer_.points(), LossAt(model).scale, &model, &other, fits);
+    if (model != chosen->model) *chosen = {model, ScoreOf(model)};
+    return as_good ? std::optional<ModelParameters>(other) : std::nullopt;
+  }
+
   /// The points that support the model.
   int CountInliers(const Parameters& model) const {
     const Eigen::VectorXd residuals = scorer_.Residuals(model);

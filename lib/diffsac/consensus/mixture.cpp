@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffsac/geometry/point_spread.h"
+
 namespace diffsac {
 namespace {
 
@@ -43,9 +45,11 @@ double Mixture::Extent() const { return density_ratio * kSqrtTwoPi * sigma; }
 Mixture Mixture::WithSigma(double other) const { return {other, ClampDensityRatio(density_ratio * sigma / other)}; }
 
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma) {
-  const Eigen::RowVectorXd sides =
-      (points.colwise().maxCoeff() - points.colwise().minCoeff()).cwiseMax(2.0 * inlier_threshold);
-  const double mean_side = std::exp(sides.array().log().mean());
+  // Matches have coordinates of several images, whose axes mean something.
+  const Eigen::VectorXd sides =
+      points.cols() <= 3 ? SpreadOf(points).sides
+                         : Eigen::VectorXd((points.colwise().maxCoeff() - points.colwise().minCoeff()).transpose());
+  const double mean_side = std::exp(sides.cwiseMax(2.0 * inlier_threshold).array().log().mean());
   return {sigma, ClampDensityRatio(mean_side / (kSqrtTwoPi * sigma))};
 }
 

@@ -9,9 +9,9 @@ namespace diffsac {
 
 /// The Gaussian-uniform mixture of distances to a model (as in MLESAC: Torr and Zisserman, CVIU 2000).
 ///
-/// An inlier is Gaussian across the model and uniform along it, an outlier uniform in the points' bounding box of
-/// volume V. With the model's extent inside the box taken as V^((D−1)/D), the ratio of the two densities at distance r
-/// is ρ·exp(−r²/2σ²) with ρ = V^(1/D) / (√(2π) σ).
+/// An inlier is Gaussian across the model and uniform along it, an outlier uniform in a box of the points, of volume V.
+/// With the model's extent inside the box taken as V^((D−1)/D), the ratio of the two densities at distance r is
+/// ρ·exp(−r²/2σ²) with ρ = V^(1/D) / (√(2π) σ).
 struct Mixture {
   double sigma = 0.0;          ///< σ, in the data's unit.
   double density_ratio = 2.0;  ///< ρ, at least 2.
@@ -23,7 +23,8 @@ struct Mixture {
   Mixture WithSigma(double other) const;
 };
 
-/// Each side of the box counts as at least 2ε, so that points on an axis-parallel model keep a volume.
+/// The box is that of points in the plane or in space by their covariance (SpreadOf), which no turn changes, and the
+/// bounding box of others. Each side counts as at least 2ε, so that points on one model keep a volume.
 Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double sigma);
 
 /// ρ exp(−r²/2σ²) of each point, 0 where r is not a number.

@@ -48,6 +48,10 @@ namespace diffsac {
 ///   Marginalise(points, weights, loss, prior, model, out)
 ///                                    for a model with an unknown focal length: its posterior under the prior, and the
 ///                                    model at the posterior's median, asked for once at the end where a prior is given
+///   OtherMinimum(points, threshold, model, other, fits)
+///                                    for a model of two minima (an absolute pose of points on a plane): makes *model
+///                                    the better of them, and returns whether *other, the worse, is as good within what
+///                                    noise allows; the loss is truncated at `threshold`. Adds its fits to *fits
 ///   Residuals(model, columns, begin, end, out)   see scorer.h
 ///   Determined(points)                           see check_points.h
 ///
@@ -121,6 +125,12 @@ template <class M>
 concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
                                          double threshold, Rng rng, typename M::Parameters* out, int* fits) {
   { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
+};
+
+template <class M>
+concept HasOtherMinimum = requires(const PointMatrix& points, double threshold, typename M::Parameters* model,
+                                   int* fits) {
+  { ModelHooks<M>::OtherMinimum(points, threshold, model, model, fits) } -> std::same_as<bool>;
 };
 
 /// A model with an unknown focal length, of which a prior may be given: `FitFrom` and `Refine` with its share, and the

@@ -25,6 +25,8 @@ struct ConsensusResult {
   std::vector<std::uint8_t> inliers;  ///< residual ≤ inlier_threshold under the returned model, exactly
   double inlier_threshold =
       std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
+  /// Of a model of two minima: the other one, where it is as good.
+  std::optional<ModelParameters> other = {};
   /// Of a model with an unknown focal length, where a prior of it is given; in the unit of the points.
   std::optional<FocalPosterior> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last

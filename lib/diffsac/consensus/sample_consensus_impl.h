@@ -77,6 +77,7 @@ class ConsensusSearch {
     result_.first_sets = FirstSets(sets_, Model::kMinimalSize);
     if (!chosen || refine_.CountInliers(chosen->model) < Model::kMinimalSize) return std::move(result_);
     if constexpr (HasFocalPosterior<Model>) result_.focal = refine_.Marginalise(&*chosen, &result_.hypotheses);
+    if constexpr (HasOtherMinimum<Model>) result_.other = refine_.OtherMinimum(&*chosen, &result_.hypotheses);
     result_.status = Status::kOk;
     result_.model = chosen->model;
     result_.score = chosen->score;

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
+#include <numbers>
 #include <vector>
 
 #include "diffsac/consensus/false_alarms.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/random.h"
-#include "diffsac/geometry/model.h"
+#include "diffsac/geometry/hyperplane.h"
+#include "diffsac/geometry/point_spread.h"
 
 namespace diffsac::structures_internal {
 
@@ -39,33 +42,59 @@ struct StructureSupport {
   bool IsDense() const { return (kBeside - 1.0) * inside > kDenser * beside; }
 };
 
-/// How many models chance would give.
+/// Where points of no structure might be: of matches, uniform points in the box of the data.
 template <MinimalModel Model>
-class StructureChance {
+class ChanceSpace {
  public:
-  using Parameters = typename Model::Parameters;
-
-  StructureChance(const PointMatrix& points, double threshold, Rng rng)
+  ChanceSpace(const PointMatrix& points, double threshold, Rng rng)
       : threshold_(threshold), uniform_(kChancePoints, points.cols()) {
     const Eigen::RowVectorXd low = points.colwise().minCoeff(), high = points.colwise().maxCoeff();
     for (Eigen::Index i = 0; i < kChancePoints; ++i)
       for (Eigen::Index k = 0; k < points.cols(); ++k) uniform_(i, k) = rng.Uniform(low[k], high[k]);
   }
 
-  /// log10 of the number of such models (LogChanceModels) that points spread uniformly over the box of the data would
-  /// give. least: of a point that fits, the least probability.
-  double LogModels(const ModelParameters& parameters, int points, int inside, double least) const {
-    const Parameters model = parameters;
+  /// Which share of them fits a model.
+  double ShareNear(const ModelParameters& parameters) const {
+    const typename Model::Parameters model = parameters;
     int fitting = 0;
     for (Eigen::Index i = 0; i < kChancePoints; ++i)
       fitting += Model::Residual(model, uniform_.data() + i * uniform_.cols()) <= threshold_;
-    const double share = (fitting + 1.0) / (kChancePoints + 1.0);
-    return LogChanceModels(points, inside, Model::kMinimalSize, std::max(least, share));
+    return (fitting + 1.0) / (kChancePoints + 1.0);
   }
 
  private:
   double threshold_;
   PointMatrix uniform_;
 };
+
+/// Of lines and planes, the ellipsoid in which uniform points have the data's covariance: it turns with the data. Its
+/// largest section counts, and it reaches kBeside thresholds however flat the data is, that of one plane, say.
+template <MinimalModel Model>
+requires std::same_as<Model, Hyperplane<Model::kDimension>>
+class ChanceSpace<Model> {
+ public:
+  ChanceSpace(const PointMatrix& points, double threshold, const Rng&)
+      : threshold_(threshold), spread_(SpreadOf(points)) {}
+
+  double ShareNear(const ModelParameters& model) const {
+    constexpr int kDimension = Model::kDimension;
+    const Eigen::VectorXd along = spread_.axes.transpose() * model.head(kDimension);
+    const double sigma = along.cwiseProduct(spread_.sides).norm() / std::sqrt(12.0);
+    const double u = threshold_ / std::max(std::sqrt(kDimension + 2.0) * sigma, kBeside * threshold_);
+    if constexpr (kDimension == 2) return 2.0 / std::numbers::pi * (u * std::sqrt(1.0 - u * u) + std::asin(u));
+    return 0.5 * u * (3.0 - u * u);
+  }
+
+ private:
+  double threshold_;
+  PointSpread spread_;
+};
+
+/// log10 of the number of such models (LogChanceModels) that points of no structure would give. least: of a point that
+/// fits, the least probability.
+template <MinimalModel Model>
+double LogModels(const ChanceSpace<Model>& chance, const ModelParameters& model, int points, int inside, double least) {
+  return LogChanceModels(points, inside, Model::kMinimalSize, std::max(least, chance.ShareNear(model)));
+}
 
 }  // namespace diffsac::structures_internal

@@ -345,7 +345,7 @@ class StructuresSearch {
   }
 
   bool IsChance(const ModelParameters& model, int points, int inside) const {
-    return !(chance_.LogModels(model, points, inside, structures_.least_chance) < structures_.log_false_alarms);
+    return !(LogModels(chance_, model, points, inside, structures_.least_chance) < structures_.log_false_alarms);
   }
 
   bool IsStructure(const ModelParameters& model, const StructureSupport& support) const {
@@ -361,7 +361,7 @@ class StructuresSearch {
   const StructureSearchOptions& structures_;
   const Rng rng_;
   EstimationPriors priors_;  ///< With the hypotheses that are known.
-  StructureChance<Model> chance_;
+  ChanceSpace<Model> chance_;
   int searches_ = 0;
   std::vector<std::uint8_t> aside_;  ///< 1 for points of models that are no structure.
   std::vector<ModelParameters> models_;

@@ -207,6 +207,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   if (estimate.status == Status::kOk && problem.cameras) result.pose = PoseOfEstimate(estimate, problem);
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
   result.translation = estimate.translation;
+  result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
   return result;
 }
@@ -218,6 +219,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   SharedFocalEstimate result;
   result.focal = estimate.focal;
   result.translation = estimate.translation;
+  result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate, problem);
     if (result.pose) result.pose_covariance = estimate.pose_covariance;
@@ -318,6 +320,8 @@ AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen
   Estimate estimate =
       Run(ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
   result.pose_covariance = estimate.pose_covariance;
+  result.share_behind = estimate.share_behind;
+  result.other_pose = estimate.other_pose;
   Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
   return result;

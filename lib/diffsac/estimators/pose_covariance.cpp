@@ -13,4 +13,13 @@ std::optional<Eigen::MatrixXd> PoseCovarianceOf(const SolverSpace& space, const 
   });
 }
 
+double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, double threshold,
+                      std::vector<std::uint8_t>* inliers) {
+  return DispatchDescription(space.problem().task, [&]<class Description>() {
+    if constexpr (requires { Description::LeaveOutBehind(model, space, threshold, inliers); })
+      return Description::LeaveOutBehind(model, space, threshold, inliers);
+    return 0.0;
+  });
+}
+
 }  // namespace diffsac

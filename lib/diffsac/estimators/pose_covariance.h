@@ -14,4 +14,9 @@ namespace diffsac {
 std::optional<Eigen::MatrixXd> PoseCovarianceOf(const SolverSpace& space, const ModelParameters& model,
                                                 const std::vector<std::uint8_t>& inliers, const FitConditions& fit);
 
+/// Takes inliers that lie behind a camera of the model's motion out of *inliers, and returns Estimate::share_behind; 0
+/// for tasks without cameras. threshold: what an inlier is, in the unit of the space.
+double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, double threshold,
+                      std::vector<std::uint8_t>* inliers);
+
 }  // namespace diffsac

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/static_overlay.h"
@@ -25,12 +26,19 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   const bool several = !estimate->structures.empty();
   const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
                                : std::count(estimate->inliers.begin(), estimate->inliers.end(), 1);
-  estimate->log_false_alarms = LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
-  if (several) return;
-  const ParallaxTest test = ParallaxOfEstimate(estimate->model, estimate->inliers, problem);
-  estimate->translation = test.translation;
-  estimate->turn = test.turn;
-  if (IsUndetermined(test.translation)) estimate->pose_covariance.reset();
+  if (!several) {
+    const ParallaxTest test = ParallaxOfEstimate(estimate->model, estimate->inliers, problem);
+    estimate->translation = test.translation;
+    estimate->turn = test.turn;
+    if (IsUndetermined(test.translation)) {
+      // Where t is anything, what lies behind the cameras is so as well.
+      estimate->pose_covariance.reset();
+      estimate->share_behind = 0.0;
+    }
+  }
+  estimate->log_false_alarms = estimate->share_behind > kMostBehind
+                                   ? std::numeric_limits<double>::infinity()
+                                   : LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
 }
 
 /// Makes an estimate of usable rows one of all rows.

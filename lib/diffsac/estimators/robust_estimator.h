@@ -24,6 +24,9 @@ struct EstimateReport {
   std::int64_t draws = 0;       ///< Minimal sets drawn; 0 for methods that do not tell.
 };
 
+/// Of points that fit a motion, no larger share is behind its cameras than this if it is one.
+inline constexpr double kMostBehind = 0.2;
+
 /// The result of one robust estimator on one problem.
 struct Estimate {
   Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
@@ -49,6 +52,12 @@ struct Estimate {
   /// length, 7 × 7 with that in pixels after them. Absent for other tasks, for methods that end without a refinement,
   /// and where the inliers do not determine the motion (CovarianceOfFit, `translation`).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
+  /// E, unknown focal lengths, absolute pose: of the points that fit, the share that lies behind a camera. They are no
+  /// inliers. Much of it where an image is mirrored, say: beyond kMostBehind, log_false_alarms is infinite.
+  double share_behind = 0.0;
+  /// Absolute pose of points on a plane: another pose that explains them as well, beside that of `model`
+  /// (AbsolutePose::OtherMinimum). Then pose_covariance is absent.
+  std::optional<RigidMotion> other_pose = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
   std::vector<float> inlier_probabilities;

@@ -41,7 +41,11 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.score = result.score;
   estimate.inlier_threshold = space.unit() * result.inlier_threshold;
   estimate.noise_scale = space.unit() * result.noise_scale;
-  if (result.fit) estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);
+  if (estimate.status == Status::kOk)
+    estimate.share_behind = LeaveOutBehind(space, estimate.model, result.inlier_threshold, &estimate.inliers);
+  if (result.other) estimate.other_pose = PoseOfEstimate(*result.other, estimate.inliers, space.problem());
+  if (result.fit && !result.other)
+    estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;

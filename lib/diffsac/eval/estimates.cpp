@@ -99,6 +99,8 @@ class Columns {
     Put(group, "model", models_, width_);
     Put(group, "pose", poses_, 12);
     PutTexts(group, "translation", translations_);
+    if (has_other_pose_) Put(group, "other_pose", other_poses_, 12);
+    Put(group, "share_behind", shares_behind_);
     if (covariance_width_ > 0) Put(group, "pose_covariance", covariances_, covariance_width_);
     if (has_focal_) {
       Put(group, "focal", focals_, kFocalWidth);
@@ -127,6 +129,11 @@ class Columns {
   }
 
  private:
+  static void AddPose(const std::optional<RigidMotion>& pose, std::vector<double>* poses) {
+    for (int i = 0; i < 12; ++i)
+      poses->push_back(!pose ? kNan : i % 4 == 3 ? pose->translation[i / 4] : pose->rotation(i / 4, i % 4));
+  }
+
   void Add(const EstimateRecord& record) {
     index_.push_back(record.index);
     ids_.push_back(record.id);
@@ -134,10 +141,10 @@ class Columns {
     statuses_.emplace_back(ToString(record.status));
     for (hsize_t i = 0; i < width_; ++i)
       models_.push_back(record.model.size() > 0 ? record.model[static_cast<Eigen::Index>(i)] : kNan);
-    for (int i = 0; i < 12; ++i)
-      poses_.push_back(!record.pose ? kNan
-                       : i % 4 == 3 ? record.pose->translation[i / 4]
-                                    : record.pose->rotation(i / 4, i % 4));
+    AddPose(record.pose, &poses_);
+    AddPose(record.other_pose, &other_poses_);
+    has_other_pose_ = has_other_pose_ || record.other_pose;
+    shares_behind_.push_back(record.share_behind);
     translations_.push_back(ToString(record.translation));
     if (record.pose_covariance) {
       covariances_.insert(covariances_.end(), record.pose_covariance->data(),
@@ -190,8 +197,9 @@ class Columns {
   bool has_focal_ = false, has_values_ = false;
   std::vector<std::uint64_t> index_;
   std::vector<std::string> ids_, scenes_, statuses_, translations_;
-  std::vector<double> models_, poses_, scores_, noise_scales_, log_false_alarms_, structures_, covariances_, focals_,
-      inlier_thresholds_, structure_values_;
+  bool has_other_pose_ = false;
+  std::vector<double> models_, poses_, other_poses_, shares_behind_, scores_, noise_scales_, log_false_alarms_,
+      structures_, covariances_, focals_, inlier_thresholds_, structure_values_;
   std::vector<std::int64_t> draws_, points_, inliers_end_, rows_end_, probabilities_end_, structures_end_, labels_end_;
   std::vector<std::int32_t> inliers_, rows_, labels_, focal_observable_;
   std::vector<float> probabilities_;
@@ -262,9 +270,20 @@ void ReadStructures(const H5::Group& group, std::size_t width, std::vector<Estim
   }
 }
 
-/// Of groups that have covariances or focal lengths.
+/// Of a row of 12; nothing where it is not finite.
+std::optional<RigidMotion> PoseAt(const std::vector<double>& poses, std::size_t i) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(poses.data() + 12 * i);
+  if (!pose.allFinite()) return std::nullopt;
+  return RigidMotion{pose.leftCols<3>(), pose.col(3)};
+}
+
+/// Of groups that have covariances, other poses or focal lengths.
 void ReadUncertainty(const H5::Group& group, std::vector<EstimateRecord>* records) {
   const std::size_t count = records->size();
+  if (group.nameExists("other_pose")) {
+    const auto poses = Get<double>(group, "other_pose", 12 * count);
+    for (std::size_t i = 0; i < count; ++i) (*records)[i].other_pose = PoseAt(poses, i);
+  }
   if (group.nameExists("pose_covariance")) {
     const auto values = GetAll<double>(group, "pose_covariance");
     const auto side = count == 0 ? 0 : static_cast<Eigen::Index>(std::lround(std::sqrt(values.size() / count)));
@@ -300,6 +319,10 @@ void ReadRows(const H5::Group& group, std::vector<EstimateRecord>* records) {
     const auto translations = GetTexts(group, "translation", count);
     for (std::size_t i = 0; i < count; ++i) (*records)[i].translation = FromString<Translation>(translations[i]);
   }
+  if (group.nameExists("share_behind")) {
+    const auto shares = Get<double>(group, "share_behind", count);
+    for (std::size_t i = 0; i < count; ++i) (*records)[i].share_behind = shares[i];
+  }
   if (!group.nameExists("rows")) return;
   const auto rows = GetAll<std::int32_t>(group, "rows");
   const auto ends = Get<std::int64_t>(group, "rows_end", count);
@@ -331,8 +354,7 @@ std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
     record.status = StatusFromText(statuses[i]);
     if (record.status == Status::kOk)
       record.model = Eigen::Map<const Eigen::VectorXd>(models.data() + i * width, static_cast<Eigen::Index>(width));
-    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(poses.data() + 12 * i);
-    if (pose.allFinite()) record.pose = RigidMotion{pose.leftCols<3>(), pose.col(3)};
+    record.pose = PoseAt(poses, i);
     record.score = scores[i];
     record.noise_scale = noise_scales[i];
     record.log_false_alarms = log_false_alarms[i];
@@ -373,6 +395,8 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
   record.translation = estimate.translation;
+  record.other_pose = estimate.other_pose;
+  record.share_behind = estimate.share_behind;
   record.focal = estimate.focal;
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;

@@ -23,7 +23,9 @@ struct EstimateRecord {
   std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).
   std::optional<Eigen::MatrixXd> pose_covariance;  ///< As in Estimate.
   Translation translation =
-      Translation::kNotTested;  ///< As in Estimate; t of `pose` is zero where it is not determined.
+      Translation::kNotTested;            ///< As in Estimate; t of `pose` is zero where it is not determined.
+  std::optional<RigidMotion> other_pose;  ///< As in Estimate.
+  double share_behind = 0.0;              ///< As in Estimate.
   std::optional<FocalEstimate> focal;
   std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
   /// What an inlier is, in the data's unit, as in Estimate; NaN without a model.

@@ -39,6 +39,15 @@ struct AbsolutePose {
   /// Levenberg-Marquardt on SE(3) with the loss truncated at `threshold` (in the unit of `Residual`) on all points.
   /// False, leaving *model, when that does not lower the cost or the points are unfit.
   static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
+
+  /// A plane seen from afar looks the same when its normal is mirrored at the line of sight: the loss truncated at
+  /// `threshold` has two minima (Schweighofer and Pinz, "Robust pose estimation from a planar target", PAMI 2006;
+  /// Collins and Bartoli, "Infinitesimal plane-based pose estimation", IJCV 2014). Makes *model the better of the two;
+  /// true where the other one, then *other, is less than kOddsToTell times less likely. False where the inliers' relief
+  /// would be seen, and where there is one minimum. Adds its fits to *fits.
+  static bool OtherMinimum(const PointMatrix& points, double threshold, Parameters* model, Parameters* other,
+                           int* fits);
+  static constexpr double kOddsToTell = 20.0;
 };
 
 /// The rotation and translation of a pose and back.

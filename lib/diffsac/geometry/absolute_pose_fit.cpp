@@ -8,8 +8,10 @@
 #include <limits>
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/robust_loss.h"
 #include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/row_residuals.h"
 
 namespace diffsac {
 namespace {
@@ -166,6 +168,37 @@ bool Minimize(const PointMatrix& points, const Eigen::VectorXd& weights, const R
   return moved && pose->allFinite();
 }
 
+Eigen::VectorXd SquaredResiduals(const PointMatrix& points, const AbsolutePose::Parameters& pose) {
+  Eigen::VectorXd squares(points.rows());
+  RowResiduals<AbsolutePose>(points, pose, squares.data());
+  return squares.cwiseAbs2();
+}
+
+/// The pose that shows the plane the same from afar. False where it is no plane: where its relief, seen from the side,
+/// would be more than `threshold`.
+bool Mirrored(const Resection& plane, double threshold, const AbsolutePose::Parameters& pose,
+              AbsolutePose::Parameters* out) {
+  const Eigen::Matrix3d rotation = RotationOf(pose);
+  const Eigen::Vector3d centre = rotation * plane.mean + TranslationOf(pose);
+  if (!(plane.spread[2] <= threshold * centre[2])) return false;
+  const auto mirror = [](const Eigen::Vector3d& normal) {
+    return Eigen::Matrix3d(Eigen::Matrix3d::Identity() - 2.0 * normal * normal.transpose());
+  };
+  const Eigen::Matrix3d turned = mirror(centre.normalized()) * rotation * mirror(plane.axes.col(2));
+  *out = PoseOf(turned, centre - turned * plane.mean);
+  return true;
+}
+
+/// log of how much likelier `a` is than `b` by the points that are within the threshold of either, of unknown noise.
+double LogOdds(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double threshold) {
+  constexpr int kUnknowns = 6;
+  const double most = threshold * threshold;
+  const auto near = a.array() <= most || b.array() <= most;
+  const double sum_a = near.select(a.cwiseMin(most), 0.0).sum(), sum_b = near.select(b.cwiseMin(most), 0.0).sum();
+  const double freedom = 2.0 * static_cast<double>(near.count()) - kUnknowns;
+  return 0.5 * freedom * std::log(sum_b / sum_a);
+}
+
 }  // namespace
 
 bool AbsolutePose::Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {
@@ -199,6 +232,22 @@ bool AbsolutePose::Refine(const PointMatrix& points, double threshold, Parameter
   if (!Minimize(points, Eigen::VectorXd::Ones(points.rows()), loss, &refined)) return false;
   *model = refined;
   return true;
+}
+
+bool AbsolutePose::OtherMinimum(const PointMatrix& points, double threshold, Parameters* model, Parameters* other,
+                                int* fits) {
+  constexpr double kSameDegrees = 0.5;
+  const Eigen::VectorXd squares = SquaredResiduals(points, *model);
+  const Eigen::VectorXd inliers = (squares.array() <= threshold * threshold).cast<double>();
+  Resection plane;
+  if (!plane.Gather(points, inliers) || !Mirrored(plane, threshold, *model, other)) return false;
+  ++*fits;
+  Minimize(points, inliers, RobustLoss{}, other);
+  Refine(points, threshold, other);
+  if (RotationAngleDegrees(RotationOf(*model), RotationOf(*other)) < kSameDegrees) return false;
+  const double log_odds = LogOdds(squares, SquaredResiduals(points, *other), threshold);
+  if (log_odds < 0.0) std::swap(*model, *other);
+  return std::abs(log_odds) < std::log(kOddsToTell);
 }
 
 Eigen::Matrix<double, 6, 6> ReprojectionInformation(const PointMatrix& points, const Eigen::VectorXd& weights,

@@ -13,7 +13,7 @@
 namespace diffsac {
 namespace {
 
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
 
 Eigen::Vector3d First(const double* point) { return {point[0], point[1], 1.0}; }
 Eigen::Vector3d Second(const double* point) { return {point[2], point[3], 1.0}; }
@@ -72,7 +72,45 @@ bool InFront(const RelativePose& pose, const double* point) {
   return b.cross(pose.translation).dot(normal) > 0.0 && a.cross(pose.translation).dot(normal) > 0.0;
 }
 
-PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
+namespace {
+
+int CountInFront(const RelativePose& pose, const PointMatrix& points, const std::vector<int>& rows) {
+  return static_cast<int>(std::count_if(rows.begin(), rows.end(), [&](int i) { return InFront(pose, &points(i, 0)); }));
+}
+
+/// Of the points in front, the angles between their rays in units of twice the noise, at most 1 each.
+double Parallax(const RelativePose& pose, const PointMatrix& points, const std::vector<int>& rows, double noise) {
+  double sum = 0.0;
+  for (const int i : rows) {
+    const double* point = &points(i, 0);
+    if (!InFront(pose, point)) continue;
+    const Eigen::Vector3d a = pose.rotation * First(point), b = Second(point);
+    sum += std::min(1.0, a.cross(b).norm() / (2.0 * noise * a.norm() * b.norm()));
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance) {
+  if (InFront(pose, point)) return true;
+  // In the epipolar plane, that of the ray farther from the epipole, by signed angles from t: a point before both
+  // cameras is seen at 0 < φ2 < φ1 < π.
+  const Eigen::Vector3d t = pose.translation, a = pose.rotation * First(point), b = Second(point);
+  const Eigen::Vector3d plane_a = t.cross(a.normalized()), plane_b = t.cross(b.normalized());
+  const Eigen::Vector3d normal = (plane_a.squaredNorm() > plane_b.squaredNorm() ? plane_a : plane_b).normalized();
+  const auto angle = [&](const Eigen::Vector3d& ray) { return std::atan2(t.cross(ray).dot(normal), t.dot(ray)); };
+  const double first = angle(a), second = angle(b);
+  // Beyond the epipole the other way round, a little below 0 is a little above π.
+  const auto turned = [&](double phi) { return phi < -0.5 * kPi ? phi + 2.0 * kPi : phi; };
+  const auto front = [&](double phi1, double phi2) {
+    return phi2 > -tolerance && phi1 < kPi + tolerance && phi1 - phi2 > -2.0 * tolerance;
+  };
+  return front(turned(first), turned(second)) || front(turned(-first), turned(-second));
+}
+
+PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers,
+                      double noise) {
   PoseChoice choice;
   const std::vector<int> rows = Chosen(points, inliers);
   choice.status = Status::kDegenerate;
@@ -83,8 +121,7 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   choice.in_front = -1;
   choice.runner_up = -1;
   for (const RelativePose& pose : DecomposeEssential(e)) {
-    int count = 0;
-    for (const int i : rows) count += InFront(pose, points.row(i).data()) ? 1 : 0;
+    const int count = CountInFront(pose, points, rows);
     if (count > choice.in_front) {
       choice.runner_up = choice.in_front;
       choice.in_front = count;
@@ -92,6 +129,13 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
     } else if (count > choice.runner_up) {
       choice.runner_up = count;
     }
+  }
+  const RelativePose opposite{choice.pose.rotation, -choice.pose.translation};
+  if (noise > 0.0 && choice.in_front > 0 &&
+      Parallax(opposite, points, rows, noise) > Parallax(choice.pose, points, rows, noise)) {
+    choice.pose = opposite;
+    choice.runner_up = choice.in_front;
+    choice.in_front = CountInFront(opposite, points, rows);
   }
   choice.status = Status::kOk;
   if (choice.in_front == choice.runner_up) choice.status = Status::kDegenerate;

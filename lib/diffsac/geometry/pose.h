@@ -35,6 +35,10 @@ std::array<RelativePose, 4> DecomposeEssential(const Eigen::Matrix3d& e);
 /// Whether the point where the two rays come closest lies before both cameras.
 bool InFront(const RelativePose& pose, const double* point);
 
+/// The same, or it would with images up to `tolerance` (in normalised coordinates) elsewhere: far points, whose rays
+/// are parallel, and points near an epipole come out before or behind by noise alone.
+bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance);
+
 /// The pose chosen from the four of an essential matrix.
 struct PoseChoice {
   /// kOk; kTooFewPoints: no point is given; kNoModel: no point lies before both cameras of any pose;
@@ -46,9 +50,11 @@ struct PoseChoice {
 };
 
 /// Chooses among the four poses by how many of the points (normalised coordinates, rows with inliers[i] != 0; empty:
-/// all) lie before both cameras.
+/// all) lie before both cameras. noise, where it is above 0, is what images may be off: then the sign of t is chosen by
+/// the points with their parallax, up to twice the noise. Far ones may all come out on the wrong side, by the
+/// rotation's own error.
 PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
-                      const std::vector<std::uint8_t>& inliers = {});
+                      const std::vector<std::uint8_t>& inliers = {}, double noise = 0.0);
 
 /// Which share of the points, of those with inliers[i] != 0, lies before both cameras of the best of the four poses; 0
 /// where there is none (PoseChoice::status says why).

@@ -1,5 +1,6 @@
 #include "diffsac/problem/absolute_pose_task.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <numbers>
 
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/geometry/point_spread.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/coordinates.h"
 
@@ -15,6 +17,35 @@ namespace {
 
 Eigen::Vector3d CentreOf(const AbsolutePose::Parameters& pose) {
   return -RotationOf(pose).transpose() * TranslationOf(pose);
+}
+
+/// The best pose in a mirrored scene fits the points near one plane alone: where most points are no inliers, which
+/// share of those that fit does so in the scene mirrored at the inliers' plane alone. They are behind a camera that is
+/// turned over.
+double ShareMirrored(const PointMatrix& points, const AbsolutePose::Parameters& pose, double threshold,
+                     const std::vector<std::uint8_t>& inliers) {
+  constexpr Eigen::Index kMostPoints = 500;
+  std::vector<Eigen::Index> fitting;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    if (inliers[static_cast<std::size_t>(i)] != 0) fitting.push_back(i);
+  if (fitting.empty() || 2 * std::ssize(fitting) > points.rows()) return 0.0;
+  const PointSpread plane = SpreadOf(points(fitting, Eigen::seqN(0, 3)));
+  const Eigen::Vector3d normal = plane.axes.col(0);
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < points.rows(); i += 1 + points.rows() / kMostPoints) rows.push_back(i);
+  PointMatrix mirrored = points(rows, Eigen::all);
+  mirrored.leftCols(3) -=
+      2.0 * ((mirrored.leftCols(3) * normal).array() - plane.centre.dot(normal)).matrix() * normal.transpose();
+  AbsolutePose::Parameters turned = pose;
+  for (const double reach : {8.0, 4.0, 2.0, 1.0}) AbsolutePose::Refine(mirrored, reach * threshold, &turned);
+  const std::vector<std::uint8_t> fits = InlierMask<AbsolutePose>(mirrored, turned, threshold);
+  double alone = 0.0, others = 0.0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const bool inlier = inliers[static_cast<std::size_t>(rows[k])] != 0;
+    alone += fits[k] != 0 && !inlier;
+    others += inlier;
+  }
+  return alone > 0.0 ? alone / (alone + others) : 0.0;
 }
 
 }  // namespace
@@ -42,6 +73,20 @@ PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
   PointMatrix coordinates = space.points();
   coordinates.leftCols(3) = CentredCoordinates(coordinates.leftCols(3));
   return coordinates;
+}
+
+double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                                        std::vector<std::uint8_t>* inliers) {
+  const PointMatrix& points = space.points();
+  const auto fitting = std::count(inliers->begin(), inliers->end(), 1);
+  const Eigen::Matrix3d rotation = RotationOf(model);
+  int behind = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d x = rotation * points.row(i).head<3>().transpose() + TranslationOf(model);
+    behind += x[2] < 0.0 && (x.hnormalized() - points.row(i).tail<2>().transpose()).norm() <= threshold;
+  }
+  const auto share = [](double part, double rest) { return part > 0.0 ? part / (part + rest) : 0.0; };
+  return std::max(share(behind, static_cast<double>(fitting)), ShareMirrored(points, model, threshold, *inliers));
 }
 
 std::vector<std::uint8_t> AbsolutePoseTask::InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose) {

@@ -26,6 +26,9 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
                                                        const SolverSpace& space, const FitConditions& fit) {
     return AbsolutePoseCovariance(space.points(), model, fit);
   }
+  /// Points behind the camera are no inliers: only their share, or that of the points which fit a mirrored scene.
+  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                               std::vector<std::uint8_t>* inliers);
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
   static double ChanceShare(const Problem& problem, double threshold) {
     return DiscShare(ImageExtent(problem.size1, ImagePoints(problem)), threshold);

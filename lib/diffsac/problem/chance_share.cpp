@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "diffsac/geometry/point_spread.h"
+
 namespace diffsac {
 namespace {
 
@@ -33,7 +35,7 @@ double DiscShare(const Eigen::Vector2d& extent, double threshold) {
 double SlabShare(const PointMatrix& points, double threshold) {
   if (points.rows() == 0) return 1.0;
   const auto dimension = static_cast<double>(points.cols());
-  const double side = BoxOf(points).maxCoeff();
+  const double side = SpreadOf(points).sides.maxCoeff();
   // No section of a cube is larger than √d of its faces (a square's diagonal).
   return Share(2.0 * threshold * std::sqrt(dimension) * std::pow(side, dimension - 1.0), std::pow(side, dimension));
 }

@@ -17,8 +17,8 @@ double EpipolarBandShare(const Eigen::Vector2d& extent, double threshold);
 /// Of a disc.
 double DiscShare(const Eigen::Vector2d& extent, double threshold);
 
-/// Of the slab about the largest line or plane in a cube (a square) as large as the points' box is long: points that
-/// all lie on one plane leave their box no volume.
+/// Of the slab about the largest line or plane in a cube (a square) as large as uniform points of the same greatest
+/// spread fill (SpreadOf): points that all lie on one plane leave a box no volume.
 double SlabShare(const PointMatrix& points, double threshold);
 
 }  // namespace diffsac

@@ -12,9 +12,15 @@ EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPa
                                 const std::vector<std::uint8_t>& inliers, const Example& example);
 
 /// The pose that E chooses with the inliers, of matches in pixels, by cheirality; nothing with fewer than 5 inliers, or
-/// where none is before both cameras.
+/// where none is before both cameras. noise_px: as ChoosePose, in pixels.
 std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
-                                        const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
+                                        const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels,
+                                        double noise_px = 0.0);
+
+/// Takes those of the inliers out that lie behind a camera of their pose, however well they fit E: by more than noise
+/// of `tolerance` explains (MayBeInFront). Returns which share that was. Points are in normalised coordinates.
+double LeaveOutBehind(const std::optional<RigidMotion>& pose, const PointMatrix& points, double tolerance,
+                      std::vector<std::uint8_t>* inliers);
 
 /// TestTurn of matches in pixels.
 ParallaxTest CalibratedParallax(const Eigen::Matrix3d& essential, const CameraPair& cameras,
@@ -49,7 +55,7 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
                                          const Problem& problem) {
     if (!problem.cameras) return std::nullopt;
     const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(model), *problem.cameras);
-    return EpipolarPose(essential, *problem.cameras, inliers, problem.points);
+    return EpipolarPose(essential, *problem.cameras, inliers, problem.points, problem.inlier_threshold);
   }
   static double ChanceShare(const Problem& problem, double threshold) {
     return EpipolarChanceShare(problem, threshold);

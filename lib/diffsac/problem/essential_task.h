@@ -34,6 +34,10 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
     if (!pose) return std::nullopt;
     return RelativePoseCovariance(space.points(), {pose->rotation, pose->translation}, fit);
   }
+  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                               std::vector<std::uint8_t>* inliers) {
+    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()), space.points(), threshold, inliers);
+  }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
     if (!problem.cameras) return model;
     return AsParameters(FundamentalFromEssential(ModelMatrix(model), problem.cameras->K1, problem.cameras->K2));

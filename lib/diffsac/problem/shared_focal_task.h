@@ -81,7 +81,8 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
-    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points);
+    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points,
+                        problem.inlier_threshold);
   }
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                const Problem& problem) {
@@ -93,6 +94,13 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
     const auto pose = Pose(model, inliers, space.problem());
     if (!pose) return std::nullopt;
     return FocalPoseCovarianceInPixels(kUnknown, model[9], *pose, space, fit);
+  }
+  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
+                               std::vector<std::uint8_t>* inliers) {
+    const CameraPair cameras = CamerasOf(model, space.problem());
+    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()),
+                                   NormalizedCoordinates(space.problem().points, cameras.K1, cameras.K2),
+                                   threshold * space.unit() / cameras.MeanFocal(), inliers);
   }
   static double ChanceShare(const Problem& problem, double threshold) {
     return EpipolarChanceShare(problem, threshold);

@@ -39,6 +39,9 @@ inline constexpr const char* kModelName = nullptr;
 ///                         how certain that motion is (Estimate::pose_covariance); fit: how the model was refined
 ///   Parallax(model, inliers, problem)
 ///                         whether the inliers determine it, of two views (ParallaxOfEstimate)
+///   LeaveOutBehind(model, space, threshold, inliers)
+///                         takes inliers that lie behind a camera out of *inliers, and returns their share of all that
+///                         fit but for that (Estimate::share_behind); threshold: theirs, in the space's unit
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   PointWeights(problem) N values in [0, 1], how much each point says: weights in scores
 ///                         (consensus.inlier_prior_power), of draws (sampler `weighted`) and their order (`prosac`)

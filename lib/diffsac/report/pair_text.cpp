@@ -210,6 +210,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"pose", record.pose ? PoseJson(*record.pose, record.translation) : Json(nullptr)},
                      {"translation", ToString(record.translation)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
+                     {"share_behind", record.share_behind},
                      {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inliers},
