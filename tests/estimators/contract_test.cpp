@@ -70,17 +70,19 @@ TEST_CASE("every function: of equal rows one counts, in all digits, and all are 
     const Answer once = function(function.points, ratios);
     REQUIRE(once.is_certain());
     const int count = static_cast<int>(function.points.rows());
-    for (const int times : {2, 3})
-      for (const bool joined : {true, false}) {
-        CAPTURE(times, joined);
-        std::vector<int> rows;
-        for (int i = 0; i < count * times; ++i) rows.push_back(joined ? i % count : i / times);
-        const Answer repeated = function(Taken(function.points, rows), Taken(ratios, rows));
-        CheckSameModels(repeated, once);
-        CHECK(repeated.labels == Taken(once.labels, rows));
-        CHECK(repeated.repeated_rows == count * (times - 1));
-        CHECK(repeated.rows_left_out == 0);
-      }
+    std::vector<int> twice, thrice, unlike;
+    for (int i = 0; i < 2 * count; ++i) twice.push_back(i % count);
+    for (int i = 0; i < 3 * count; ++i) thrice.push_back(i / 3);
+    for (int i = 0; i < 3 * count; ++i)
+      if (i % 3 <= i / 3 % 3) unlike.push_back(i / 3);
+    for (const std::vector<int>& rows : {twice, thrice, unlike}) {
+      CAPTURE(rows.size());
+      const Answer repeated = function(Taken(function.points, rows), Taken(ratios, rows));
+      CheckSameModels(repeated, once);
+      CHECK(repeated.labels == Taken(once.labels, rows));
+      CHECK(repeated.repeated_rows == static_cast<int>(rows.size()) - count);
+      CHECK(repeated.rows_left_out == 0);
+    }
   }
 }
 
