@@ -128,6 +128,8 @@ void CheckRequest(const EvalRequest& request) {
   const bool shared = request.group.has_value() || !request.shard.empty();
   if (shared && (request.train_missing || request.update || !request.page.empty()))
     throw Error("--train-missing, --update and --page are for one process that does all of the work");
+  RefuseInputsAsOutputs({request.page, request.colmap.database},
+                        {request.config_path, request.context.checkpoint_override});
 }
 
 /// The plain values of a configuration, and so the files that it names.
