@@ -130,20 +130,28 @@ std::optional<Photograph> Read(const std::string& path, const Request& request) 
 }
 
 void CheckNames(const Request& request) {
-  std::vector<std::string> names, inputs = request.calibration.Inputs(), outputs = {request.json, request.estimates};
-  inputs.insert(inputs.end(), request.images.begin(), request.images.end());
-  for (const std::string& image : request.images)
-    for (const std::string& file : {request.picture, request.segments})
-      if (!file.empty()) outputs.push_back(FileOf(file, ImageName(image), request.images.size() > 1));
-  RefuseInputsAsOutputs(outputs, inputs);
-  for (const std::string& image : request.images)
-    if (!request.picture.empty())
-      CheckPictureName(FileOf(request.picture, ImageName(image), request.images.size() > 1));
-
+  std::vector<std::string> names;
   for (const std::string& path : request.images) names.push_back(ImageName(path));
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   if (twice != names.end()) throw Error("two images are named " + *twice);
+}
+
+/// Before any work: what is written must not be what is read, nor another's picture.
+void CheckOutputs(const Request& request) {
+  std::vector<std::string> inputs = request.calibration.Inputs(), outputs = {request.json, request.estimates};
+  inputs.insert(inputs.end(), request.images.begin(), request.images.end());
+  std::vector<std::string> pictures;
+  for (const std::string& image : request.images) {
+    const auto add = [&](const std::string& file, std::vector<std::string>* files) {
+      if (!file.empty()) files->push_back(FileOf(file, ImageName(image), request.images.size() > 1));
+    };
+    add(request.picture, &pictures);
+    add(request.segments, &outputs);
+  }
+  outputs.insert(outputs.end(), pictures.begin(), pictures.end());
+  RefuseInputsAsOutputs(outputs, inputs);
+  for (const std::string& picture : pictures) CheckPictureName(picture);
 }
 
 /// What was estimated of all images that could be read, in one file each.
@@ -163,6 +171,7 @@ int Run(Request request) {
   if (request.images.size() > 1) std::erase_if(request.images, PassOverOwnPicture);
   if (request.images.empty()) throw Error("expected an image");
   CheckNames(request);
+  CheckOutputs(request);
   std::vector<VanishingImage> found;
   for (const std::string& path : request.images)
     if (const auto photograph = Read(path, request)) found.push_back(Treat(path, *photograph, request));

@@ -14,8 +14,9 @@ methods:
   - {name: diffsac, type: diffsac, checkpoint: "$tiny_model"}
 END
 : >"$own/points/empty.csv"
-expect_error "empty.csv: no points" evaluate --config "$own/points.yaml" --threads 1 --device cpu --output "$own/run"
-rm "$own/points/empty.csv"
+expect_error "empty.csv: no points" evaluate --config "$own/points.yaml" --set "data.paths=[$own/points/empty.csv]" --output "$own/none"
+expect_error 'would be written over an input' evaluate --config "$own/points.yaml" --page "$own/points/good.csv" --output "$own/none"
+# Of a folder it is named and left out.
 run_expecting 0 evaluate --config "$own/points.yaml" --threads 1 --device cpu --output "$own/run"
 for method in ransac diffsac; do
   for expected in good:ok nan:ok single:too_few_points equal:degenerate; do
@@ -23,6 +24,8 @@ for method in ransac diffsac; do
       { cat "$own/run/problems.csv" >&2; fail "$method on ${expected%:*} is not ${expected#*:}"; }
   done
 done
+(($(grep -c 'left out: .*empty.csv: no points' "$own/err") == 1)) || { cat "$own/err"; fail "the file that is left out is not told once"; }
+rm "$own/points/empty.csv"
 grep -q 'nan.csv: 1 of 10 points are not finite and are left out' "$own/err" || fail "the points left out are not told"
 
 # What was found is printed at the end and goes out with the points: the line y = x / 2 + 1, of which two points are not.

@@ -128,6 +128,8 @@ void CheckRequest(const EvalRequest& request) {
   const bool shared = request.group.has_value() || !request.shard.empty();
   if (shared && (request.train_missing || request.update || !request.page.empty()))
     throw Error("--train-missing, --update and --page are for one process that does all of the work");
+  RefuseInputsAsOutputs({request.page, request.colmap.database},
+                        {request.config_path, request.context.checkpoint_override});
 }
 
 /// The plain values of a configuration, and so the files that it names.
@@ -142,21 +144,27 @@ void AddValuesOf(const Config& config, std::vector<std::string>* values) {
   }
 }
 
-/// Of what the run writes nothing may be what it reads. A run's own configuration may be run again in its folder.
-void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
-  std::vector<std::string> inputs = {request.context.checkpoint_override}, outputs = {request.page};
-  for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &inputs);
-  for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &inputs);
-  std::vector<std::string> files;
+/// A value's file, or the data files of its folder; values that name neither add nothing.
+void AddFilesOf(const std::string& value, std::vector<std::string>* files) {
+  namespace fs = std::filesystem;
   std::error_code code;
-  std::copy_if(inputs.begin(), inputs.end(), std::back_inserter(files),
-               [&](const std::string& input) { return std::filesystem::is_regular_file(input, code); });
-  const std::string own = folder + "/config.yaml";
-  for (const char* name : {"report.html", "table.md", "table.csv", "table.tex", "problems.csv", "results.csv",
-                           "results.json", "reliability.csv", kEstimatesFile, kShardRecords})
-    outputs.push_back(folder + "/" + name);
-  if (ProgramOfRun(folder).empty()) outputs.push_back(own);
+  if (fs::is_regular_file(value, code)) files->push_back(value);
+  if (!fs::is_directory(value, code)) return;
+  for (fs::directory_iterator at(value, code), end; !code && at != end; at.increment(code))
+    if (at->path().extension() != ".md") files->push_back(at->path().string());
+}
+
+/// Of what the run writes nothing may be what it reads; what an earlier run left in its folder is replaced.
+void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
+  std::vector<std::string> values = {request.context.checkpoint_override}, outputs = {request.page}, files;
+  for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &values);
+  for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &values);
+  for (const std::string& value : values) AddFilesOf(value, &files);
   files.push_back(request.config_path);
+  if (ProgramOfRun(folder).empty())
+    for (const char* name : {"config.yaml", "report.html", "table.md", "table.csv", "table.tex", "problems.csv",
+                             "results.csv", "results.json", "reliability.csv", kEstimatesFile, kShardRecords})
+      outputs.push_back(folder + "/" + name);
   RefuseInputsAsOutputs(outputs, files);
 }
 
