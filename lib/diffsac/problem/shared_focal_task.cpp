@@ -114,17 +114,18 @@ ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, con
   return AsFocalParameters(AsParameters(placed), focal);
 }
 
-/// By the model's focal length, or, where the matches are those of a plane, which F cannot tell from a turn, by the one
-/// with which a turn explains them best: what E and f were fitted to is a turn's noise then.
+/// F cannot tell a turn from a plane. Where the matches are those of either, a turn by the model's focal length is
+/// tried, and then by the one with which it explains them best: what E and f were fitted to is a turn's noise.
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
                            const Problem& problem) {
   CameraPair cameras = CamerasOfFocal(unknown, model, problem);
   const Eigen::Matrix3d essential = EssentialOfFocal(unknown, model, problem),
                         f = FundamentalFromEssential(essential, cameras.K1, cameras.K2);
+  const Translation of_pixels = TestPlane(problem.points, AsParameters(f), inliers).translation;
+  if (of_pixels == Translation::kDetermined) return {of_pixels};
+  if (of_pixels == Translation::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
   const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
-  if (IsUndetermined(test.translation) ||
-      !IsUndetermined(TestPlane(problem.points, AsParameters(f), inliers).translation))
-    return test;
+  if (test.translation != Translation::kDetermined) return test;
   const bool swapped = FocalSpaceOf(unknown, problem).value().swapped, both = unknown == UnknownFocal::kBoth;
   const bool first = both || swapped, second = both || !swapped;
   double factor = 1.0;
