@@ -116,8 +116,8 @@ struct ModelEstimate {
   int num_inliers = 0;                ///< Of `inliers`.
   double inlier_threshold = 0.0;      ///< Of these: what was asked for, or less where the noise was found to be less.
   /// σ of the noise, in pixels or the points' unit: of one coordinate of the inliers' residuals. For E, F and absolute
-  /// poses it is that of each image coordinate, for H √2 times it where both images' points are as noisy. Any value from
-  /// 0; about the threshold that was looked at where it is that or more. NaN where it is not estimated.
+  /// poses it is that of each image coordinate, for H √2 times it where both images' points are as noisy. Any value
+  /// from 0; about the threshold that was looked at where it is that or more. NaN where it is not estimated.
   double noise_scale = 0.0;
   /// log10 of the number of models with as many inliers that chance would give.
   double log_false_alarms = 0.0;
