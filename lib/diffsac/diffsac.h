@@ -55,9 +55,13 @@ struct EstimateOptions {
 
 /// Of images.
 struct ImageOptions : EstimateOptions {
-  /// The greatest residual of an inlier, in pixels (E and F: Sampson error; H: transfer error; poses: reprojection
-  /// error). 0: 1 px, homographies 3, absolute poses 4. E, F and H find the noise by themselves, so that this only caps
-  /// it.
+  /// The greatest residual of an inlier, in pixels or whatever the points are in (E and F: Sampson error; H: transfer
+  /// error; poses: reprojection error). 0: 1 px, homographies 3, absolute poses 4; where the median point is not 20 to
+  /// 20000 from the origin, as of coordinates from 0 to 1, normalised ones or large film, a thousandth of how far the
+  /// points go stands for a pixel. E, F and H look for the noise themselves, of thresholds from the value given (F half
+  /// of it, H two thirds) to 4 times it (H: 8/3). Where the value is above two, or below a fifth, of those thousandths
+  /// (H: of three times these), they look from, or to, these, and the value only caps what an inlier is. So nothing but
+  /// the unit of the results changes where points, calibration and this are in another unit.
   double max_residual_px = 0.0;
   /// Throws Error naming the field and what was expected.
   void Check() const;
@@ -115,7 +119,9 @@ struct ModelEstimate {
   std::vector<std::uint8_t> inliers;  ///< N values, 1 for an inlier of `model`; all 0 without one.
   int num_inliers = 0;                ///< Of `inliers`, repeated rows included.
   double inlier_threshold = 0.0;      ///< Of these: what was asked for, or less where the noise was found to be less.
-  /// σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
+  /// σ of the noise, in pixels or the points' unit: of one coordinate of the inliers' residuals. For E, F and absolute
+  /// poses it is that of each image coordinate, for H √2 times it where both images' points are as noisy. Any value
+  /// from 0; about the threshold that was looked at where it is that or more. NaN where it is not estimated.
   double noise_scale = 0.0;
   /// log10 of the number of models with as many inliers that chance would give.
   double log_false_alarms = 0.0;

@@ -73,7 +73,7 @@ class Estimate:
     inliers: NDArray[np.bool_]  # N: which points are inliers of `model`.
     num_inliers: int  # Of `inliers`, repeated rows included.
     inlier_threshold: float  # Of these: what was asked for, or less where the noise was found to be less.
-    noise_scale: float  # σ of the inliers' residuals, in pixels or the points' unit; NaN where it is not estimated.
+    noise_scale: float  # σ of one coordinate of the inliers' residuals, in pixels or the points' unit; NaN: not estimated.
     log_false_alarms: float  # log10 of the number of models with as many inliers that chance would give.
     inlier_probabilities: Optional[NDArray[np.float32]]  # N, by the network before the search; None without one.
     cost: Cost

@@ -14,6 +14,7 @@
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
+#include "diffsac/estimators/scene_frame.h"
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
@@ -152,7 +153,8 @@ Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
   return problem;
 }
 
-Problem ProblemOf(const ScenePoints& points, const Eigen::Matrix3d& K, double max_residual_px) {
+Problem ProblemOf(const ScenePoints& points, const SceneFrame& frame, const Eigen::Matrix3d& K,
+                  double max_residual_px) {
   const Eigen::Index count = points.points3d.rows();
   Require(points.points2d.rows() == count, "points2d",
           "as many rows as points3d, " + std::to_string(count) + ", got " + std::to_string(points.points2d.rows()));
@@ -160,7 +162,7 @@ Problem ProblemOf(const ScenePoints& points, const Eigen::Matrix3d& K, double ma
   problem.task = Task::kAbsolutePose;
   problem.inlier_threshold = max_residual_px;
   problem.points.resize(count, 5);
-  problem.points << points.points3d, points.points2d;
+  problem.points << frame.Apply(points.points3d), points.points2d;
   SetRatios(points.match_ratios, &problem);
   const Eigen::Matrix3d checked = CheckedCalibration(K, "K");
   problem.cameras = CameraPair{checked, checked};
@@ -245,8 +247,10 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
 }
 
 template <class Model>
-ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options) {
+ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options,
+                              const SceneFrame* frame = nullptr) {
   Estimate estimate = RunForSeveral(problem, options);
+  if (frame != nullptr) frame->Restore(&estimate);
   ModelsEstimate<Model> result;
   result.status = estimate.status;
   for (const ModelParameters& model : estimate.structures) result.models.push_back(ModelOf<Model>(model));
@@ -317,8 +321,10 @@ TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& o
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options) {
   AbsolutePoseEstimate result;
-  Estimate estimate =
-      Run(ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
+  const SceneFrame frame(points.points3d);
+  const double residual = ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d));
+  Estimate estimate = Run(ProblemOf(points, frame, K, residual), options);
+  frame.Restore(&estimate);
   result.pose_covariance = estimate.pose_covariance;
   result.share_behind = estimate.share_behind;
   result.other_pose = estimate.other_pose;
@@ -356,8 +362,9 @@ ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, con
 
 ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
                                                                   const ImageOptions& options) {
-  return Several<Eigen::Matrix<double, 3, 4>>(
-      ProblemOf(points, K, ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d))), options);
+  const SceneFrame frame(points.points3d);
+  const double residual = ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d));
+  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, frame, K, residual), options, &frame);
 }
 
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kNearest = 20.0, kFarthest = 2e4, kPixels = 1000.0;
 
-/// The value that so large a share of those that are finite is below; 0 without any.
+}  // namespace
+
 double Quantile(const Eigen::VectorXd& column, double share) {
   std::vector<double> values(column.data(), column.data() + column.size());
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
@@ -18,8 +19,6 @@ double Quantile(const Eigen::VectorXd& column, double share) {
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
-
-}  // namespace
 
 double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
   const auto range = [&](int axis) { return Quantile(points.col(axis), 0.75) - Quantile(points.col(axis), 0.25); };

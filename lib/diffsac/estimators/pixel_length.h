@@ -4,6 +4,9 @@
 
 namespace diffsac {
 
+/// The value that so large a share of those that are finite is below; 0 without any.
+double Quantile(const Eigen::VectorXd& values, double share);
+
 /// A thousandth of how far an image's points (N × 2) go, twice the range of their middle half: about a pixel of usual
 /// photographs, in whatever unit the points are. Rows that are not finite do not count; 0 without others, or where all
 /// are alike.

@@ -38,7 +38,7 @@ struct Estimate {
   /// structures: as those of the first); NaN without a model.
   double log_false_alarms = std::numeric_limits<double>::quiet_NaN();
   double score = 0.0;  ///< Of the score that chose the model.
-  /// σ of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
+  /// σ of one coordinate of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
   /// Two views: whether the inliers determine the translation (the model, where there are no cameras). Where they do
   /// not, `model` is only one of those that explain them, and pose_covariance is absent.
