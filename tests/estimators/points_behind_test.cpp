@@ -56,6 +56,22 @@ TEST_CASE("matches of points behind the cameras are no inliers") {
   }
 }
 
+TEST_CASE("nor of a pose whose focal length is estimated") {
+  for (int i = 0; i < 10; ++i) {
+    Matches matches = Views(i, 240, 40);
+    matches.size1 = matches.size2 = {1001, 801};
+    FocalOptions options;
+    options.prior = FocalPrior{900.0, 0.05};
+    for (const auto& estimate : {EstimateSharedFocal(matches, options), EstimateOneFocal(matches, kCamera, options)}) {
+      CAPTURE(i);
+      REQUIRE(estimate.ok());
+      CHECK(Count(estimate.inliers, 0, 200) > 180);
+      CHECK(Count(estimate.inliers, 200, 240) == 0);
+      CHECK(estimate.share_behind == Approx(40.0 / 240.0).margin(0.03));
+    }
+  }
+}
+
 TEST_CASE("far points stay inliers whose rays cross behind the cameras by noise") {
   for (int i = 0; i < 10; ++i) {
     const Matches near = Views(i, 100, 0);
