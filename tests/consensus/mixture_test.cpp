@@ -24,18 +24,35 @@ Eigen::VectorXd MixedResiduals(int inliers, int outliers, double sigma, Rng& rng
   return residuals;
 }
 
-TEST_CASE("The density ratio follows from the bounding box") {
-  PointMatrix points(3, 2);
-  points << 0, 0, 10, 2.5, 4, 1;
+TEST_CASE("The density ratio of matches follows from their bounding box") {
+  PointMatrix points(3, 4);
+  points << 0, 0, 0, 0, 10, 2.5, 2.5, 10, 4, 1, 1, 4;
   const Mixture mixture = MakeMixture(points, 0.1, 0.03);
   CHECK(mixture.density_ratio == Approx(5.0 / (std::sqrt(2.0 * 3.14159265358979) * 0.03)));
   CHECK(mixture.Odds(0.5) == Approx(mixture.density_ratio));
   CHECK(mixture.Odds(0.2) == Approx(mixture.density_ratio / 4.0));
   // A flat box counts as 2 ε high, and the ratio has a floor.
-  points.col(1).setZero();
+  points.rightCols(3).setZero();
   CHECK(MakeMixture(points, 0.1, 0.03).density_ratio ==
-        Approx(std::sqrt(10.0 * 0.2) / (std::sqrt(2.0 * 3.14159265358979) * 0.03)));
+        Approx(std::pow(10.0 * 0.2 * 0.2 * 0.2, 0.25) / (std::sqrt(2.0 * 3.14159265358979) * 0.03)));
   CHECK(MakeMixture(points, 0.1, 100.0).density_ratio == 2.0);
+}
+
+TEST_CASE("The density ratio of points is that of the box that uniform ones fill, however it is turned") {
+  PointMatrix points(50 * 20, 2);
+  for (int i = 0; i < 1000; ++i) points.row(i) << 0.2 * (i % 50 + 0.5), 0.125 * (i / 50 + 0.5);
+  const double expected = std::sqrt(10.0 * 2.5) / (std::sqrt(2.0 * 3.14159265358979) * 0.03);
+  for (const double angle : {0.0, 0.3, 0.8, 1.5}) {
+    Eigen::Matrix2d turn;
+    turn << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+    const PointMatrix turned = points * turn.transpose();
+    CHECK(MakeMixture(turned, 0.1, 0.03).density_ratio == Approx(expected).epsilon(0.002));
+    CHECK(MakeMixture(turned, 0.1, 0.03).density_ratio == Approx(MakeMixture(points, 0.1, 0.03).density_ratio));
+  }
+  // All on one line: 2 ε high.
+  points.col(1) = 0.5 * points.col(0);
+  CHECK(MakeMixture(points, 0.1, 0.03).density_ratio ==
+        Approx(std::sqrt(std::sqrt(125.0) * 0.2) / (std::sqrt(2.0 * 3.14159265358979) * 0.03)).epsilon(0.002));
 }
 
 TEST_CASE("The estimated share of inliers is the most likely one and close to the truth") {

@@ -19,11 +19,12 @@ ImageOptions Plain() {
   return options;
 }
 
-/// Matches of one camera that moves to the side, with noise of .3 px. The last `behind` are of points behind both.
-Matches Views(int index, int count, int behind, double distance = 1.0) {
+/// Matches of one camera that moves to the side, and by `other` elsewhere, with noise of .3 px. The last `behind` are
+/// of points behind both.
+Matches Views(int index, int count, int behind, double distance = 1.0, double other = 0.2) {
   Rng rng = Rng(21).Fork("views", index);
-  const RelativePose pose{Eigen::AngleAxisd(0.03, testing::RandomDirection(rng)).toRotationMatrix(),
-                          Eigen::Vector3d(1.0, 0.2 * rng.Normal(), 0.2 * rng.Normal()).normalized()};
+  const RelativePose pose{Eigen::AngleAxisd(0.5 * other, testing::RandomDirection(rng)).toRotationMatrix(),
+                          Eigen::Vector3d(1.0, other * rng.Normal(), other * rng.Normal()).normalized()};
   Matches matches;
   matches.points1.resize(count, 2);
   matches.points2.resize(count, 2);
@@ -55,6 +56,22 @@ TEST_CASE("matches of points behind the cameras are no inliers") {
   }
 }
 
+TEST_CASE("nor of a pose whose focal length is estimated") {
+  for (int i = 0; i < 10; ++i) {
+    Matches matches = Views(i, 240, 40);
+    matches.size1 = matches.size2 = {1001, 801};
+    FocalOptions options;
+    options.prior = FocalPrior{900.0, 0.05};
+    for (const auto& estimate : {EstimateSharedFocal(matches, options), EstimateOneFocal(matches, kCamera, options)}) {
+      CAPTURE(i);
+      REQUIRE(estimate.ok());
+      CHECK(Count(estimate.inliers, 0, 200) > 180);
+      CHECK(Count(estimate.inliers, 200, 240) == 0);
+      CHECK(estimate.share_behind == Approx(40.0 / 240.0).margin(0.03));
+    }
+  }
+}
+
 TEST_CASE("far points stay inliers whose rays cross behind the cameras by noise") {
   for (int i = 0; i < 10; ++i) {
     const Matches near = Views(i, 100, 0);
@@ -71,7 +88,8 @@ TEST_CASE("far points stay inliers whose rays cross behind the cameras by noise"
 
 TEST_CASE("a mirrored image gives no confident pose") {
   for (int i = 0; i < 10; ++i) {
-    Matches matches = Views(i, 200, 0);
+    // With other motions the mirrored image may be one of yet another, with everything in front.
+    Matches matches = Views(i, 200, 0, 1.0, 0.02);
     matches.points2.col(0) = (1000.0 - matches.points2.col(0).array()).matrix();
     const auto estimate = EstimateEssential(matches, {kCamera, kCamera}, Plain());
     CAPTURE(i, estimate.share_behind);

@@ -25,7 +25,10 @@ TEST_CASE("an image whose size is unknown is the box of its points") {
 TEST_CASE("points that all lie on one axis-parallel line or plane are no chance") {
   PointMatrix line(101, 2);
   for (int i = 0; i <= 100; ++i) line.row(i) << 0.1 * i, 5.0;
-  CHECK(SlabShare(line, 0.1) == Approx(0.2 * std::sqrt(2.0) / 10.0));
+  CHECK(SlabShare(line, 0.1) == Approx(0.2 * std::sqrt(2.0) / 10.0).epsilon(0.01));
+  PointMatrix turned = line;
+  turned << 0.6 * line.col(0) - 0.8 * line.col(1), 0.8 * line.col(0) + 0.6 * line.col(1);
+  CHECK(SlabShare(turned, 0.1) == Approx(SlabShare(line, 0.1)));
   Problem problem{Task::kLine, line, 0.1};
   CHECK(LogFalseAlarmsOf(problem, 101, 0.1) < -100.0);
   CHECK(LogFalseAlarmsOf(problem, 4, 0.1) > 0.0);

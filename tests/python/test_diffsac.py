@@ -84,6 +84,7 @@ class TestEstimates(unittest.TestCase):
             self.assertEqual(estimate.num_inliers, estimate.inliers.sum())
             self.assertGreater(estimate.inliers[~self.scene.wrong].mean(), 0.9)
             self.assertEqual(estimate.pose_covariance.shape, (6, 6))
+            self.assertLess(estimate.share_behind, 0.05)
             self.assertGreater(estimate.cost.hypotheses, 0)
         self.assertIsNone(estimate.inlier_probabilities)
 
@@ -115,6 +116,20 @@ class TestEstimates(unittest.TestCase):
         estimate = diffsac.estimate_absolute_pose(s.points3d, s.x2, K)
         self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.3)
         np.testing.assert_array_equal(estimate.model, np.c_[estimate.pose.rotation, estimate.pose.translation])
+        self.assertEqual(estimate.share_behind, 0.0)
+        self.assertIsNone(estimate.other_pose)
+        self.assertFalse(estimate.ambiguous)
+
+    def test_planar_target_far_away_has_two_poses(self):
+        x, y = np.meshgrid(np.linspace(-0.5, 0.5, 6), np.linspace(-0.5, 0.5, 6))
+        target = np.c_[x.ravel(), y.ravel(), np.zeros(36)]
+        c, s = np.cos(0.6), np.sin(0.6)
+        seen = target @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]]).T + [0, 0, 50]
+        image = seen[:, :2] / seen[:, 2:] * 600 + [320, 240] + np.random.default_rng(0).normal(0, 0.3, (36, 2))
+        estimate = diffsac.estimate_absolute_pose(target, image, K)
+        self.assertTrue(estimate.ambiguous)
+        self.assertGreater(angle_deg(estimate.pose.rotation, estimate.other_pose.rotation), 20)
+        self.assertIsNone(estimate.pose_covariance)
 
     def test_focal_lengths(self):
         s = self.scene

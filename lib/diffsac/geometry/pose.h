@@ -51,7 +51,7 @@ struct PoseChoice {
 
 /// Chooses among the four poses by how many of the points (normalised coordinates, rows with inliers[i] != 0; empty:
 /// all) lie before both cameras. noise, where it is above 0, is what images may be off: then the sign of t is chosen by
-/// the points with their parallax, up to twice the noise. Far ones may all come out on the wrong side, by the
+/// the points with their squared parallax, up to twice the noise. Far ones may all come out on the wrong side, by the
 /// rotation's own error.
 PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
                       const std::vector<std::uint8_t>& inliers = {}, double noise = 0.0);

@@ -37,7 +37,7 @@ double ShareMirrored(const PointMatrix& points, const AbsolutePose::Parameters& 
   mirrored.leftCols(3) -=
       2.0 * ((mirrored.leftCols(3) * normal).array() - plane.centre.dot(normal)).matrix() * normal.transpose();
   AbsolutePose::Parameters turned = pose;
-  for (const double reach : {8.0, 4.0, 2.0, 1.0}) AbsolutePose::Refine(mirrored, reach * threshold, &turned);
+  for (const double reach : {64.0, 16.0, 4.0, 1.0}) AbsolutePose::Refine(mirrored, reach * threshold, &turned);
   const std::vector<std::uint8_t> fits = InlierMask<AbsolutePose>(mirrored, turned, threshold);
   double alone = 0.0, others = 0.0;
   for (std::size_t k = 0; k < rows.size(); ++k) {
