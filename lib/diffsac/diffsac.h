@@ -132,8 +132,8 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};
 };
-/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
-/// in pixels last.
+/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. There is no pose_covariance: none that is told
+/// from the matches alone holds the truth as often as it says (docs/estimates.md).
 struct SharedFocalEstimate : TwoViewEstimate {
   std::optional<FocalEstimate> focal = {};  ///< With its interval; where it is not `observable` it is the prior's.
   CameraPair cameras = {};                  ///< Of this focal length.

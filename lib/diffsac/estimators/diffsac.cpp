@@ -168,7 +168,6 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const EstimateOpti
   result.focal = estimate.focal;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate.model, estimate.inliers, problem);
-    if (result.pose) result.pose_covariance = estimate.pose_covariance;
     result.cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);
   }

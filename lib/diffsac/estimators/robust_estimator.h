@@ -40,9 +40,9 @@ struct Estimate {
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
   /// Of the motion that PoseOfEstimate says, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
-  /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). With a focal
-  /// length, 7 × 7 with that in pixels after them. Absent for other tasks, for methods that end without a refinement,
-  /// and where the inliers do not determine the motion (CovarianceOfFit; a rotation alone).
+  /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
+  /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
+  /// where the inliers do not determine the motion (CovarianceOfFit; a rotation alone).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.

@@ -91,8 +91,7 @@ Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
 
 /// Of a matrix with x2ᵀ F x1 = 0, of any length, by the parameters that its derivative is by.
 std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, const Matrix3Parameters& f,
-                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit,
-                                                  const Eigen::MatrixXd& prior) {
+                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit) {
   const int count = static_cast<int>(points.rows());
   const Eigen::Matrix<double, Eigen::Dynamic, 4> columns = points;
   const double* pointers[4] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data(),
@@ -103,14 +102,13 @@ std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, con
     const NormalEquations equations = SumSampsonEquations(f.data(), pointers, weights.data(), count);
     return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
   };
-  return CovarianceOfFit(residuals, 1, fit, information, prior);
+  return CovarianceOfFit(residuals, 1, fit, information);
 }
 
 }  // namespace
 
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
-                                               const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior) {
+                                               const FitConditions& fit, const InformationFunction& information) {
   const double threshold = fit.threshold;
   if (!(threshold > 0.0) || !std::isfinite(threshold)) return std::nullopt;
   const Eigen::ArrayXd inlier = (residuals.array() <= threshold).cast<double>();
@@ -126,11 +124,7 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
   const double factor =
       CutLength(residual_dimension, sigmas).share * VarianceFactor(fit.loss, residual_dimension, sigma);
   const double variance = factor * sigma * sigma;
-  const Eigen::MatrixXd b = weighted ? information(weights.cwiseProduct(fit.weights)) : a;
-  // The prior counts like residuals of weight 1.
-  const Eigen::MatrixXd known =
-      prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
-  auto covariance = Sandwich(a + known, b + known);
+  auto covariance = Sandwich(a, weighted ? information(weights.cwiseProduct(fit.weights)) : a);
   if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
 }
@@ -145,37 +139,11 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
   return derivative;
 }
 
-Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal) {
-  Eigen::Matrix<double, 9, 7> derivative;
-  const Eigen::Matrix<double, 9, 6> essential = EssentialByPose(pose);
-  for (int i = 0; i < 6; ++i) derivative.col(i) = WithFocal(unknown, essential.col(i), focal);
-  // Entry (i, j) has the factor f once for a last row, and where both lengths are unknown once for a last column.
-  derivative.col(6) = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal) / focal;
-  for (int entry = 0; entry < 9; ++entry)
-    derivative(entry, 6) *= (entry >= 6) + (unknown == UnknownFocal::kBoth && entry % 3 == 2);
-  return derivative;
-}
-
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit) {
   const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
   const auto covariance =
-      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit, {});
-  if (!covariance) return std::nullopt;
-  return basis * *covariance * basis.transpose();
-}
-
-std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
-                                                   const RelativePose& pose, double focal, const FitConditions& fit) {
-  Eigen::Matrix<double, 7, 6> basis = Eigen::Matrix<double, 7, 6>::Zero();
-  basis.topLeftCorner<6, 5>() = PosesOfUnitLength(pose.translation);
-  basis(6, 5) = 1.0;
-  const double width = fit.focal.log_sigma * focal;
-  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(6, 6);
-  if (width > 0.0) prior(5, 5) = 1.0 / (width * width);
-  const Matrix3Parameters fundamental = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal);
-  const auto covariance =
-      EpipolarCovariance(points, fundamental, FundamentalByPose(unknown, pose, focal) * basis, fit, prior);
+      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit);
   if (!covariance) return std::nullopt;
   return basis * *covariance * basis.transpose();
 }

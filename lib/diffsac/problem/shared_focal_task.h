@@ -1,6 +1,5 @@
 #pragma once
 
-#include "diffsac/geometry/covariance.h"
 #include "diffsac/geometry/shared_focal.h"
 #include "diffsac/problem/epipolar_task.h"
 
@@ -35,9 +34,6 @@ ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, con
 EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                          const Example& example);
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem);
-/// With f in pixels; nothing for images that have changed places.
-std::optional<Eigen::MatrixXd> FocalPoseCovarianceInPixels(UnknownFocal unknown, double focal, const RigidMotion& pose,
-                                                           const SolverSpace& space, const FitConditions& fit);
 
 /// Two views of one unknown focal length, that of both images or of one, with known principal points (CameraHint; the
 /// images' centres where none is given). The problem has no calibration; the truth has, and the metric measures the
@@ -80,13 +76,6 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
     return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points);
-  }
-  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
-                                                       const std::vector<std::uint8_t>& inliers,
-                                                       const SolverSpace& space, const FitConditions& fit) {
-    const auto pose = Pose(model, inliers, space.problem());
-    if (!pose) return std::nullopt;
-    return FocalPoseCovarianceInPixels(kUnknown, model[9], *pose, space, fit);
   }
   static double ChanceShare(const Problem& problem, double threshold) {
     return EpipolarChanceShare(problem, threshold);
