@@ -151,8 +151,8 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// kMostBehind (an image is mirrored, say) the result may be chance.
   double share_behind = 0.0;
 };
-/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. pose_covariance is 7 × 7, with the focal length
-/// in pixels last.
+/// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. There is no pose_covariance: none that is told
+/// from the matches alone holds the truth as often as it says (docs/estimates.md).
 struct SharedFocalEstimate : TwoViewEstimate {
   std::optional<FocalEstimate> focal = {};  ///< With its interval; where it is not `observable` it is the prior's.
   CameraPair cameras = {};                  ///< Of this focal length.

@@ -124,6 +124,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   record.structures_in_sets = 0.1 + 0.2;
   record.inlier_share = 1.0 / 9.0;
   record.true_rotation_deg = 0.7;
+  record.levels = {0.1 + 0.2, 1.0};
   record.structures = 3;
   record.report = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300, 5'000'000'000};
   const ShardContent content = ReadShardRecords(ShardRecords(results, "device: cpu\n"), "here");
@@ -146,6 +147,8 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(read.inlier_share == record.inlier_share);
   CHECK(read.true_rotation_deg == record.true_rotation_deg);
   CHECK(std::isnan(read.true_baseline));
+  CHECK(read.levels.rotation == record.levels.rotation);
+  CHECK(read.levels.translation == 1.0);
   CHECK(read.structures == 3);
   CHECK(read.report.draws == 5'000'000'000);
   CHECK(std::isnan(content.results.cells[1].records[1].error.recall));

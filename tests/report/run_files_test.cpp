@@ -82,11 +82,12 @@ TEST_CASE("problems.csv and results.json have more where several structures are 
   CHECK_THAT(
       csv.substr(0, csv.find('\n')),
       Catch::EndsWith(",tz,model,log_false_alarms,inlier_share,true_rotation_deg,true_baseline,true_parallax_deg,"
+                      "rotation_level,translation_level,"
                       "misclassified,recall,"
                       "one_structure_sets,structures_in_sets,structures,draws,structure_angles_deg"));
   CHECK_THAT(
       csv,
-      Contains("p1,all,0.5,second,ok,0.48,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,,75,0.25,0.25,0.25,3,0,\n"));
+      Contains("p1,all,0.5,second,ok,0.48,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,,,,75,0.25,0.25,0.25,3,0,\n"));
   CHECK_THAT(ResultsCsv(MakeReport(results)),
              Contains(",mean,0.5,second,misclassification,65.625\n") && Contains(",mean,0.5,second,recall,0.25\n") &&
                  Contains(",first,misclassification_median,50\n") && Contains(",second,structures,3\n") &&

@@ -102,7 +102,7 @@ class TwoViewEstimate(Estimate):
 
 @dataclass(frozen=True, eq=False)
 class SharedFocalEstimate(TwoViewEstimate):
-    """F of two views of unknown focal length. `pose_covariance` is 7 × 7, with the focal length in pixels last."""
+    """F of two views of unknown focal length. `pose_covariance` is None."""
 
     focal: Optional[Focal]
     K1: Floats  # Of this focal length; the identity unless the status is OK.

@@ -97,8 +97,6 @@ class FinalRefiner {
     if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
     FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
     if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
-    if constexpr (HasFocalPosterior<Model>)
-      if (const auto& cameras = scorer_.prior().cameras) fit.focal = cameras->focal();
     return fit;
   }
 

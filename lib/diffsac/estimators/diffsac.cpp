@@ -224,7 +224,6 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate, problem);
-    if (result.pose) result.pose_covariance = estimate.pose_covariance;
     result.cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);
   }

@@ -48,9 +48,9 @@ struct Estimate {
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
   /// Of the motion that PoseOfEstimate says, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
-  /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). With a focal
-  /// length, 7 × 7 with that in pixels after them. Absent for other tasks, for methods that end without a refinement,
-  /// and where the inliers do not determine the motion (CovarianceOfFit, `translation`).
+  /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
+  /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
+  /// where the inliers do not determine the motion (CovarianceOfFit, `translation`).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
   /// E, unknown focal lengths, absolute pose: of the points that fit, the share that lies behind a camera. They are no
   /// inliers. Much of it where an image is mirrored, say: beyond kMostBehind, log_false_alarms is infinite.

@@ -42,6 +42,13 @@ void VisitQuantities(Record& record, const Visit& visit) {
   visit("true_parallax_deg", record.true_parallax_deg);
 }
 
+/// What the estimate's covariance is worth.
+template <class Record, class Visit>
+void VisitLevels(Record& record, const Visit& visit) {
+  visit("rotation_level", record.levels.rotation);
+  visit("translation_level", record.levels.translation);
+}
+
 /// Those of several structures, which problems.csv has where these are judged.
 template <class Record, class Visit>
 void VisitStructures(Record& record, const Visit& visit) {

@@ -65,13 +65,15 @@ namespace {
 // Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
 void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
                     const Tolerance& tolerance, std::vector<MetricValue>* metrics) {
-  std::vector<double> rotations, translations, worst, focals;
+  std::vector<double> rotations, translations, worst, focals, turns, shifts;
   for (const ProblemRecord* record : records) {
     if (std::isnan(record->error.rotation_deg)) continue;
     rotations.push_back(record->error.rotation_deg);
     translations.push_back(record->error.translation_deg);
     worst.push_back(record->error.angle_deg);
     focals.push_back(record->error.focal);
+    if (!std::isnan(record->levels.rotation)) turns.push_back(record->levels.rotation);
+    if (!std::isnan(record->levels.translation)) shifts.push_back(record->levels.translation);
   }
   metrics->push_back({scene, MetricName("mAA_R", tolerance), MeanAverageAccuracy(rotations, tolerance.value)});
   metrics->push_back({scene, MetricName("mAA_t", tolerance), MeanAverageAccuracy(translations, tolerance.value)});
@@ -80,6 +82,11 @@ void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRec
       metrics->push_back({scene, MetricName("AUC", degrees), AreaUnderCurve(worst, degrees)});
   metrics->push_back({scene, "median_R_deg", Median(rotations)});
   metrics->push_back({scene, "median_t_deg", Median(translations)});
+  // Shares of the pairs whose covariance's region of that confidence holds the truth.
+  for (const int percent : {68, 95}) {
+    metrics->push_back({scene, "held_R_" + std::to_string(percent), AccuracyWithin(turns, 0.01 * percent)});
+    metrics->push_back({scene, "held_t_" + std::to_string(percent), AccuracyWithin(shifts, 0.01 * percent)});
+  }
   if (const double focal = Median(focals); !std::isnan(focal))
     metrics->push_back({scene, "median_focal_percent", 100.0 * focal});
 }

@@ -14,6 +14,7 @@
 #include "diffsac/eval/estimates.h"
 #include "diffsac/eval/experiment.h"
 #include "diffsac/eval/metrics.h"
+#include "diffsac/eval/pose_levels.h"
 #include "diffsac/eval/reliability.h"
 #include "diffsac/eval/shard.h"
 
@@ -30,6 +31,7 @@ struct ProblemRecord {
   int inliers = 0;
   double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
+  PoseLevels levels;  ///< By the estimate's own covariance.
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the

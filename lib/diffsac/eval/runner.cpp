@@ -96,6 +96,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);
   RecordQuantities(example, experiment.share_within_px, &record);
+  record.levels = PoseLevelsOf(estimate, example);
   record.report = estimate.report;
   record.done = true;
   return record;

@@ -41,6 +41,7 @@ void VisitAll(Record& record, const Visit& visit) {
   VisitRecord(record, visit);
   VisitChance(record, visit);
   VisitQuantities(record, visit);
+  VisitLevels(record, visit);
   VisitStructures(record, visit);
 }
 

@@ -140,8 +140,7 @@ Eigen::MatrixXd InformationOfNoise(const PointMatrix& points, const Matrix3Param
 
 /// Of a matrix with x2ᵀ F x1 = 0, of any length, by the parameters that its derivative is by.
 std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, const Matrix3Parameters& f,
-                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit,
-                                                  const Eigen::MatrixXd& prior) {
+                                                  const Eigen::MatrixXd& derivative, const FitConditions& fit) {
   const int count = static_cast<int>(points.rows());
   const Eigen::Matrix<double, Eigen::Dynamic, 4> columns = points;
   const double* pointers[4] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data(),
@@ -153,14 +152,14 @@ std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, con
     return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
   };
   const auto noise = [&](const Eigen::VectorXd& weights) { return InformationOfNoise(points, f, derivative, weights); };
-  return CovarianceOfFit(residuals, 1, fit, information, prior, noise);
+  return CovarianceOfFit(residuals, 1, fit, information, noise);
 }
 
 }  // namespace
 
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior, const InformationFunction& noise) {
+                                               const InformationFunction& noise) {
   const double threshold = fit.threshold;
   if (!(threshold > 0.0) || !std::isfinite(threshold)) return std::nullopt;
   const Eigen::ArrayXd inlier = (residuals.array() <= threshold).cast<double>();
@@ -189,11 +188,7 @@ std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals,
     if (weighted) pulls.array() *= fit.weights.array().square();
     b += information(pulls);
   }
-  // The prior counts like residuals of weight 1.
-  const Eigen::MatrixXd known =
-      prior.size() > 0 ? Eigen::MatrixXd(variance * prior) : Eigen::MatrixXd::Zero(a.rows(), a.cols());
-  const Eigen::MatrixXd true_a = noise ? Eigen::MatrixXd(a - sigma * sigma * noise(weights)) : a;
-  auto covariance = Sandwich(true_a + known, b + known);
+  auto covariance = Sandwich(noise ? Eigen::MatrixXd(a - sigma * sigma * noise(weights)) : a, b);
   if (covariance) *covariance *= variance;
   return covariance && covariance->allFinite() ? covariance : std::nullopt;
 }
@@ -226,37 +221,11 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
   return derivative;
 }
 
-Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal) {
-  Eigen::Matrix<double, 9, 7> derivative;
-  const Eigen::Matrix<double, 9, 6> essential = EssentialByPose(pose);
-  for (int i = 0; i < 6; ++i) derivative.col(i) = WithFocal(unknown, essential.col(i), focal);
-  // Entry (i, j) has the factor f once for a last row, and where both lengths are unknown once for a last column.
-  derivative.col(6) = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal) / focal;
-  for (int entry = 0; entry < 9; ++entry)
-    derivative(entry, 6) *= (entry >= 6) + (unknown == UnknownFocal::kBoth && entry % 3 == 2);
-  return derivative;
-}
-
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit) {
   const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
   const auto covariance =
-      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit, {});
-  if (!covariance) return std::nullopt;
-  return basis * *covariance * basis.transpose();
-}
-
-std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
-                                                   const RelativePose& pose, double focal, const FitConditions& fit) {
-  Eigen::Matrix<double, 7, 6> basis = Eigen::Matrix<double, 7, 6>::Zero();
-  basis.topLeftCorner<6, 5>() = PosesOfUnitLength(pose.translation);
-  basis(6, 5) = 1.0;
-  const double width = fit.focal.log_sigma * focal;
-  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(6, 6);
-  if (width > 0.0) prior(5, 5) = 1.0 / (width * width);
-  const Matrix3Parameters fundamental = WithFocal(unknown, RowByRow(EssentialFromPose(pose)), focal);
-  const auto covariance =
-      EpipolarCovariance(points, fundamental, FundamentalByPose(unknown, pose, focal) * basis, fit, prior);
+      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit);
   if (!covariance) return std::nullopt;
   return basis * *covariance * basis.transpose();
 }

@@ -8,7 +8,6 @@
 #include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
-#include "diffsac/geometry/unknown_focal.h"
 
 namespace diffsac {
 
@@ -25,8 +24,6 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 /// it bends earlier. Where NoiseOfInliers is below a fifth of the threshold, that is σ, and residuals beyond 3 σ, which
 /// are no such noise, add to B the square of what each pulls.
 ///
-/// prior: the inverse of the covariance that the parameters had before the points, p × p; empty: none.
-///
 /// noise: what of Σ w JᵀJ noise of σ = 1 makes where J is taken at noisy points; it is left out of A. Empty: nothing.
 ///
 /// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection). Nothing where the inliers
@@ -34,7 +31,6 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 /// noise is greater than the threshold, or anything is not finite.
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
-                                               const Eigen::MatrixXd& prior = {},
                                                const InformationFunction& noise = {});
 
 /// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 or 2) of a model of `free`
@@ -52,14 +48,6 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);
 /// of rank 5: δ is orthogonal to t̂, radians too. points: N × 4, normalised coordinates.
 std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points, const RelativePose& pose,
                                                       const FitConditions& fit);
-
-/// d F / d (ω, t, f) of F = WithFocal([t]ₓ exp([ω]ₓ) R, f).
-Eigen::Matrix<double, 9, 7> FundamentalByPose(UnknownFocal unknown, const RelativePose& pose, double focal);
-
-/// The same with an unknown focal length, 7 × 7 of rank 6 with f last, in the unit of the points; fit.focal is taken
-/// into account. points: N × 4, as UnknownFocal says.
-std::optional<Eigen::MatrixXd> FocalPoseCovariance(UnknownFocal unknown, const PointMatrix& points,
-                                                   const RelativePose& pose, double focal, const FitConditions& fit);
 
 /// The same of a calibrated camera in a known scene by squared reprojection errors: 6 × 6, R = exp([ω]ₓ) R̂, ω in
 /// radians in the camera's frame, t = t̂ + δ in the scene's unit. points: N × 5.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
@@ -12,7 +11,6 @@ struct FitConditions {
   RobustLoss loss;               ///< What the model is a minimum of.
   double threshold = 0.0;        ///< Residuals of inliers are within it.
   Eigen::VectorXd weights = {};  ///< N values, of the points in that minimum; empty: 1 each.
-  FocalPrior focal = {};         ///< Of models with an unknown focal length, in the unit of the points; 0: none.
 };
 
 }  // namespace diffsac

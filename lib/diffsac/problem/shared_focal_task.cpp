@@ -189,15 +189,4 @@ FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterio
   return estimate;
 }
 
-std::optional<Eigen::MatrixXd> FocalPoseCovarianceInPixels(UnknownFocal unknown, double focal, const RigidMotion& pose,
-                                                           const SolverSpace& space, const FitConditions& fit) {
-  const FocalSpace coordinates = FocalSpaceOf(unknown, space.problem()).value();
-  if (coordinates.swapped) return std::nullopt;
-  auto covariance = FocalPoseCovariance(unknown, space.points(), {pose.rotation, pose.translation}, focal, fit);
-  if (!covariance) return std::nullopt;
-  covariance->row(6) *= coordinates.unit;
-  covariance->col(6) *= coordinates.unit;
-  return covariance;
-}
-
 }  // namespace diffsac

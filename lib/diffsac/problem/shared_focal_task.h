@@ -1,6 +1,5 @@
 #pragma once
 
-#include "diffsac/geometry/covariance.h"
 #include "diffsac/geometry/shared_focal.h"
 #include "diffsac/problem/epipolar_task.h"
 
@@ -37,9 +36,6 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
 EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                          const Example& example);
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem);
-/// With f in pixels; nothing for images that have changed places.
-std::optional<Eigen::MatrixXd> FocalPoseCovarianceInPixels(UnknownFocal unknown, double focal, const RigidMotion& pose,
-                                                           const SolverSpace& space, const FitConditions& fit);
 
 /// Two views of one unknown focal length, that of both images or of one, with known principal points (CameraHint; the
 /// images' centres where none is given). The problem has no calibration; the truth has, and the metric measures the
@@ -87,13 +83,6 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                const Problem& problem) {
     return FocalParallax(kUnknown, model, inliers, problem);
-  }
-  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
-                                                       const std::vector<std::uint8_t>& inliers,
-                                                       const SolverSpace& space, const FitConditions& fit) {
-    const auto pose = Pose(model, inliers, space.problem());
-    if (!pose) return std::nullopt;
-    return FocalPoseCovarianceInPixels(kUnknown, model[9], *pose, space, fit);
   }
   static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
                                std::vector<std::uint8_t>* inliers) {

@@ -151,8 +151,8 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   if (const auto pose = PoseOfEstimate(estimate, pair.problem)) {
     text += PoseText(*pose);
     if (const auto& covariance = estimate.pose_covariance)
-      text += Format("  standard deviations at most: R %.2g degrees, t %.2g degrees\n", SpreadDegrees(*covariance, 0),
-                     SpreadDegrees(*covariance, 3));
+      text += Format("  standard deviations by noise, at most: R %.2g degrees, t %.2g degrees\n",
+                     SpreadDegrees(*covariance, 0), SpreadDegrees(*covariance, 3));
   }
   return text + TimesText(times, estimate.report);
 }

@@ -187,6 +187,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz,model";
   VisitChance(any, AppendNames{&text});
   VisitQuantities(any, AppendNames{&text});
+  VisitLevels(any, AppendNames{&text});
   if (structures) VisitStructures(any, AppendNames{&text});
   text += "\n";
   for (const Cell& cell : results.cells) {
@@ -199,6 +200,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
       text += "," + (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i]));
       VisitChance(record, AppendValues{&text});
       VisitQuantities(record, AppendValues{&text});
+      VisitLevels(record, AppendValues{&text});
       if (structures) VisitStructures(record, AppendValues{&text});
       text += "\n";
     }

@@ -14,7 +14,8 @@ std::string ResultsCsv(const Report& report);
 /// inliers,hypotheses,ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,
 /// and where the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz,model: σ, the pose x2 = R x1 + t
 /// (docs/estimates.md), R as a unit quaternion, qw ≥ 0, and the model's parameters, blanks between them; then
-/// log_false_alarms and what is known of the problem (problem_quantities.h). Unknown values are empty.
+/// log_false_alarms, what is known of the problem (problem_quantities.h), rotation_level and translation_level
+/// (eval/pose_levels.h). Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA

@@ -90,6 +90,7 @@ ProblemRecord RecordOf(const Line& line) {
   VisitRecord(record, read);
   if (line.Has("log_false_alarms")) VisitChance(record, read);
   if (line.Has("inlier_share")) VisitQuantities(record, read);
+  if (line.Has("rotation_level")) VisitLevels(record, read);
   if (line.Has("recall")) VisitStructures(record, read);
   record.done = true;
   return record;

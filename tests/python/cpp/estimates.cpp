@@ -62,10 +62,10 @@ int main() {
   PrintEstimate("homography", EstimateHomography(matches));
   PrintPose("absolute_pose", EstimateAbsolutePose(scene, K));
   const auto shared = EstimateSharedFocal(sized);
-  PrintPose("shared_focal", shared);
+  PrintEstimate("shared_focal", shared);
   Print("shared_focal.focal", shared.focal.value().focal_px);
   const auto one = EstimateOneFocal(sized, K);
-  PrintPose("one_focal", one);
+  PrintEstimate("one_focal", one);
   Print("one_focal.focal", one.focal.value().focal_px);
   PrintEstimate("line", EstimateLine(rows.middleCols<2>(5), PointOptions(9.0)));
   PrintEstimate("plane", EstimatePlane(rows.leftCols<3>(), PointOptions(0.3)));
