@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diffsac/core/random.h"
-#include "diffsac/problem/pair_truth.h"
+#include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
