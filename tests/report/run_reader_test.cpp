@@ -72,7 +72,7 @@ TEST_CASE("what is no run, or damaged, is said with file and line") {
   WriteRun(MadeUpResults(), folder.File("run"));
   const std::string path = folder.File("run/problems.csv"), whole = ReadFile(path);
   WriteFileAtomically(path, whole.substr(0, whole.size() - 9));
-  CHECK_THROWS_WITH(ReadRun(folder.File("run")), Contains("problems.csv:25: expected 35 values"));
+  CHECK_THROWS_WITH(ReadRun(folder.File("run")), Contains("problems.csv:25: expected 37 values"));
   std::string wrong = whole;
   wrong.replace(wrong.find(",first,ok,"), 10, ",third,ok,");
   WriteFileAtomically(path, wrong);
