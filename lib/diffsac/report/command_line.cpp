@@ -151,7 +151,7 @@ void AddFilesOf(const std::string& value, std::vector<std::string>* files) {
   if (fs::is_regular_file(value, code)) files->push_back(value);
   if (!fs::is_directory(value, code)) return;
   for (fs::directory_iterator at(value, code), end; !code && at != end; at.increment(code))
-    if (at->path().extension() != ".md") files->push_back(at->path().string());
+    if (at->is_regular_file(code) && at->path().extension() != ".md") files->push_back(at->path().string());
 }
 
 /// Of what the run writes nothing may be what it reads; what an earlier run left in its folder is replaced.
