@@ -204,6 +204,36 @@ TEST_CASE("Absolute poses are the same in any unit of the scene and of the image
   }
 }
 
+TEST_CASE("The other pose of a planar target far from the scene's origin is there as well") {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::RowVector3d offset(4e5, -2e5, 1e5);
+  int ambiguous = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    ScenePoints points;
+    points.points3d.resize(40, 3);
+    points.points2d.resize(40, 2);
+    for (int i = 0; i < 40; ++i) {
+      points.points3d.row(i) << rng.Uniform(-0.5, 0.5), rng.Uniform(-0.5, 0.5), 0.0;
+      const Eigen::Vector3d seen = turn * points.points3d.row(i).transpose() + Eigen::Vector3d(0.0, 0.0, 25.0);
+      points.points2d.row(i) << 900.0 * seen.x() / seen.z() + rng.Normal(), 900.0 * seen.y() / seen.z() + rng.Normal();
+    }
+    ScenePoints moved = points;
+    moved.points3d.rowwise() += offset;
+    const AbsolutePoseEstimate one = EstimateAbsolutePose(points, Zoom(900.0), Within(4.0));
+    const AbsolutePoseEstimate there = EstimateAbsolutePose(moved, Zoom(900.0), Within(4.0));
+    REQUIRE(there.ambiguous() == one.ambiguous());
+    if (!one.ambiguous()) continue;
+    ++ambiguous;
+    const auto centre = [](const RigidMotion& pose) -> Eigen::Vector3d {
+      return -pose.rotation.transpose() * pose.translation;
+    };
+    CHECK((there.other_pose->rotation - one.other_pose->rotation).norm() < 1e-4);
+    CHECK((centre(*there.other_pose) - offset.transpose() - centre(*one.other_pose)).norm() < 1e-2);
+  }
+  CHECK(ambiguous > 0);
+}
+
 /// Points of a line or plane a third of which lie anywhere.
 template <int kDimension>
 Eigen::Matrix<double, Eigen::Dynamic, kDimension> Cloud(double noise) {
