@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -186,6 +187,32 @@ TEST_CASE("a homography of points on one line, and two beside it, says that it i
       if (!estimate.ok()) continue;
       CAPTURE(beside, seed);
       CHECK(estimate.translation == (beside < 3 ? Translation::kLine : Translation::kDetermined));
+    }
+}
+
+// A watermark on both images, or dirt on the lens: E = [t]ₓ with any t explains it, and part of the scene.
+TEST_CASE("what stands still on the images does not outvote a scene of fewer matches") {
+  for (const double degrees : {1.0, 5.0})
+    for (const int scene : {30, 60, 100}) {
+      constexpr int kOverlay = 100;
+      Views views = Make({scene, 0.5, 0.0, degrees, 0.3}, 3);
+      Rng rng(9);
+      Matches& matches = views.matches;
+      matches.points1.conservativeResize(scene + kOverlay, 2);
+      matches.points2.conservativeResize(scene + kOverlay, 2);
+      for (int i = scene; i < scene + kOverlay; ++i)
+        matches.points1.row(i) = matches.points2.row(i) =
+            Eigen::RowVector2d(rng.Uniform(0.0, 1920.0), rng.Uniform(0.0, 1080.0));
+      const TwoViewEstimate estimate = Essentials(views);
+      REQUIRE(estimate.ok());
+      CAPTURE(degrees, scene);
+      CHECK(estimate.translation == Translation::kDetermined);
+      REQUIRE(static_cast<int>(estimate.inliers.size()) == scene + kOverlay);
+      CHECK(std::count(estimate.inliers.begin(), estimate.inliers.begin() + scene, 1) >= 0.9 * scene);
+      CHECK(RotationAngleDegrees(estimate.pose->rotation, views.pose.rotation) < 0.2);
+      matches.points1 = Eigen::MatrixX2d(matches.points1.bottomRows(kOverlay));
+      matches.points2 = Eigen::MatrixX2d(matches.points2.bottomRows(kOverlay));
+      CHECK(Essentials(views).translation == Translation::kStatic);
     }
 }
 

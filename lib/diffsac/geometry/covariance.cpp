@@ -113,9 +113,13 @@ Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
 /// its epipolar line looks like parallax. Without it matches of little parallax would seem to say of t what they do
 /// not.
 Eigen::MatrixXd InformationOfNoise(const PointMatrix& points, const Matrix3Parameters& f,
-                                   const Eigen::MatrixXd& derivative, const Eigen::VectorXd& weights) {
+                                   const Eigen::MatrixXd& derivative, const Eigen::VectorXd& weights,
+                                   double threshold) {
+  // A point this near to the epipoles, where the first order of the noise says nothing, is left out.
+  constexpr double kNear = 4.0;
   const Eigen::Matrix3d model = AsMatrix(f);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(derivative.cols(), derivative.cols());
+  const double least = std::pow(kNear * threshold, 2) * model.topLeftCorner<2, 2>().squaredNorm();
   Eigen::Matrix<double, 4, 9> by_entry;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     if (!(weights[i] > 0.0)) continue;
@@ -123,7 +127,7 @@ Eigen::MatrixXd InformationOfNoise(const PointMatrix& points, const Matrix3Param
     Eigen::Vector4d gradient;
     gradient << (model.transpose() * x2).head<2>(), (model * x1).head<2>();
     const double square = gradient.squaredNorm();
-    if (!(square > 0.0)) continue;
+    if (!(square > least)) continue;
     // Of x2ᵀ F x1, by coordinate and entry of F.
     by_entry.setZero();
     for (int r = 0; r < 3; ++r)
@@ -151,7 +155,9 @@ std::optional<Eigen::MatrixXd> EpipolarCovariance(const PointMatrix& points, con
     const NormalEquations equations = SumSampsonEquations(f.data(), pointers, weights.data(), count);
     return Eigen::MatrixXd(derivative.transpose() * equations.normal * derivative);
   };
-  const auto noise = [&](const Eigen::VectorXd& weights) { return InformationOfNoise(points, f, derivative, weights); };
+  const auto noise = [&](const Eigen::VectorXd& weights) {
+    return InformationOfNoise(points, f, derivative, weights, fit.threshold);
+  };
   return CovarianceOfFit(residuals, 1, fit, information, noise);
 }
 
