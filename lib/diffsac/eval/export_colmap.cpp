@@ -89,16 +89,25 @@ void SetUndetermined(const EstimateRecord& record, const Problem& problem, Colma
   geometry->configuration = record.translation == Translation::kTurn     ? ColmapConfiguration::kPanoramic
                             : record.translation == Translation::kStatic ? ColmapConfiguration::kWatermark
                                                                          : ColmapConfiguration::kPlanarOrPanoramic;
+  // By the sum of distances, in pixels, which a few wrong inliers do not spoil.
+  constexpr int kRounds = 20;
+  constexpr double kExact = 0.1;
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(problem.points.rows());
   for (const std::int32_t row : record.inliers) weights[row] = 1.0;
   Matrix3Parameters homography;
-  if (Homography::Fit(problem.points, weights, &homography))
-    geometry->homography = HomographyInColmapPixels(AsMatrix(homography));
+  bool fitted = false;
+  for (int round = 0; round < kRounds && Homography::Fit(problem.points, weights, &homography); ++round) {
+    fitted = true;
+    for (const std::int32_t row : record.inliers)
+      weights[row] = 1.0 / (kExact + SymmetricTransferError(homography, problem.points.row(row).data()));
+  }
+  if (fitted) geometry->homography = HomographyInColmapPixels(AsMatrix(homography));
 }
 
 // The models, for matches in our pixels.
 void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
-  if (IsUndetermined(record.translation)) return SetUndetermined(record, problem, geometry);
+  // Of matches by chance nothing shows parallax, nor anything else.
+  if (IsUndetermined(record.translation) && !record.MayBeChance()) return SetUndetermined(record, problem, geometry);
   geometry->motion = record.pose;
   if (task == Task::kEssential) {
     const Eigen::Matrix3d model = AsMatrix(record.model);
