@@ -59,8 +59,8 @@ struct ImageOptions : EstimateOptions {
   /// error; poses: reprojection error). 0: 1 px, homographies 3, absolute poses 4; where the median point is not 20 to
   /// 20000 from the origin, as of coordinates from 0 to 1, normalised ones or large film, a thousandth of how far the
   /// points go stands for a pixel. E, F and H look for the noise themselves, of thresholds from the value given (F half
-  /// of it, H two thirds) to 4 times it (H: 8/3). Where the value is above two, or below a fifth, of those thousandths
-  /// (H: of three times these), they look from, or to, these, and the value only caps what an inlier is. So nothing but
+  /// of it, H two thirds) to 4 times it (H: 8/3). A value above those thousandths (H: three times these) looks from
+  /// there on, for noise may be far below it; one below a fifth of them looks to where a fifth would. So nothing but
   /// the unit of the results changes where points, calibration and this are in another unit.
   double max_residual_px = 0.0;
   /// Throws Error naming the field and what was expected.

@@ -105,9 +105,9 @@ TEST_CASE("the text and the JSON have no digits of a translation that is not det
   }
   Answered plane = AnsweredPair(TaskFromString("fundamental"), 60);
   plane.estimate.translation = Translation::kPlane;
-  CHECK_THAT(PairText(plane.pair, plane.estimate, {}),
-             Contains("F is not determined: the matches lie on one plane, or the camera only turned") &&
-                 !Contains("F ="));
+  CHECK_THAT(
+      PairText(plane.pair, plane.estimate, {}),
+      Contains("F is not determined: the matches lie on one plane, or the camera only turned") && !Contains("F ="));
   CHECK(UndeterminedText(Translation::kLine, TaskFromString("homography")) ==
         "H is not determined: the matches lie on one line");
   CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());

@@ -377,6 +377,8 @@ StructuresResult FindStructures(const PointMatrix& points, double inlier_thresho
   StructuresResult failed;
   failed.status = CheckPoints<Model>(points);
   if (failed.status != Status::kOk) return failed;
+  failed.status = Status::kNoModel;
+  if (!(inlier_threshold >= kLeastScale && inlier_threshold <= kLargestScale)) return failed;
   return structures_internal::StructuresSearch<Model>(points, inlier_threshold, sampler_of, options, structures, rng,
                                                       priors)
       .Run();

@@ -65,16 +65,17 @@ double LengthInResiduals(Task task, const ImagePointsOf& points1, const ImagePoi
 }
 
 /// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
-/// the size of the data tells: then the range is wider, and ε only caps the mask.
+/// the size of the data tells: then the range is wider, and ε only caps the mask. Scales that begin above the noise
+/// cost accuracy (docs/two_view.md), so that a greater ε does not move where they begin beyond the usual.
 void FitScalesTo(const Problem& problem, bool asked, ConsensusOptions* consensus) {
-  constexpr double kLeast = 0.2, kMost = 2.0;
+  constexpr double kLeastShare = 0.2;
   if (!(consensus->greatest_scale > 0.0)) return;
   const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
                                                                         problem.points.rightCols(2), ShareOfExtent);
   const double threshold = problem.inlier_threshold;
-  const bool wide = asked && usual > 0.0 && threshold > kMost * usual;
-  const bool narrow = asked && usual > 0.0 && threshold < kLeast * usual;
-  FitScales(problem.task, wide ? usual : threshold, narrow ? usual : threshold, consensus);
+  const bool bounded = asked && usual > 0.0;
+  FitScales(problem.task, bounded ? std::min(threshold, usual) : threshold,
+            bounded ? std::max(threshold, kLeastShare * usual) : threshold, consensus);
 }
 
 /// asked: whether somebody asked for the problem's threshold.

@@ -5,11 +5,11 @@
 
 namespace diffsac {
 
-/// An encoded picture of any format with a mark behind its end, which says that it was drawn by one of our programs;
-/// readers of pictures do not look there.
+/// An encoded picture of any format with a mark that says that it was drawn by one of our programs: a text of PNG, else
+/// behind the end, where readers of pictures do not look.
 std::string MarkedAsOwn(std::string_view picture);
 
-/// Whether a file ends in the mark, and so is no photograph, wherever it lies. False where there is no such file.
+/// Whether a file has the mark, and so is no photograph, wherever it lies. False where there is no such file.
 bool IsOwnPicture(const std::string& path);
 
 /// The same with a line in the log, for what lists photographs.
