@@ -67,8 +67,9 @@ class ChanceSpace {
   PointMatrix uniform_;
 };
 
-/// Of lines and planes, the ellipsoid in which uniform points have the data's covariance: it turns with the data. Its
-/// largest section counts, and it reaches kBeside thresholds however flat the data is, that of one plane, say.
+/// Of lines and planes, the ellipsoid in which uniform points have the data's covariance: it turns with the data. It
+/// reaches kBeside thresholds however flat the data is, that of one plane, say. Its section by the model counts, and
+/// half of its largest one at least: data of another shape goes on where the ellipsoid ends.
 template <MinimalModel Model>
 requires std::same_as<Model, Hyperplane<Model::kDimension>>
 class ChanceSpace<Model> {
@@ -80,12 +81,20 @@ class ChanceSpace<Model> {
     constexpr int kDimension = Model::kDimension;
     const Eigen::VectorXd along = spread_.axes.transpose() * model.head(kDimension);
     const double sigma = along.cwiseProduct(spread_.sides).norm() / std::sqrt(12.0);
-    const double u = threshold_ / std::max(std::sqrt(kDimension + 2.0) * sigma, kBeside * threshold_);
-    if constexpr (kDimension == 2) return 2.0 / std::numbers::pi * (u * std::sqrt(1.0 - u * u) + std::asin(u));
-    return 0.5 * u * (3.0 - u * u);
+    const double reach = std::max(std::sqrt(kDimension + 2.0) * sigma, kBeside * threshold_);
+    const double place = std::abs(model.head(kDimension).dot(spread_.centre) + model[kDimension]) / reach;
+    const double half = threshold_ / reach;
+    return std::max(ShareBelow(place + half) - ShareBelow(place - half), 0.5 * (ShareBelow(half) - ShareBelow(-half)));
   }
 
  private:
+  /// Of a disc or a ball of radius 1, what is below this height.
+  static double ShareBelow(double height) {
+    const double h = std::clamp(height, -1.0, 1.0);
+    if constexpr (Model::kDimension == 2) return 0.5 + (h * std::sqrt(1.0 - h * h) + std::asin(h)) / std::numbers::pi;
+    return 0.5 + 0.25 * h * (3.0 - h * h);
+  }
+
   double threshold_;
   PointSpread spread_;
 };

@@ -64,32 +64,53 @@ double LengthInResiduals(Task task, const ImagePointsOf& points1, const ImagePoi
   return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
 }
 
+/// The ε for which a preset's least scale, and its greatest, would be right (FitScales).
+struct ScalesFor {
+  double least, greatest;
+};
+
 /// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
 /// the size of the data tells: then the range is wider, and ε only caps the mask. Scales that begin above the noise
 /// cost accuracy (docs/two_view.md), so that a greater ε does not move where they begin beyond the usual.
-void FitScalesTo(const Problem& problem, bool asked, ConsensusOptions* consensus) {
+ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
   constexpr double kLeastShare = 0.2;
-  if (!(consensus->greatest_scale > 0.0)) return;
+  const double threshold = problem.inlier_threshold;
+  if (!asked || !IsTwoView(problem.task)) return {threshold, threshold};
   const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
                                                                         problem.points.rightCols(2), ShareOfExtent);
-  const double threshold = problem.inlier_threshold;
-  const bool bounded = asked && usual > 0.0;
-  FitScales(problem.task, bounded ? std::min(threshold, usual) : threshold,
-            bounded ? std::max(threshold, kLeastShare * usual) : threshold, consensus);
+  if (!(usual > 0.0)) return {threshold, threshold};
+  return {std::min(threshold, usual), std::max(threshold, kLeastShare * usual)};
 }
 
-/// asked: whether somebody asked for the problem's threshold.
-Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
+Estimate RunWithin(const ScalesFor& scales, const Problem& problem, const EstimateOptions& options) {
   if (!HasNetwork(problem.task) || !options.use_network) {
     ClassicalOptions classical = WithBudget(RecommendedClassical(problem.task), options);
-    FitScalesTo(problem, asked, &classical.consensus);
+    FitScales(problem.task, scales.least, scales.greatest, &classical.consensus);
     return ClassicalEstimator(classical).Run(problem, options.seed);
   }
   const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
   const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
   DiffsacOptions learned = LearnedOptionsOf(problem.task, options);
-  FitScalesTo(problem, asked, &learned.consensus);
+  FitScales(problem.task, scales.least, scales.greatest, &learned.consensus);
   return DiffsacEstimator(network, learned, 1).Run(problem, options.seed);
+}
+
+/// asked: whether somebody asked for the problem's threshold. Noise that turns out to be far above where a wide range
+/// begins is estimated from once more, with scales about it.
+Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
+  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
+  const ScalesFor scales = ScalesOfProblem(problem, asked);
+  Estimate estimate = RunWithin(scales, problem, options);
+  if (estimate.status != Status::kOk || !(scales.least < scales.greatest) ||
+      !(estimate.noise_scale > kFar * scales.least))
+    return estimate;
+  const double suited = kSuited * estimate.noise_scale;
+  Estimate again = RunWithin({suited, suited}, problem, options);
+  if (again.status != Status::kOk) return estimate;
+  again.report.hypotheses += estimate.report.hypotheses;
+  again.report.draws += estimate.report.draws;
+  again.report.ms_total += estimate.report.ms_total;
+  return again;
 }
 
 Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
