@@ -1,5 +1,6 @@
 #include "diffsac/diffsac.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -258,11 +259,13 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
   problem.hint1.principal_point = options.principal_point1;
   problem.hint2.principal_point = options.principal_point2;
   problem.hint1.focal = problem.hint2.focal = options.prior;
-  Require(options.principal_point1.has_value() || problem.size1.known(), "size1",
+  // Of one unknown focal length, the second image's, K1 says all of the first.
+  const bool both = task == Task::kSharedFocal;
+  Require(!both || options.principal_point1.has_value() || problem.size1.known(), "size1",
           "the image's size, or principal_point1");
   Require(options.principal_point2.has_value() || problem.size2.known(), "size2",
           "the image's size, or principal_point2");
-  Require(options.prior.has_value() || (problem.size1.known() && problem.size2.known()), "prior",
+  Require(options.prior.has_value() || ((!both || problem.size1.known()) && problem.size2.known()), "prior",
           "a focal length, or the images' sizes");
   return problem;
 }
@@ -283,9 +286,25 @@ ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& opt
   return result;
 }
 
+/// A matrix of other points: pixels with the matrix of normalised coordinates, or an inverse, see all to the side.
+void RequireInView(const Eigen::Matrix3d& K, const ImagePointsOf& points, const char* name) {
+  constexpr double kMostAside = 20.0;  // The tangent of 87 degrees.
+  const Eigen::Matrix3d inverse = K.inverse();
+  const Eigen::VectorXd aside =
+      ((inverse.topLeftCorner<2, 2>() * points.transpose()).colwise() + inverse.topRightCorner<2, 1>())
+          .colwise()
+          .norm();
+  if (Quantile(aside, 0.5) > kMostAside)
+    throw Error(std::string(name) +
+                ": expected the calibration matrix of these points, but it sees most of them at more than 87 degrees "
+                "from its axis: it is in another unit, or inverted");
+}
+
 Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
   Problem problem = ProblemOf(Task::kEssential, matches, ResidualOr(options, Task::kEssential, matches));
   problem.cameras = CameraPair{CheckedCalibration(cameras.K1, "K1"), CheckedCalibration(cameras.K2, "K2")};
+  RequireInView(problem.cameras->K1, matches.points1, "K1");
+  RequireInView(problem.cameras->K2, matches.points2, "K2");
   return problem;
 }
 

@@ -6,10 +6,51 @@
 
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/static_overlay.h"
+#include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 
 namespace diffsac {
 namespace {
+
+/// How many inliers speak for a model. Matches that share a keypoint are one: a point that many are matched to lies on
+/// the epipolar lines of all, and is the image of all by a homography.
+int Witnesses(const Problem& problem, const std::vector<std::uint8_t>& inliers) {
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < inliers.size(); ++i)
+    if (inliers[i] == 1) rows.push_back(static_cast<int>(i));
+  const int count = static_cast<int>(rows.size());
+  if (!IsTwoView(problem.task)) return count;
+  const PointMatrix points = problem.points(rows, Eigen::all);
+  return std::min(CountDistinct(points.leftCols(2)), CountDistinct(points.rightCols(2)));
+}
+
+bool StandsStill(const Problem& problem, std::size_t row, double reach) {
+  const auto match = problem.points.row(static_cast<Eigen::Index>(row));
+  return (match.head<2>() - match.tail<2>()).norm() <= reach;
+}
+
+/// Whether two images that gave no model are one and the same, up to `threshold`: all but a tenth of the matches.
+bool IsStill(const Problem& problem, double threshold) {
+  const auto count = static_cast<std::size_t>(problem.points.rows());
+  std::size_t still = 0;
+  for (std::size_t i = 0; i < count; ++i) still += StandsStill(problem, i, threshold);
+  return IsTwoView(problem.task) && static_cast<int>(count) >= MinimalSetSize(problem.task) && 10 * still >= 9 * count;
+}
+
+/// The verdict on the translation. What stands still on the images (a watermark) beside a camera that turned looks like
+/// parallax: the verdict is that of the others where these say that it turned.
+ParallaxTest VerdictOf(const Problem& problem, const Estimate& estimate) {
+  constexpr int kFewest = 12;
+  const ParallaxTest test = ParallaxOfEstimate(estimate.model, estimate.inliers, problem);
+  if (test.translation != Translation::kDetermined || problem.task == Task::kHomography) return test;
+  std::vector<std::uint8_t> moving = estimate.inliers;
+  for (std::size_t i = 0; i < moving.size(); ++i)
+    if (moving[i] != 0 && StandsStill(problem, i, 2.0 * estimate.inlier_threshold)) moving[i] = 0;
+  const auto left = std::count(moving.begin(), moving.end(), 1);
+  if (moving == estimate.inliers || left < kFewest) return test;
+  const ParallaxTest of_moving = ParallaxOfEstimate(estimate.model, moving, problem);
+  return of_moving.translation == Translation::kTurn ? of_moving : test;
+}
 
 /// What every estimate of usable rows says, whatever found it.
 void Complete(const UsableRows& rows, Estimate* estimate) {
@@ -20,14 +61,16 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
     estimate->status = Status::kDegenerate;
   if (estimate->status != Status::kOk) {
     estimate->inliers.assign(static_cast<std::size_t>(problem.points.rows()), 0);
+    if (IsStill(problem, problem.inlier_threshold)) estimate->translation = Translation::kStatic;
     return;
   }
   if (std::isnan(estimate->inlier_threshold)) estimate->inlier_threshold = problem.inlier_threshold;
   const bool several = !estimate->structures.empty();
-  const auto inliers = several ? std::count(estimate->assignment.begin(), estimate->assignment.end(), 1)
-                               : std::count(estimate->inliers.begin(), estimate->inliers.end(), 1);
+  std::vector<std::uint8_t> of_first;
+  for (const std::int32_t label : estimate->assignment) of_first.push_back(label == 1);
+  const int inliers = Witnesses(problem, several ? of_first : estimate->inliers);
   if (!several) {
-    const ParallaxTest test = ParallaxOfEstimate(estimate->model, estimate->inliers, problem);
+    const ParallaxTest test = VerdictOf(problem, *estimate);
     estimate->translation = test.translation;
     estimate->turn = test.turn;
     if (IsUndetermined(test.translation)) {
@@ -38,7 +81,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   }
   estimate->log_false_alarms = estimate->share_behind > kMostBehind
                                    ? std::numeric_limits<double>::infinity()
-                                   : LogFalseAlarmsOf(problem, static_cast<int>(inliers), estimate->inlier_threshold);
+                                   : LogFalseAlarmsOf(problem, inliers, estimate->inlier_threshold);
 }
 
 /// Makes an estimate of usable rows one of all rows.

@@ -78,14 +78,16 @@ int CountInFront(const RelativePose& pose, const PointMatrix& points, const std:
   return static_cast<int>(std::count_if(rows.begin(), rows.end(), [&](int i) { return InFront(pose, &points(i, 0)); }));
 }
 
-/// Of the points in front, the squared angles between their rays in units of twice the noise, at most 1 each.
+/// Of the points in front, the fourth power of the angles between their rays in units of four times the noise, at most
+/// 1 each: far points, be they many, whose angles are noise, do not outvote a few near ones.
 double Parallax(const RelativePose& pose, const PointMatrix& points, const std::vector<int>& rows, double noise) {
   double sum = 0.0;
   for (const int i : rows) {
     const double* point = &points(i, 0);
     if (!InFront(pose, point)) continue;
     const Eigen::Vector3d a = pose.rotation * First(point), b = Second(point);
-    sum += std::min(1.0, a.cross(b).squaredNorm() / (4.0 * noise * noise * a.squaredNorm() * b.squaredNorm()));
+    const double square = a.cross(b).squaredNorm() / (16.0 * noise * noise * a.squaredNorm() * b.squaredNorm());
+    sum += std::min(1.0, square * square);
   }
   return sum;
 }

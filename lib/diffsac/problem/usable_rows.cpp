@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "diffsac/problem/tasks.h"
+
 namespace diffsac {
 namespace {
 
@@ -51,7 +53,23 @@ class DistinctRows {
   std::vector<Eigen::Index> firsts_;
 };
 
+/// Segments from the end that is farther left, else higher up.
+PointMatrix Ordered(const PointMatrix& segments) {
+  PointMatrix ordered = segments;
+  for (Eigen::Index i = 0; i < segments.rows(); ++i)
+    if (segments(i, 2) < segments(i, 0) || (segments(i, 2) == segments(i, 0) && segments(i, 3) < segments(i, 1)))
+      ordered.row(i) << segments.row(i).tail<2>(), segments.row(i).head<2>();
+  return ordered;
+}
+
 }  // namespace
+
+int CountDistinct(const PointMatrix& rows) {
+  DistinctRows distinct(rows);
+  int count = 0;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) count = std::max(count, distinct.NumberOf(i) + 1);
+  return count;
+}
 
 Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   const Eigen::Index count = whole.points.rows();
@@ -73,7 +91,9 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
 UsableRows::UsableRows(const Problem& problem) : whole_(&problem) {
   const PointMatrix& points = problem.points;
   const bool has_ratio = problem.match_ratio.size() == points.rows();
-  DistinctRows distinct(points);
+  const bool segments = problem.task == Task::kVanishingPoint && points.cols() == 4;
+  const PointMatrix ordered = segments ? Ordered(points) : PointMatrix();
+  DistinctRows distinct(segments ? ordered : points);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const int next = static_cast<int>(rows_.size());
     const int place = IsFinite(points.row(i).data(), points.cols()) ? distinct.NumberOf(i) : -1;

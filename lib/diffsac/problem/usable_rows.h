@@ -10,10 +10,13 @@ namespace diffsac {
 /// Some of a problem's rows, in this order, as a problem of their own.
 Problem PartOf(const Problem& whole, const std::vector<int>& rows);
 
+/// How many of these rows differ (all coordinates; 0 equals −0).
+int CountDistinct(const PointMatrix& rows);
+
 /// The rows of a problem that say something. A row with a value that is not finite says nothing. Rows that are equal
 /// (all coordinates; 0 equals −0) say one thing, however often it is said: keypoints of several orientations and lists
 /// that were joined twice give such rows. Of these the one with the best ratio stays, else the first, in the place of
-/// the first. Takes time linear in N.
+/// the first. A segment says the same with its ends swapped. Takes time linear in N.
 class UsableRows {
  public:
   /// Borrows the problem.
