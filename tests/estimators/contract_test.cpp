@@ -99,6 +99,39 @@ TEST_CASE("trouble: random matches, each three times, were certain in 30 of 30")
   }
 }
 
+TEST_CASE("matches that share a keypoint were evidence, fifty of them certain among random ones") {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Rng rng(seed);
+    Matches matches;
+    matches.points1.resize(100, 2);
+    matches.points2.resize(100, 2);
+    for (Eigen::Index i = 0; i < 100; ++i) {
+      matches.points1.row(i) << rng.Uniform(0.0, 640.0), rng.Uniform(0.0, 640.0);
+      matches.points2.row(i) << rng.Uniform(0.0, 640.0), rng.Uniform(0.0, 640.0);
+      if (i < 50) matches.points2.row(i) << 300.0, 200.0;
+    }
+    for (const auto& estimate :
+         {EstimateFundamental(matches), EstimateHomography(matches), EstimateEssential(matches, {kCamera, kCamera})})
+      CHECK((!estimate.ok() || estimate.may_be_chance()));
+  }
+}
+
+TEST_CASE("a calibration of other points, or an inverse, is an error that names it") {
+  Matches matches;
+  matches.points1 = matches.points2 = Eigen::MatrixXd::Random(50, 2).array() * 300.0 + 320.0;
+  const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  CHECK(ErrorOf([&] { EstimateEssential(matches, {unit, kCamera}); }).starts_with("K1: expected"));
+  CHECK(ErrorOf([&] { EstimateEssential(matches, {kCamera, kCamera.inverse()}); }).starts_with("K2: expected"));
+}
+
+TEST_CASE("K1 says all of the first image of one unknown focal length") {
+  Matches matches;
+  matches.points1 = matches.points2 = Eigen::MatrixXd::Random(50, 2).array() * 300.0 + 320.0;
+  matches.size2 = {640, 480};
+  CHECK_NOTHROW(EstimateOneFocal(matches, kCamera));
+  CHECK(ErrorOf([&] { EstimateSharedFocal(matches); }).starts_with("size1: expected"));
+}
+
 TEST_CASE("trouble: copies of the origin won planes and lines") {
   for (const PublicFunction& function : PublicFunctions()) {
     if (!Has(function.name, "Line") && !Has(function.name, "Plane")) continue;

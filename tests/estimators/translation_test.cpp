@@ -216,6 +216,51 @@ TEST_CASE("what stands still on the images does not outvote a scene of fewer mat
     }
 }
 
+TEST_CASE("a watermark on images of a camera that turned gave a certain translation") {
+  Scene scene{.count = 200, .noise = 0.5, .wrong = 0.0};
+  int turns = 0;
+  for (int seed = 0; seed < 10; ++seed) {
+    Views views = Make(scene, seed);
+    Rng rng(100 + seed);
+    Eigen::Matrix<double, Eigen::Dynamic, 2> mark(40, 2);
+    for (int i = 0; i < 40; ++i) mark.row(i) << rng.Uniform(0.0, 1920.0), rng.Uniform(0.0, 1080.0);
+    for (auto* points : {&views.matches.points1, &views.matches.points2}) {
+      points->conservativeResize(240, Eigen::NoChange);
+      points->bottomRows(40) = mark;
+    }
+    const TwoViewEstimate estimate = Essentials(views);
+    turns += estimate.translation == Translation::kTurn && !estimate.pose_covariance;
+  }
+  CHECK(turns >= 9);
+}
+
+TEST_CASE("one image twice has no fundamental matrix, and says why") {
+  Views views = Make({}, 3);
+  views.matches.points2 = views.matches.points1;
+  CHECK(Fundamentals(views).translation == Translation::kStatic);
+}
+
+TEST_CASE("far points, whose side noise decides, reversed t against a few near ones") {
+  for (int seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.14, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    Matches matches;
+    matches.points1.resize(200, 2);
+    matches.points2.resize(200, 2);
+    for (int i = 0; i < 200; ++i) {
+      const Eigen::Vector3d pixel(rng.Uniform(20.0, 1900.0), rng.Uniform(20.0, 1060.0), 1.0);
+      const double depth = i < 50 ? rng.Uniform(4.0, 10.0) : rng.Uniform(1e4, 1e5);
+      const Eigen::Vector3d seen = kCamera * (turn * (depth * (kCamera.inverse() * pixel)) + Eigen::Vector3d::UnitX());
+      matches.points1.row(i) << pixel.x() + 0.5 * rng.Normal(), pixel.y() + 0.5 * rng.Normal();
+      matches.points2.row(i) = seen.hnormalized().transpose();
+      for (int j = 0; j < 2; ++j) matches.points2(i, j) += 0.5 * rng.Normal();
+    }
+    const TwoViewEstimate estimate = EstimateEssential(matches, {kCamera, kCamera}, Plain());
+    REQUIRE(estimate.pose);
+    CHECK(estimate.pose->translation.x() > 0.9);
+  }
+}
+
 TEST_CASE("what has no translation is not asked for one") {
   const Views views = Make({100, 0.5, 0.1, 5.0, 0.3, true}, 1);
   CHECK(EstimateHomography(views.matches, Plain()).translation == Translation::kDetermined);

@@ -20,6 +20,16 @@ Problem Lines(std::initializer_list<std::array<double, 2>> points) {
   return problem;
 }
 
+TEST_CASE("A segment says the same from either end, and counts once") {
+  Problem problem;
+  problem.task = Task::kVanishingPoint;
+  problem.points.resize(3, 4);
+  problem.points << 1, 2, 3, 4, 3, 4, 1, 2, 5, 6, 7, 8;
+  CHECK(UsableRows(problem).repeated() == 1);
+  problem.task = Task::kFundamental;
+  CHECK(UsableRows(problem).repeated() == 0);
+}
+
 }  // namespace
 
 TEST_CASE("where every row is usable the problem itself is, not a copy") {

@@ -43,12 +43,15 @@ ParallaxTest VerdictOf(const Problem& problem, const Estimate& estimate) {
   constexpr int kFewest = 12;
   const ParallaxTest test = ParallaxOfEstimate(estimate.model, estimate.inliers, problem);
   if (test.translation != Translation::kDetermined || problem.task == Task::kHomography) return test;
-  std::vector<std::uint8_t> moving = estimate.inliers;
-  for (std::size_t i = 0; i < moving.size(); ++i)
-    if (moving[i] != 0 && StandsStill(problem, i, 2.0 * estimate.inlier_threshold)) moving[i] = 0;
-  const auto left = std::count(moving.begin(), moving.end(), 1);
-  if (moving == estimate.inliers || left < kFewest) return test;
-  const ParallaxTest of_moving = ParallaxOfEstimate(estimate.model, moving, problem);
+  std::vector<int> rows;
+  std::vector<std::uint8_t> inliers;
+  for (std::size_t i = 0; i < estimate.inliers.size(); ++i) {
+    if (StandsStill(problem, i, 2.0 * estimate.inlier_threshold)) continue;
+    rows.push_back(static_cast<int>(i));
+    inliers.push_back(estimate.inliers[i]);
+  }
+  if (rows.size() == estimate.inliers.size() || std::count(inliers.begin(), inliers.end(), 1) < kFewest) return test;
+  const ParallaxTest of_moving = ParallaxOfEstimate(estimate.model, inliers, PartOf(problem, rows));
   return of_moving.translation == Translation::kTurn ? of_moving : test;
 }
 
