@@ -24,33 +24,23 @@ int Witnesses(const Problem& problem, const std::vector<std::uint8_t>& inliers) 
   return std::min(CountDistinct(points.leftCols(2)), CountDistinct(points.rightCols(2)));
 }
 
-bool StandsStill(const Problem& problem, std::size_t row, double reach) {
-  const auto match = problem.points.row(static_cast<Eigen::Index>(row));
-  return (match.head<2>() - match.tail<2>()).norm() <= reach;
-}
-
 /// Whether two images that gave no model are one and the same, up to `threshold`: all but a tenth of the matches.
 bool IsStill(const Problem& problem, double threshold) {
-  const auto count = static_cast<std::size_t>(problem.points.rows());
-  std::size_t still = 0;
-  for (std::size_t i = 0; i < count; ++i) still += StandsStill(problem, i, threshold);
-  return IsTwoView(problem.task) && static_cast<int>(count) >= MinimalSetSize(problem.task) && 10 * still >= 9 * count;
+  const Eigen::Index count = problem.points.rows();
+  if (!IsTwoView(problem.task) || problem.points.cols() != 4 || count < MinimalSetSize(problem.task)) return false;
+  return 10 * std::ssize(RowsFartherThan(problem, threshold)) <= count;
 }
 
 /// The verdict on the translation. What stands still on the images (a watermark) beside a camera that turned looks like
 /// parallax: the verdict is that of the others where these say that it turned.
 ParallaxTest VerdictOf(const Problem& problem, const Estimate& estimate) {
-  constexpr int kFewest = 12;
   const ParallaxTest test = ParallaxOfEstimate(estimate.model, estimate.inliers, problem);
   if (test.translation != Translation::kDetermined || problem.task == Task::kHomography) return test;
-  std::vector<int> rows;
+  const std::vector<int> rows = RowsFartherThan(problem, kStillReach * estimate.inlier_threshold);
   std::vector<std::uint8_t> inliers;
-  for (std::size_t i = 0; i < estimate.inliers.size(); ++i) {
-    if (StandsStill(problem, i, 2.0 * estimate.inlier_threshold)) continue;
-    rows.push_back(static_cast<int>(i));
-    inliers.push_back(estimate.inliers[i]);
-  }
-  if (rows.size() == estimate.inliers.size() || std::count(inliers.begin(), inliers.end(), 1) < kFewest) return test;
+  for (const int row : rows) inliers.push_back(estimate.inliers[static_cast<std::size_t>(row)]);
+  if (rows.size() == estimate.inliers.size() || std::count(inliers.begin(), inliers.end(), 1) < kLeastMoving)
+    return test;
   const ParallaxTest of_moving = ParallaxOfEstimate(estimate.model, inliers, PartOf(problem, rows));
   return of_moving.translation == Translation::kTurn ? of_moving : test;
 }

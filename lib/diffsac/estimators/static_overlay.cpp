@@ -6,27 +6,23 @@
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
-namespace {
 
-/// Fewer that move prove nothing.
-constexpr int kLeastMoving = 12;
-
-}  // namespace
+std::vector<int> RowsFartherThan(const Problem& problem, double reach) {
+  std::vector<int> rows;
+  if (!IsTwoView(problem.task) || problem.points.cols() != 4) return rows;
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+    const auto match = problem.points.row(i);
+    if (!((match.head<2>() - match.tail<2>()).norm() <= reach)) rows.push_back(static_cast<int>(i));
+  }
+  return rows;
+}
 
 std::vector<int> RowsThatMove(const Problem& problem, const Estimate& estimate) {
-  constexpr double kReach = 2.0;  // In thresholds of an inlier's distance from its line, which has one dimension less.
-  if (estimate.status != Status::kOk || !estimate.structures.empty() || !IsTwoView(problem.task) ||
-      problem.task == Task::kHomography)
-    return {};
-  std::vector<int> moving;
-  int inliers = 0, still = 0;
-  for (std::size_t i = 0; i < estimate.inliers.size(); ++i) {
-    const auto match = problem.points.row(static_cast<Eigen::Index>(i));
-    const bool moves = !((match.head<2>() - match.tail<2>()).norm() <= kReach * estimate.inlier_threshold);
-    if (moves) moving.push_back(static_cast<int>(i));
-    inliers += estimate.inliers[i] != 0;
-    still += estimate.inliers[i] != 0 && !moves;
-  }
+  if (estimate.status != Status::kOk || !estimate.structures.empty() || problem.task == Task::kHomography) return {};
+  std::vector<int> moving = RowsFartherThan(problem, kStillReach * estimate.inlier_threshold);
+  const auto inliers = std::count_if(estimate.inliers.begin(), estimate.inliers.end(), [](auto in) { return in != 0; });
+  const auto still =
+      inliers - std::count_if(moving.begin(), moving.end(), [&](int row) { return estimate.inliers[row] != 0; });
   if (2 * still < inliers || static_cast<int>(moving.size()) < kLeastMoving) moving.clear();
   return moving;
 }
