@@ -7,11 +7,11 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/report/command_line.h"
-#include "diffsac/report/doc_figures.h"
-#include "diffsac/report/page_checks.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/yaml.h"
+#include "lab/report/command_line.h"
+#include "lab/report/doc_figures.h"
+#include "lab/report/page_checks.h"
 
 namespace {
 

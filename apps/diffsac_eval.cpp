@@ -10,12 +10,12 @@
 #include "diffsac/core/memory.h"
 #include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/status.h"
-#include "diffsac/distributed/process_group.h"
 #include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/lab/number_checks.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/terminal_log.h"
-#include "diffsac/report/command_line.h"
+#include "lab/config/number_checks.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/terminal_log.h"
+#include "lab/report/command_line.h"
+#include "lab/torch/process_group.h"
 
 namespace {
 

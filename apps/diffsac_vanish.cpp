@@ -7,22 +7,22 @@
 #include <iostream>
 #include <optional>
 
-#include "data_tools/picture.h"
-#include "data_tools/prepare_segments.h"
-#include "data_tools/vanishing_picture.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/memory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
-#include "diffsac/eval/format.h"
-#include "diffsac/io/own_pictures.h"
-#include "diffsac/lab/number_checks.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/terminal_log.h"
-#include "diffsac/report/colours.h"
-#include "diffsac/report/command_line.h"
-#include "diffsac/report/vanishing_text.h"
+#include "lab/config/number_checks.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/terminal_log.h"
+#include "lab/eval/format.h"
+#include "lab/files/own_pictures.h"
+#include "lab/images/picture.h"
+#include "lab/images/prepare_segments.h"
+#include "lab/images/vanishing_picture.h"
+#include "lab/report/colours.h"
+#include "lab/report/command_line.h"
+#include "lab/report/vanishing_text.h"
 
 namespace {
 

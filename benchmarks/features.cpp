@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/neighborhood_features.h"
 #include "diffsac/problem/point_features.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

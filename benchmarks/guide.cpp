@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/report/command_line.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/yaml.h"
+#include "lab/report/command_line.h"
 
 namespace diffsac {
 namespace {

@@ -9,9 +9,9 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 
-#include "data_tools/image_features.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
+#include "lab/images/image_features.h"
 
 namespace {
 

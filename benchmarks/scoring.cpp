@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-#include "diffsac/consensus/scorer.h"
+#include "diffsac/consensus/scores/scorer.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
 

@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/prosac_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/samplers/prosac_sampler.h"
 #include "diffsac/estimators/presets.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/generators/synthetic.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/synthetic.h"
+#include "lab/torch/diffsac_network.h"
 
 namespace diffsac {
 namespace {

@@ -19,11 +19,11 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/run_directory.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/report/command_line.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/yaml.h"
+#include "lab/report/command_line.h"
 
 namespace diffsac {
 namespace {

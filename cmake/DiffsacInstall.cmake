@@ -3,14 +3,14 @@ include(CMakePackageConfigHelpers)
 
 set(DIFFSAC_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/diffsac)
 
-# diffsac_install_rooms(COMPONENT EXPORT ROOMS ... TARGETS ...): headers and libraries. Targets are diffsac_core in the build
+# diffsac_install_rooms(COMPONENT EXPORT TREE ROOMS ... TARGETS ...): headers and libraries. Targets are diffsac_core in the build
 # and diffsac::core everywhere else.
-function(diffsac_install_rooms component export)
+function(diffsac_install_rooms component export tree)
   cmake_parse_arguments(ARG "" "" "ROOMS;TARGETS" ${ARGN})
   install(TARGETS ${ARG_TARGETS} EXPORT ${export} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component})
   install(EXPORT ${export} NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT ${component})
-  list(TRANSFORM ARG_ROOMS PREPEND ${PROJECT_SOURCE_DIR}/lib/diffsac/)
-  install(DIRECTORY ${ARG_ROOMS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT ${component}
+  list(TRANSFORM ARG_ROOMS PREPEND ${PROJECT_SOURCE_DIR}/lib/${tree}/)
+  install(DIRECTORY ${ARG_ROOMS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${tree} COMPONENT ${component}
     FILES_MATCHING PATTERN "*.h")
 endfunction()
 
@@ -19,12 +19,12 @@ get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
 list(TRANSFORM DIFFSAC_LIBRARY_ROOMS PREPEND diffsac_ OUTPUT_VARIABLE _library)
 list(REMOVE_ITEM _lab ${_library})
 set_target_properties(diffsac_compiler PROPERTIES EXPORT_NAME compiler)
-diffsac_install_rooms(library diffsacTargets ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${_library} diffsac diffsac_compiler)
+diffsac_install_rooms(library diffsacTargets diffsac ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${_library} diffsac diffsac_compiler)
 install(FILES ${PROJECT_SOURCE_DIR}/lib/diffsac/diffsac.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT library)
 if(DIFFSAC_LAB)
-  set_target_properties(diffsac_torch PROPERTIES EXPORT_NAME torch)
+  set_target_properties(diffsac_libtorch PROPERTIES EXPORT_NAME libtorch)
   set_target_properties(diffsac_hdf5 PROPERTIES EXPORT_NAME hdf5)
-  diffsac_install_rooms(lab diffsacLabTargets ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_torch diffsac_hdf5)
+  diffsac_install_rooms(lab diffsacLabTargets lab ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_libtorch diffsac_hdf5)
   # A folder of this machine, which the library's files do not name.
   file(WRITE ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake
     "set(_diffsac_built_with \"${DIFFSAC_TORCH_ROOT}\")\nset(_diffsac_cuda ${DIFFSAC_CUDA})\n")

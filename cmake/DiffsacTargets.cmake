@@ -1,20 +1,20 @@
-# The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before the denoiser does
-# without LibTorch.
+# The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before torch does without
+# LibTorch.
 set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS lab io generators datasets baselines denoiser distributed networks eval report train)
+  set(DIFFSAC_LAB_ROOMS config files data baselines eval report images torch train)
 endif()
 # The networks that the functions of diffsac.h draw and choose by (ModelFile, ChooserFile): of the installation and of the
 # Python package.
 set(DIFFSAC_NETWORKS essential fundamental homography without_ratio_essential without_ratio_fundamental
   vanishing_point_chooser vanishing_point_chooser_uncalibrated)
 
-# diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder but these. Looked up at each build, so that a new file
+# diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder and of those in it but these. Looked up at each build, so that a new file
 # needs no entry anywhere.
 function(diffsac_sources out)
   cmake_parse_arguments(ARG "" "" "EXCEPT" ${ARGN})
-  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp */*.cpp)
   list(REMOVE_ITEM sources "" ${ARG_EXCEPT})
   set(${out} ${sources} PARENT_SCOPE)
 endfunction()
@@ -69,11 +69,11 @@ endfunction()
 
 # Links LibTorch and reuses one precompiled torch/torch.h: parsing it costs about 40 s a file.
 function(diffsac_use_torch target)
-  target_link_libraries(${target} PUBLIC diffsac_torch)
+  target_link_libraries(${target} PUBLIC diffsac_libtorch)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "${DIFFSAC_TORCH_RPATH}")
   # These files hand their work to LibTorch or to libraries compiled at -O3: -O1 builds them a quarter faster.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  diffsac_use_pch(${target} torch LINKS diffsac_torch HEADERS <torch/torch.h>)
+  diffsac_use_pch(${target} torch LINKS diffsac_libtorch HEADERS <torch/torch.h>)
 endfunction()
 
 # Parsing Catch2 and Eigen costs a file of tests some seconds. Those with LibTorch have its precompiled header instead.

@@ -1,6 +1,6 @@
 # Finds LibTorch without find_package(Torch): that package probes CUDA in a way CMake 3.25 cannot follow.
 # Accepts -DTorch_DIR=<...>/share/cmake/Torch, a libtorch folder, or a Python torch folder; otherwise what
-# scripts/setup.sh linked or put under .deps/. Defines the target diffsac::torch.
+# scripts/setup.sh linked or put under .deps/. Defines the target diffsac::libtorch.
 set(Torch_DIR "" CACHE PATH "LibTorch: its root, or its share/cmake/Torch folder")
 include(DiffsacFindLibTorch)
 if(Torch_DIR)
@@ -22,18 +22,18 @@ message(STATUS "LibTorch ${DIFFSAC_TORCH_VERSION} in ${DIFFSAC_TORCH_ROOT}")
 option(DIFFSAC_CUDA "Link LibTorch's CUDA kernels" OFF)
 
 # The folder stands in the build's interface alone: an installed diffsac finds LibTorch anew (diffsacConfig.cmake).
-add_library(diffsac_torch INTERFACE)
-add_library(diffsac::torch ALIAS diffsac_torch)
-target_link_libraries(diffsac_torch INTERFACE Threads::Threads)
+add_library(diffsac_libtorch INTERFACE)
+add_library(diffsac::libtorch ALIAS diffsac_libtorch)
+target_link_libraries(diffsac_libtorch INTERFACE Threads::Threads)
 diffsac_libtorch_flags(${DIFFSAC_TORCH_ROOT} ${DIFFSAC_CUDA} _includes _libraries _options)
 foreach(_item ${_includes})
-  target_include_directories(diffsac_torch SYSTEM INTERFACE $<BUILD_INTERFACE:${_item}>)
+  target_include_directories(diffsac_libtorch SYSTEM INTERFACE $<BUILD_INTERFACE:${_item}>)
 endforeach()
 foreach(_item ${_libraries})
-  target_link_libraries(diffsac_torch INTERFACE $<BUILD_INTERFACE:${_item}>)
+  target_link_libraries(diffsac_libtorch INTERFACE $<BUILD_INTERFACE:${_item}>)
 endforeach()
 foreach(_item ${_options})
-  target_link_options(diffsac_torch INTERFACE $<BUILD_INTERFACE:${_item}>)
+  target_link_options(diffsac_libtorch INTERFACE $<BUILD_INTERFACE:${_item}>)
 endforeach()
 
 diffsac_libtorch_folders(${DIFFSAC_TORCH_ROOT} DIFFSAC_TORCH_RPATH)

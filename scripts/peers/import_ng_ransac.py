@@ -5,7 +5,7 @@ reads (docs/ng_ransac.md). Not part of the build: needs torch and numpy of Pytho
   scripts/peers/import_ng_ransac.py --task essential weights_e2e_E_rs_r1.00_.net OUT.safetensors
   scripts/peers/import_ng_ransac.py --task essential --random 8,2 OUT.safetensors    # weights of width 8, 2 blocks: the test's example
 
-Their network and ours (lib/diffsac/methods/ng_ransac.h) differ in three things that are linear and are multiplied out here: their
+Their network and ours (lib/lab/torch/ng_ransac.h) differ in three things that are linear and are multiplied out here: their
 batch normalisation uses stored moments, the matching ratio goes in as it is, and coordinates of a fundamental matrix are in
 units of the longer side, ours of 1.2 longer sides.
 """

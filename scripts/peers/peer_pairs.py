@@ -1,5 +1,5 @@
 """Folders of pairs as diffsac_prepare writes them, for the scripts of this folder: matches, truth, and the sizes and angles of
-keypoints, which the folders do not hold and which are found again in the images as data_tools/detection.cpp found them."""
+keypoints, which the folders do not hold and which are found again in the images as lib/lab/images/detection.cpp found them."""
 import csv
 import glob
 import os

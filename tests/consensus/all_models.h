@@ -12,10 +12,10 @@
 
 #include "consensus/absolute_pose_scene.h"
 #include "consensus/random_problems.h"
-#include "diffsac/consensus/confidence_sampler.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/weighted_sampler.h"
+#include "diffsac/consensus/samplers/confidence_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/weighted_sampler.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"

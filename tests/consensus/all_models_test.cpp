@@ -3,7 +3,7 @@
 
 #include "consensus/all_models.h"
 #include "consensus/search.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "diffsac/consensus/confidence_sampler.h"
+#include "diffsac/consensus/samplers/confidence_sampler.h"
 
 namespace diffsac {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "consensus/search.h"
 #include "diffsac/consensus/instantiate.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"

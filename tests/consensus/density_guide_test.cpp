@@ -1,4 +1,4 @@
-#include "diffsac/consensus/density_guide.h"
+#include "diffsac/consensus/samplers/density_guide.h"
 
 #include <catch2/catch.hpp>
 #include <set>

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/density_selection.h"
+#include "diffsac/consensus/samplers/density_selection.h"
 
 #include <catch2/catch.hpp>
 #include <numeric>

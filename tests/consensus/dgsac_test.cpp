@@ -1,4 +1,4 @@
-#include "diffsac/consensus/dgsac.h"
+#include "diffsac/consensus/structures/dgsac.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/energy_search.h"
+#include "diffsac/consensus/structures/energy_search.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/geometry/homography.h"
 
 namespace diffsac {

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/false_alarms.h"
+#include "diffsac/consensus/scores/false_alarms.h"
 
 #include <catch2/catch.hpp>
 

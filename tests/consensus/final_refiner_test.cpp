@@ -1,6 +1,6 @@
 // Refinement in stages: all candidates by a few steps, the best of them to the end.
 
-#include "diffsac/consensus/final_refiner.h"
+#include "diffsac/consensus/local/final_refiner.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

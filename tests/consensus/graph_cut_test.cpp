@@ -1,4 +1,4 @@
-#include "diffsac/consensus/graph_cut.h"
+#include "diffsac/consensus/local/graph_cut.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/linkage.h"
+#include "diffsac/consensus/structures/linkage.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

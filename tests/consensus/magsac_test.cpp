@@ -1,4 +1,4 @@
-#include "diffsac/consensus/magsac.h"
+#include "diffsac/consensus/scores/magsac.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

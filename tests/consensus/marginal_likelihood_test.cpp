@@ -1,4 +1,4 @@
-#include "diffsac/consensus/marginal_likelihood.h"
+#include "diffsac/consensus/scores/marginal_likelihood.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/minimal_sampler.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

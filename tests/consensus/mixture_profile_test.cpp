@@ -1,4 +1,4 @@
-#include "diffsac/consensus/mixture_profile.h"
+#include "diffsac/consensus/scores/mixture_profile.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

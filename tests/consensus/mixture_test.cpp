@@ -1,4 +1,4 @@
-#include "diffsac/consensus/mixture.h"
+#include "diffsac/consensus/scores/mixture.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

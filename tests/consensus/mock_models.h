@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "diffsac/consensus/mixture_impl.h"
 #include "diffsac/consensus/sample_consensus_impl.h"
+#include "diffsac/consensus/scores/mixture_impl.h"
 
 namespace diffsac::testing {
 

@@ -10,9 +10,9 @@
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
 #include "consensus/search.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/lab/yaml.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

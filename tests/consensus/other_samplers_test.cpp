@@ -7,11 +7,11 @@
 #include <numeric>
 
 #include "consensus/all_models.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
-#include "diffsac/consensus/napsac_sampler.h"
-#include "diffsac/consensus/weighted_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/napsac_sampler.h"
+#include "diffsac/consensus/samplers/weighted_sampler.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "consensus/all_models.h"
 #include "consensus/search.h"
-#include "diffsac/consensus/scorer.h"
-#include "diffsac/lab/yaml.h"
+#include "diffsac/consensus/scores/scorer.h"
 #include "geometry/two_view_problems.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/prosac_sampler.h"
+#include "diffsac/consensus/samplers/prosac_sampler.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

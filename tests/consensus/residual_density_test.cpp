@@ -1,4 +1,4 @@
-#include "diffsac/consensus/residual_density.h"
+#include "diffsac/consensus/scores/residual_density.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
-#include "diffsac/consensus/mixture.h"
-#include "diffsac/lab/yaml.h"
+#include "diffsac/consensus/scores/mixture.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

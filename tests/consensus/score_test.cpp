@@ -1,4 +1,4 @@
-#include "diffsac/consensus/score.h"
+#include "diffsac/consensus/scores/score.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

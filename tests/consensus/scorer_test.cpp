@@ -1,4 +1,4 @@
-#include "diffsac/consensus/scorer.h"
+#include "diffsac/consensus/scores/scorer.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

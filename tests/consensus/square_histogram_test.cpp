@@ -1,4 +1,4 @@
-#include "diffsac/consensus/square_histogram.h"
+#include "diffsac/consensus/scores/square_histogram.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/structures.h"
+#include "diffsac/consensus/structures/structures.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 
 namespace diffsac {
 namespace {

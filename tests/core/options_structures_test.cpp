@@ -6,7 +6,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 // What a field can be besides a number or a text: enums, lists and maps of structs, optional values, sub-documents.
 

@@ -7,7 +7,7 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

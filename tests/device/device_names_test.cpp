@@ -4,10 +4,10 @@
 
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/networks/learned_network.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/torch/learned_network.h"
 
 namespace diffsac {
 namespace {

@@ -3,14 +3,14 @@
 
 #include <catch2/catch.hpp>
 
-#include "denoiser/test_networks.h"
 #include "device/test_device.h"
-#include "diffsac/denoiser/edge_block.h"
-#include "diffsac/denoiser/losses.h"
-#include "diffsac/networks/clnet.h"
-#include "diffsac/networks/diffsac_network.h"
-#include "diffsac/networks/ng_ransac.h"
 #include "estimators/tiny_network.h"
+#include "lab/torch/clnet.h"
+#include "lab/torch/diffsac_network.h"
+#include "lab/torch/edge_block.h"
+#include "lab/torch/losses.h"
+#include "lab/torch/ng_ransac.h"
+#include "lab/torch/test_networks.h"
 
 namespace diffsac {
 namespace {

@@ -9,11 +9,11 @@
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/generators/synthetic_two_view.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {
 namespace {

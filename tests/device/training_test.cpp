@@ -11,14 +11,14 @@
 #include "device/test_device.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/denoiser/checkpoint.h"
-#include "diffsac/distributed/process_group.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
-#include "diffsac/networks/diffsac_network.h"
 #include "diffsac/problem/tasks.h"
-#include "distributed/spawn_ranks.h"
-#include "train/train_request.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/torch/checkpoint.h"
+#include "lab/torch/diffsac_network.h"
+#include "lab/torch/process_group.h"
+#include "lab/torch/spawn_ranks.h"
+#include "lab/train/train_request.h"
 
 namespace diffsac {
 namespace {

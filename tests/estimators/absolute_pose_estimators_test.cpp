@@ -4,11 +4,11 @@
 #include <limits>
 
 #include "diffsac/core/random.h"
-#include "diffsac/eval/metrics.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/make_estimator.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/eval/metrics.h"
 
 namespace diffsac {
 namespace {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "consensus/random_problems.h"
-#include "diffsac/baselines/oracle.h"
-#include "diffsac/baselines/theil_sen.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/make_estimator.h"
+#include "lab/baselines/oracle.h"
+#include "lab/baselines/theil_sen.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

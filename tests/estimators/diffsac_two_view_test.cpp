@@ -4,9 +4,9 @@
 #include <numeric>
 #include <set>
 
-#include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
+#include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {
 namespace {

@@ -8,11 +8,11 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
-#include "diffsac/eval/experiment.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/room_segments.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/eval/experiment.h"
 
 namespace diffsac {
 namespace {

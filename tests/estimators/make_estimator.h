@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 

@@ -7,9 +7,9 @@
 
 #include "diffsac/estimators/encoded_points.h"
 #include "diffsac/estimators/estimation_priors.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

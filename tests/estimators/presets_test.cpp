@@ -7,11 +7,11 @@
 
 #include "diffsac/core/resources.h"
 #include "diffsac/diffsac.h"
-#include "diffsac/eval/experiment.h"
-#include "diffsac/eval/sweep.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/eval/experiment.h"
+#include "lab/eval/sweep.h"
 
 namespace diffsac {
 namespace {

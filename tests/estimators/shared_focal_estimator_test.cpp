@@ -5,9 +5,9 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {

@@ -4,11 +4,11 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "diffsac/baselines/oracle.h"
-#include "diffsac/generators/synthetic_plane_views.h"
-#include "diffsac/generators/synthetic_structures.h"
 #include "estimators/make_estimator.h"
 #include "estimators/tiny_network.h"
+#include "lab/baselines/oracle.h"
+#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/synthetic_structures.h"
 
 namespace diffsac {
 namespace {

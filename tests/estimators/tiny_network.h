@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/generators/synthetic.h"
-#include "diffsac/networks/diffsac_network.h"
+#include "lab/data/synthetic.h"
+#include "lab/torch/diffsac_network.h"
 
 namespace diffsac {
 

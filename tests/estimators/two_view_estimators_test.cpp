@@ -5,14 +5,14 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/baselines/opencv_usac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/task_dispatch.h"
-#include "diffsac/eval/metrics.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/make_estimator.h"
 #include "geometry/two_view_problems.h"
+#include "lab/baselines/opencv_usac.h"
+#include "lab/eval/metrics.h"
 
 namespace diffsac {
 namespace {

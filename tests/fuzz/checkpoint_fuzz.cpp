@@ -5,7 +5,7 @@
 
 #include "diffsac/core/safetensors.h"
 #include "diffsac/estimators/diffsac_engine.h"
-#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 #include "fuzz/fuzz_target.h"
 
 namespace diffsac::testing {

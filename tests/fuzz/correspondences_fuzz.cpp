@@ -5,13 +5,13 @@
 #include <filesystem>
 
 #include "diffsac/core/files.h"
-#include "diffsac/io/correspondence_files.h"
-#include "diffsac/io/thumbnails.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
-#include "generators/two_view_test_util.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/two_view_test_util.h"
+#include "lab/files/correspondence_files.h"
+#include "lab/files/thumbnails.h"
 
 namespace diffsac::testing {
 namespace {

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "diffsac/core/files.h"
-#include "diffsac/io/colmap_lens.h"
 #include "fuzz/fuzz_target.h"
-#include "io/colmap_test_util.h"
+#include "lab/files/colmap_lens.h"
+#include "lab/files/colmap_test_util.h"
 
 namespace diffsac::testing {
 

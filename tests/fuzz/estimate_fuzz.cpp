@@ -5,10 +5,10 @@
 #include <memory>
 #include <numeric>
 
-#include "diffsac/consensus/confidence_sampler.h"
-#include "diffsac/consensus/noise_scales.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/weighted_sampler.h"
+#include "diffsac/consensus/samplers/confidence_sampler.h"
+#include "diffsac/consensus/samplers/weighted_sampler.h"
+#include "diffsac/consensus/scores/noise_scales.h"
 #include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"

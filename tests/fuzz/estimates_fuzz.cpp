@@ -1,8 +1,8 @@
 // estimates.h5 as it is read back: bytes change a sound file (ChangeHdf5).
 
-#include "diffsac/eval/estimates.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
+#include "lab/eval/estimates.h"
 
 namespace diffsac::testing {
 

@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <mutex>
 
-#include "data_tools/feature_file_test_util.h"
-#include "data_tools/hloc_files.h"
-#include "data_tools/imported_features.h"
 #include "diffsac/core/files.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
+#include "lab/images/feature_file_test_util.h"
+#include "lab/images/hloc_files.h"
+#include "lab/images/imported_features.h"
 
 namespace diffsac::testing {
 namespace {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/dgsac.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/structures.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "diffsac/consensus/structures/dgsac.h"
+#include "diffsac/consensus/structures/structures.h"
 #include "fuzz/byte_reader.h"
 
 namespace diffsac::testing {

@@ -11,7 +11,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
-#include "diffsac/io/hdf5_numbers.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac::testing {
 namespace {

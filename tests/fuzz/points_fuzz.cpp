@@ -1,8 +1,8 @@
 // Points and meshes as text: "ply ..." is a PLY file, "OFF ..." a mesh, all else lines of numbers.
 
-#include "diffsac/datasets/point_files.h"
-#include "diffsac/generators/off_mesh.h"
 #include "fuzz/fuzz_target.h"
+#include "lab/data/off_mesh.h"
+#include "lab/data/point_files.h"
 
 namespace diffsac::testing {
 

@@ -5,15 +5,15 @@
 #include <filesystem>
 #include <mutex>
 
-#include "datasets/write_point_sets.h"
 #include "diffsac/core/files.h"
-#include "diffsac/datasets/point_files.h"
-#include "diffsac/generators/synthetic.h"
-#include "diffsac/io/hdf5_numbers.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/point_files.h"
+#include "lab/data/synthetic.h"
+#include "lab/data/write_point_sets.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac::testing {
 namespace {

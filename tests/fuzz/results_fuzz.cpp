@@ -3,14 +3,14 @@
 
 #include <filesystem>
 
-#include "diffsac/eval/shard_records.h"
-#include "diffsac/report/compare_runs.h"
-#include "diffsac/report/markdown_report.h"
-#include "diffsac/report/merge.h"
-#include "diffsac/report/results_page.h"
-#include "diffsac/report/run_reader.h"
-#include "eval/eval_fixtures.h"
 #include "fuzz/fuzz_target.h"
+#include "lab/eval/eval_fixtures.h"
+#include "lab/eval/shard_records.h"
+#include "lab/report/compare_runs.h"
+#include "lab/report/markdown_report.h"
+#include "lab/report/merge.h"
+#include "lab/report/results_page.h"
+#include "lab/report/run_reader.h"
 
 namespace diffsac::testing {
 namespace {

@@ -1,10 +1,10 @@
 // What diffsac_prepare reads of images' cameras and poses: a bundle (fuzz_target.h) whose first line is the format.
 
-#include "data_tools/adelaide_rmf.h"
-#include "data_tools/image_format.h"
-#include "data_tools/image_sets.h"
-#include "data_tools/numpy_file.h"
 #include "fuzz/fuzz_target.h"
+#include "lab/images/adelaide_rmf.h"
+#include "lab/images/image_format.h"
+#include "lab/images/image_sets.h"
+#include "lab/images/numpy_file.h"
 
 namespace diffsac::testing {
 

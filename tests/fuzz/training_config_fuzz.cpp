@@ -2,9 +2,9 @@
 
 #include <sstream>
 
-#include "diffsac/lab/yaml.h"
-#include "diffsac/train/train_options.h"
 #include "fuzz/fuzz_target.h"
+#include "lab/config/yaml.h"
+#include "lab/train/train_options.h"
 
 namespace diffsac::testing {
 

@@ -89,7 +89,7 @@ def choose(folders, files, count, seed):
     chosen = []
     for folder in folders:
         every = []
-        for path in sorted((ROOT / "lib/diffsac" / folder).glob("*.*")):
+        for path in sorted((ROOT / "lib/diffsac" / folder).rglob("*.*")):
             if path.suffix in (".cpp", ".h") and (not files or path.name in files):
                 every += faults_of(path)
         rng.shuffle(every)

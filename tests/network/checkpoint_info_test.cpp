@@ -1,4 +1,4 @@
-#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,12 +1,12 @@
 // Plain rows go the same way as tensors.
-#include "diffsac/network/confidence_rows.h"
+#include "diffsac/network/diffusion/confidence_rows.h"
 
 #include <torch/torch.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "diffsac/denoiser/tensor_sampler.h"
+#include "lab/torch/tensor_sampler.h"
 #include "network/dummy_model.h"
 
 using namespace diffsac;

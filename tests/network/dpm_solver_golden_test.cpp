@@ -4,8 +4,8 @@
 #include <functional>
 #include <limits>
 
-#include "diffsac/denoiser/forward_process.h"
-#include "diffsac/denoiser/tensor_sampler.h"
+#include "lab/torch/forward_process.h"
+#include "lab/torch/tensor_sampler.h"
 #include "network/dummy_model.h"
 
 using namespace diffsac;

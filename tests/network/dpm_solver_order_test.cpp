@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "diffsac/denoiser/tensor_sampler.h"
+#include "lab/torch/tensor_sampler.h"
 
 using namespace diffsac;
 

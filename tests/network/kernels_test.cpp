@@ -1,4 +1,4 @@
-#include "diffsac/network/kernels.h"
+#include "diffsac/network/engine/kernels.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "diffsac/network/noise_schedule.h"
-#include "diffsac/lab/yaml.h"
+#include "diffsac/network/diffusion/noise_schedule.h"
+#include "lab/config/yaml.h"
 
 #include <torch/torch.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "diffsac/core/status.h"
-#include "diffsac/denoiser/forward_process.h"
+#include "lab/torch/forward_process.h"
 #include "network/captured_log.h"
 #include "network/dummy_model.h"
 

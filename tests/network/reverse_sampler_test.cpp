@@ -1,4 +1,4 @@
-#include "diffsac/denoiser/tensor_sampler.h"
+#include "lab/torch/tensor_sampler.h"
 
 #include <torch/torch.h>
 
@@ -10,7 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 #include "network/dummy_model.h"
 
 using namespace diffsac;

@@ -1,4 +1,4 @@
-#include "diffsac/network/time_grid.h"
+#include "diffsac/network/diffusion/time_grid.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

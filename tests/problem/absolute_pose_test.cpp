@@ -9,14 +9,14 @@
 #include <limits>
 #include <mutex>
 
-#include "datasets/data_test_util.h"
-#include "datasets/same_points.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/io/hdf5_numbers.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/data_test_util.h"
+#include "lab/data/same_points.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

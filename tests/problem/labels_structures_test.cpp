@@ -2,10 +2,10 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "diffsac/generators/synthetic_plane_views.h"
-#include "diffsac/generators/synthetic_structures.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
+#include "lab/config/yaml.h"
+#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/synthetic_structures.h"
 
 namespace diffsac {
 namespace {

@@ -6,9 +6,9 @@
 #include <set>
 #include <vector>
 
-#include "diffsac/generators/synthetic.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/synthetic.h"
 
 namespace diffsac {
 namespace {

@@ -1,5 +1,5 @@
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/labels.h"
+#include "lab/config/yaml.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,12 +9,12 @@
 #include <set>
 #include <vector>
 
-#include "datasets/data_test_util.h"
-#include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/data_test_util.h"
+#include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {
 namespace {

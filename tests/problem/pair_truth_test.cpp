@@ -5,7 +5,7 @@
 
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/problem/tasks.h"
-#include "generators/two_view_test_util.h"
+#include "lab/data/two_view_test_util.h"
 
 namespace diffsac {
 

@@ -1,5 +1,5 @@
 #include "diffsac/problem/point_features.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "datasets/data_test_util.h"
-#include "diffsac/consensus/minimal_sampler.h"
-#include "diffsac/generators/synthetic.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/data_test_util.h"
+#include "lab/data/synthetic.h"
 
 namespace diffsac {
 namespace {

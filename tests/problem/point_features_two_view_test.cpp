@@ -4,13 +4,13 @@
 #include <cmath>
 #include <set>
 
-#include "datasets/data_test_util.h"
-#include "diffsac/generators/synthetic_two_view.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/data_test_util.h"
+#include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {
 namespace {

@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "diffsac/generators/synthetic_plane_views.h"
-#include "diffsac/generators/synthetic_structures.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/preference_features.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/synthetic_structures.h"
 
 namespace diffsac {
 namespace {

@@ -1,11 +1,11 @@
 #include "diffsac/problem/tasks.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/yaml.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "datasets/data_test_util.h"
 #include "diffsac/problem/solver_space.h"
+#include "lab/data/data_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "diffsac/consensus/minimal_sampler.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/geometry/vanishing_point.h"
 #include "geometry/segments.h"
 

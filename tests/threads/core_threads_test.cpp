@@ -16,9 +16,9 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/lab/progress.h"
-#include "diffsac/lab/terminal_log.h"
-#include "diffsac/train/prefetcher.h"
+#include "lab/config/progress.h"
+#include "lab/config/terminal_log.h"
+#include "lab/train/prefetcher.h"
 
 namespace diffsac {
 namespace {

@@ -5,17 +5,17 @@
 #include <vector>
 
 #include "core/temporary_folder.h"
-#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/eval/runner.h"
 #include "diffsac/geometry/fundamental.h"
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/make_estimator.h"
-#include "diffsac/lab/yaml.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/report/run_files.h"
-#include "generators/two_view_test_util.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/data/two_view_test_util.h"
+#include "lab/eval/runner.h"
+#include "lab/report/run_files.h"
 
 namespace diffsac {
 namespace {

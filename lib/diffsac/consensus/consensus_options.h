@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diffsac/consensus/score.h"
+#include "diffsac/consensus/scores/score.h"
 #include "diffsac/consensus/stopping.h"
 #include "diffsac/core/options.h"
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "diffsac/consensus/dgsac_impl.h"
-#include "diffsac/consensus/mixture_impl.h"
 #include "diffsac/consensus/sample_consensus_impl.h"
-#include "diffsac/consensus/structures_impl.h"
+#include "diffsac/consensus/scores/mixture_impl.h"
+#include "diffsac/consensus/structures/dgsac_impl.h"
+#include "diffsac/consensus/structures/structures_impl.h"
 
 /// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
 /// MODEL_consensus.cpp.

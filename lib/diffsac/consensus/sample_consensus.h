@@ -7,8 +7,8 @@
 
 #include "diffsac/consensus/check_points.h"
 #include "diffsac/consensus/consensus_options.h"
-#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/model_hooks.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/hyperplane.h"

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/consensus/final_refiner.h"
-#include "diffsac/consensus/hypothesis_block.h"
-#include "diffsac/consensus/local_optimizer.h"
+#include "diffsac/consensus/local/final_refiner.h"
+#include "diffsac/consensus/local/local_optimizer.h"
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/consensus/scores/hypothesis_block.h"
 
 namespace diffsac {
 

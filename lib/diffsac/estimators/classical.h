@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/structures.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "diffsac/consensus/structures/structures.h"
 #include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
 

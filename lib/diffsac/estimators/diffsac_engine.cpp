@@ -2,7 +2,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/fused_diffsac.h"
-#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 
 namespace diffsac {
 namespace {

@@ -12,7 +12,7 @@ namespace diffsac {
 
 /// What computes a network.
 ///   kAuto      "auto": `fused` on the CPU for the architectures that it has, else `libtorch`
-///   kFused     "fused": plain C++ (network/fused_denoiser.h), one problem a thread
+///   kFused     "fused": plain C++ (network/engine/fused_denoiser.h), one problem a thread
 ///   kLibTorch  "libtorch": any architecture, any device, batches
 enum class NetworkEngine { kAuto, kFused, kLibTorch };
 template <>

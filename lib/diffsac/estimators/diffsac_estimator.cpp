@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_samplers.h"
 #include "diffsac/estimators/encoded_points.h"

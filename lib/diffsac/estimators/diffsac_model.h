@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "diffsac/estimators/learned_model.h"
-#include "diffsac/network/network_options.h"
-#include "diffsac/network/reverse_sampler.h"
+#include "diffsac/network/diffusion/reverse_sampler.h"
+#include "diffsac/network/engine/network_options.h"
 
 namespace diffsac {
 

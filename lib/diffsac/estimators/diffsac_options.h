@@ -1,10 +1,10 @@
 #pragma once
 
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/options.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/learned_estimator.h"
-#include "diffsac/network/reverse_sampler.h"
+#include "diffsac/network/diffusion/reverse_sampler.h"
 
 namespace diffsac {
 

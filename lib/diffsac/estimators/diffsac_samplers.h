@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "diffsac/consensus/confidence_sampler.h"
-#include "diffsac/consensus/weighted_sampler.h"
+#include "diffsac/consensus/samplers/confidence_sampler.h"
+#include "diffsac/consensus/samplers/weighted_sampler.h"
 #include "diffsac/core/options.h"
 
 namespace diffsac {

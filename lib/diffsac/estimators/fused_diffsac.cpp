@@ -7,8 +7,8 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/point_prior.h"
-#include "diffsac/network/checkpoint_info.h"
-#include "diffsac/network/confidence_rows.h"
+#include "diffsac/network/diffusion/confidence_rows.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 
 namespace diffsac {
 namespace {

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/network/fused_denoiser.h"
+#include "diffsac/network/engine/fused_denoiser.h"
 
 namespace diffsac {
 

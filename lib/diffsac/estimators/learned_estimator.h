@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
-#include "diffsac/consensus/minimal_sampler.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/structures.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
+#include "diffsac/consensus/structures/structures.h"
 #include "diffsac/core/options.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/estimators/robust_estimator.h"

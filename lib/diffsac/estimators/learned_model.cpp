@@ -7,7 +7,7 @@
 
 #include "diffsac/core/safetensors_header.h"
 #include "diffsac/core/status.h"
-#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

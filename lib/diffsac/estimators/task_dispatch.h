@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/structures.h"
+#include "diffsac/consensus/structures/structures.h"
 #include "diffsac/estimators/pose_covariance.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/solver_space.h"

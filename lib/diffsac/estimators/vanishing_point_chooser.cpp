@@ -9,7 +9,7 @@
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/learned_model.h"
-#include "diffsac/network/checkpoint_info.h"
+#include "diffsac/network/engine/checkpoint_info.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/vanishing_point_pool.h"
 

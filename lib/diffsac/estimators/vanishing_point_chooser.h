@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/consensus/structure_chooser.h"
-#include "diffsac/consensus/structures.h"
-#include "diffsac/network/set_scorer.h"
+#include "diffsac/consensus/structures/structure_chooser.h"
+#include "diffsac/consensus/structures/structures.h"
+#include "diffsac/network/engine/set_scorer.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {

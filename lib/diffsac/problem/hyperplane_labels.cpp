@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "diffsac/consensus/minimal_sampler.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/problem/best_sets.h"
 
 namespace diffsac {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "diffsac/consensus/make_minimal_sampler.h"
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/neighborhood_features.h"

@@ -37,8 +37,8 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
 
 /// Where the minimal sets of preference features come from.
 ///   kUniform  "uniform"
-///   kNapsac   "napsac": a point and its neighbours (consensus/napsac_sampler.h): where structures lie apart, far more
-///   of
+///   kNapsac   "napsac": a point and its neighbours (consensus/samplers/napsac_sampler.h): where structures lie apart,
+///   far more of
 ///             these sets are of one
 enum class PreferenceDraws { kUniform, kNapsac };
 template <>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "diffsac/consensus/false_alarms.h"
 #include "diffsac/consensus/model_hooks.h"
+#include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

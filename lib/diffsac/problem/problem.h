@@ -106,8 +106,8 @@ ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<
 std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem);
 
 /// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
-/// (LogFalseAlarms of consensus/false_alarms.h); above 0 the problem may have no model at all. threshold: what an
-/// inlier is, in the data's unit.
+/// (LogFalseAlarms of consensus/scores/false_alarms.h); above 0 the problem may have no model at all. threshold: what
+/// an inlier is, in the data's unit.
 double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold);
 
 /// What only labels, metrics and the oracle may see; each part is empty where it is unknown.

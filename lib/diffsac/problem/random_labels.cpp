@@ -1,6 +1,6 @@
 #include "diffsac/problem/random_labels.h"
 
-#include "diffsac/consensus/minimal_sampler.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
 
 namespace diffsac::random_labels_internal {
 

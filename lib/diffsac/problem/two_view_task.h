@@ -13,7 +13,7 @@ namespace diffsac {
 ///   TrueMatrix(truth)             which of the matrices that the source of a pair knows is the task's, or
 ///   TrueModel(problem, truth)     the model that it makes of them, where that is no matrix
 ///   PixelModel(model, problem)    the matrix by which PixelResidual of matches in pixels is in pixels, for what is
-///                                 measured there (datasets/repeated_structures.h, the errors without a pose)
+///                                 measured there (lab/data/repeated_structures.h, the errors without a pose)
 ///   kUnknownFocal                 where focal lengths are estimated: whose
 template <class Own, class... Others>
 struct TwoViewTask : TaskDescriptionOf<Own, Others...> {

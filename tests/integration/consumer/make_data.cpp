@@ -1,8 +1,8 @@
 // What registers itself in an installed library is there: a dataset by its name.
 #include <cstdio>
 
-#include "diffsac/lab/dataset_factory.h"
-#include "diffsac/lab/yaml.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 
 int main() {
   const auto dataset = diffsac::MakeDataset(diffsac::ConfigFromYaml("type: synthetic_line\nnum_points: 30\n"), 1);

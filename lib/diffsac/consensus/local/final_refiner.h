@@ -1,0 +1,290 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "diffsac/consensus/best_hypotheses.h"
+#include "diffsac/consensus/local/local_optimizer.h"
+#include "diffsac/geometry/covariance.h"
+#include "diffsac/geometry/fit_conditions.h"
+
+namespace diffsac {
+
+/// What happens after the search: the best hypotheses are refitted and refined, and the best result by
+/// options.final_score, and with options.cheirality by
+/// what lies before the cameras, is chosen. Those that are refitted to the same model are refined once. With
+/// options.refine_finalists, all are refitted once and refined by a few steps, and only the best of them to the end.
+/// Borrows scorer and options.
+template <MinimalModel Model>
+class FinalRefiner {
+ public:
+  using Parameters = typename Model::Parameters;
+
+  FinalRefiner(const Scorer<Model>& scorer, const ConsensusOptions& options, const NoiseScales& scales)
+      : scorer_(scorer),
+        options_(options),
+        scales_(scales),
+        score_(scales.MakeScore(options.final_score, options.inlier_prior)) {}
+
+  /// The chosen model with its final score, of hypotheses best first; nothing without any. Fits are added to *fits.
+  std::optional<ScoredModel<Model>> operator()(const std::vector<typename BestHypotheses<Model>::Entry>& hypotheses,
+                                               int* fits) const {
+    const bool staged = InStages(hypotheses.size());
+    std::vector<Parameters> refitted;
+    std::vector<Candidate> candidates;
+    for (const auto& hypothesis : hypotheses) {
+      const ScoredModel<Model> start = Refitted(hypothesis.model, staged ? 1 : options_.refit_rounds, fits);
+      if (std::find(refitted.begin(), refitted.end(), start.model) != refitted.end()) continue;
+      refitted.push_back(start.model);
+      candidates.push_back(CandidateOf(Refined(start, staged ? kFirstSteps : kMostRefineSteps, fits)));
+    }
+    if (staged) Finish(&candidates, fits);
+    const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                       [](const auto& a, const auto& b) { return a.worth < b.worth; });
+    if (best == candidates.end()) return std::nullopt;
+    if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(best->found, fits);
+    return best->found;
+  }
+
+  /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
+  /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
+  std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
+    FocalPosterior posterior;
+    const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
+    if (!cameras) return std::nullopt;
+    Parameters model = chosen->model;
+    ++*fits;
+    if (!ModelHooks<Model>::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+                                        &posterior) ||
+        CountInliers(model) < Model::kMinimalSize)
+      return std::nullopt;
+    *chosen = {model, ScoreOf(model)};
+    return posterior;
+  }
+
+  /// Puts the better of its two minima in *chosen; the other one where the points do not tell them apart.
+  std::optional<ModelParameters> OtherMinimum(ScoredModel<Model>* chosen, int* fits) const {
+    if (options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
+    Parameters model = chosen->model, other;
+    const bool as_good = ModelHooks<Model>::OtherMinimum(scorer_.points(), LossAt(model).scale, &model, &other, fits);
+    if (model != chosen->model) *chosen = {model, ScoreOf(model)};
+    return as_good ? std::optional<ModelParameters>(other) : std::nullopt;
+  }
+
+  /// The points that support the model.
+  int CountInliers(const Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
+  }
+
+  /// What an inlier of the model is: ε at most.
+  double MaskThreshold(const Parameters& model) const {
+    return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));
+  }
+
+  /// ConsensusResult::noise_scale.
+  double NoiseScaleOf(const Parameters& model) const {
+    constexpr int kDimension = ResidualDimension<Model>();
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    return NoiseOfInliers(residuals, kDimension, kDimension * Model::kMinimalSize, scales_.SupportThreshold(residuals));
+  }
+
+  /// What the model is a minimum of, with the threshold of what supports it; nothing where none was refined.
+  std::optional<FitConditions> FitOf(const Parameters& model) const {
+    if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
+    FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
+    if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
+    return fit;
+  }
+
+ private:
+  /// Steps of nonlinear refinement before the finalists are chosen.
+  static constexpr int kFirstSteps = 2;
+
+  struct Candidate {
+    ScoredModel<Model> found;
+    double worth;  ///< By what it is chosen.
+  };
+
+  Candidate CandidateOf(const ScoredModel<Model>& found) const {
+    return {found, options_.cheirality ? found.score * ShareInFront(found.model) : found.score};
+  }
+
+  /// 1 where nothing is known of it.
+  double ShareInFront([[maybe_unused]] const Parameters& model) const {
+    if constexpr (HasCheirality<Model>) {
+      return ModelHooks<Model>::ShareInFront(scorer_.points(), model, Supporters(model));
+    } else if constexpr (HasCheiralityOfCameras<Model>) {
+      if (const auto& cameras = scorer_.prior().cameras)
+        return ModelHooks<Model>::ShareInFront(scorer_.points(), model, Supporters(model), cameras->K1, cameras->K2);
+    }
+    return 1.0;
+  }
+
+  std::vector<std::uint8_t> Supporters(const Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    const double threshold = scales_.SupportThreshold(residuals);
+    std::vector<std::uint8_t> mask(residuals.size());
+    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = residuals[static_cast<Eigen::Index>(i)] <= threshold;
+    return mask;
+  }
+
+  /// A model and what its residuals say, which are worked out once.
+  struct Evaluation {
+    Eigen::VectorXd residuals;
+    double threshold;  ///< Of what supports it.
+    double score;
+    int inliers;
+  };
+
+  Evaluation Evaluate(const Parameters& model) const {
+    Evaluation result{scorer_.Residuals(model), 0.0, 0.0, 0};
+    result.threshold = scales_.SupportThreshold(result.residuals);
+    result.inliers = static_cast<int>((result.residuals.array() <= result.threshold).count());
+    result.score = score_.kind() == ScoreKind::kGaussianUniform ? MixtureScore(scales_.mixture, result.residuals)
+                                                                : scorer_(model, result.residuals, score_);
+    return result;
+  }
+
+  bool InStages(std::size_t candidates) const {
+    return options_.refine_finalists > 0 && options_.final_refinement != FinalRefinement::kNone &&
+           candidates > static_cast<std::size_t>(options_.refine_finalists);
+  }
+
+  /// Leaves the best candidates, refined to the end.
+  void Finish(std::vector<Candidate>* candidates, int* fits) const {
+    std::stable_sort(candidates->begin(), candidates->end(),
+                     [](const auto& a, const auto& b) { return a.worth > b.worth; });
+    const auto most = static_cast<std::size_t>(options_.refine_finalists);
+    if (candidates->size() > most) candidates->erase(candidates->begin() + most, candidates->end());
+    for (Candidate& candidate : *candidates) candidate = CandidateOf(Refined(candidate.found, kMostRefineSteps, fits));
+  }
+
+  double ScoreOf(const Parameters& model) const {
+    if (score_.kind() == ScoreKind::kGaussianUniform) return Likelihood(model);
+    return scorer_(model, score_);
+  }
+
+  double Likelihood(const Parameters& model) const { return MixtureScore(scales_.mixture, scorer_.Residuals(model)); }
+
+  /// `fitted`, or `start` where fewer than γ points support it or `score`, a function of a model, is lower.
+  template <class ScoreFunction>
+  Parameters Better(const Parameters& start, const Parameters& fitted, const ScoreFunction& score) const {
+    return CountInliers(fitted) >= Model::kMinimalSize && score(fitted) >= score(start) ? fitted : start;
+  }
+
+  /// threshold: of what supports the model.
+  double RefitThreshold(double threshold) const {
+    return scales_.noise ? options_.refit_threshold_factor * threshold : scales_.refit_threshold;
+  }
+
+  double InlierShare(const Parameters& model) const {
+    return static_cast<double>(CountInliers(model)) / scorer_.size();
+  }
+
+  /// rounds: of kIterated. With its final score.
+  ScoredModel<Model> Refitted(const Parameters& start, int rounds, int* fits) const {
+    Parameters model = start;
+    switch (options_.refit) {
+      case Refit::kInliers:
+        model = FittedToInliers(start, fits);
+        break;
+      case Refit::kIterated:
+        return Iterated(start, rounds, fits);
+      case Refit::kMixture:
+        model = FittedToMixture(start, fits);
+        break;
+      case Refit::kReweighted:
+        model = Reweighted(start, fits);
+        break;
+      case Refit::kNone:
+        break;
+    }
+    return {model, ScoreOf(model)};
+  }
+
+  /// Kept by what least squares lowers, the squares truncated at its own threshold. A hypothesis that was chosen for
+  /// its inlier count, or for a wider score, is the luckiest of many by that one: by it the more accurate model would
+  /// lose.
+  Parameters FittedToInliers(const Parameters& start, int* fits) const {
+    const double threshold = RefitThreshold(scales_.ThresholdFor(scorer_, start, scales_.threshold));
+    const Score squares(ScoreKind::kMsac, threshold, 0.0, 0.0);
+    Parameters model = start;
+    ++*fits;
+    FitInliers(scorer_, threshold, &model);
+    return Better(start, model, [&](const Parameters& m) { return scorer_(m, squares); });
+  }
+
+  Parameters FittedToMixture(const Parameters& start, int* fits) const {
+    Parameters model = start;
+    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(start), &model);
+    return Better(start, model, [&](const Parameters& m) { return Likelihood(m); });
+  }
+
+  ScoredModel<Model> Iterated(const Parameters& start, int rounds, int* fits) const {
+    Parameters model = start;
+    const Evaluation first = Evaluate(start);
+    Evaluation best = first;
+    Eigen::VectorXd weights(scorer_.size());
+    for (int round = 0; round < rounds; ++round) {
+      Parameters next = model;
+      ++*fits;
+      weights = (best.residuals.array() <= RefitThreshold(best.threshold)).template cast<double>();
+      if (!FitAgain<Model>(scorer_.points(), weights, &next)) break;
+      Evaluation found = Evaluate(next);
+      if (!(found.score >= best.score)) break;
+      const bool settled = next == model;
+      model = next;
+      best = std::move(found);
+      if (settled) break;
+    }
+    if (best.inliers < Model::kMinimalSize) return {start, first.score};
+    return {model, best.score};
+  }
+
+  /// By the final score where that is a sum over points; the mixture's own is compared once, at the end.
+  Parameters Reweighted(const Parameters& start, int* fits) const {
+    const MagsacLoss loss(scales_.reweight_threshold, scales_.residual_dof);
+    const ScoredModel<Model> found{start, scorer_(start, score_)};
+    const Parameters model = OptimizeReweighted<Model>(scorer_, score_, loss, options_.irls_rounds, found, fits).model;
+    return Better(start, model, [&](const Parameters& m) { return ScoreOf(m); });
+  }
+
+  ScoredModel<Model> Refined(const ScoredModel<Model>& start, int steps, int* fits) const {
+    if (options_.final_refinement == FinalRefinement::kNone) return start;
+    const Parameters model = RefinedNonlinearly<Model>(scorer_, LossAt(start.model), start.model, fits, steps);
+    if (model == start.model) return start;
+    const Evaluation found = Evaluate(model);
+    const bool keep = found.inliers >= Model::kMinimalSize && found.score >= start.score;
+    return keep ? ScoredModel<Model>{model, found.score} : start;
+  }
+
+  RobustLoss LossAt(const Parameters& start) const {
+    if (options_.final_refinement == FinalRefinement::kMarginalised)
+      return {LossKind::kMarginalised, scales_.greatest, scales_.least};
+    return {LossKind::kTruncated, scales_.ThresholdFor(scorer_, start, scales_.score_threshold)};
+  }
+
+  /// Once, for the model that won with σ assumed: candidates that each chose their own σ would not compare as well
+  /// (docs/experiments.md).
+  ScoredModel<Model> WithSigmaEstimated(const ScoredModel<Model>& chosen, int* fits) const {
+    Parameters model = chosen.model;
+    double sigma = 0.0;
+    *fits += MixtureRefit<Model>(scorer_.points(), scales_.mixture, InlierShare(model), &model, options_.sigma_prior,
+                                 &sigma);
+    const Mixture estimated = scales_.mixture.WithSigma(sigma);
+    const auto likelihood = [&](const Parameters& m) { return MixtureScore(estimated, scorer_.Residuals(m)); };
+    const bool keep = CountInliers(model) >= Model::kMinimalSize && likelihood(model) >= likelihood(chosen.model);
+    return keep ? ScoredModel<Model>{model, ScoreOf(model)} : chosen;
+  }
+
+  const Scorer<Model>& scorer_;
+  const ConsensusOptions& options_;
+  const NoiseScales& scales_;
+  Score score_;
+};
+
+}  // namespace diffsac

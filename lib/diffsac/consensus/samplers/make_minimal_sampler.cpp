@@ -1,0 +1,65 @@
+#include "diffsac/consensus/samplers/make_minimal_sampler.h"
+
+#include "diffsac/consensus/samplers/napsac_sampler.h"
+#include "diffsac/consensus/samplers/prosac_sampler.h"
+#include "diffsac/consensus/samplers/weighted_sampler.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+void CheckLength(const std::string& sampler, const char* what, std::span<const double> values, Eigen::Index points) {
+  if (static_cast<Eigen::Index>(values.size()) == points) return;
+  throw Error("sampler " + sampler + " needs a " + what + " for each of the " + std::to_string(points) +
+              " points, got " + std::to_string(values.size()) + " values");
+}
+
+}  // namespace
+
+void MinimalSamplerOptions::Bind(OptionsBinder& b) {
+  b.Field("sampler", sampler)
+      .Help(
+          "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
+          "(vanishing_point) more often");
+  b.Field("prosac_samples", prosac_samples, AtLeast(1.0))
+      .OnlyIf(sampler == MinimalSamplerKind::kProsac, "sampler: prosac")
+      .Help("after so many draws it is uniform");
+  b.Field("napsac_neighbors", napsac_neighbors, Within(1, 1e5))
+      .OnlyIf(sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
+      .Help("how many nearest points count as neighbours");
+  b.Field("local_draws", local_draws, AtLeast(0))
+      .OnlyIf(sampler == MinimalSamplerKind::kProgressiveNapsac, "sampler: p_napsac")
+      .Help("draws a point before sampling is global");
+}
+
+std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
+                                                   int set_size, const Rng& rng, std::span<const double> quality,
+                                                   std::span<const double> weights) {
+  const int size = static_cast<int>(points.rows());
+  // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the sampler.
+  const bool usable = points.size() > 0 && points.allFinite();
+  switch (options.sampler) {
+    case MinimalSamplerKind::kExhaustive:
+      return std::make_unique<ExhaustiveSampler>(size, set_size);
+    case MinimalSamplerKind::kProsac:
+      CheckLength("prosac", "matching ratio", quality, points.rows());
+      return std::make_unique<ProsacSampler>(quality, set_size, rng, options.prosac_samples);
+    case MinimalSamplerKind::kNapsac:
+      if (usable) return std::make_unique<NapsacSampler>(points, set_size, options.napsac_neighbors, rng);
+      break;
+    case MinimalSamplerKind::kProgressiveNapsac:
+      if (!quality.empty()) CheckLength("p_napsac", "matching ratio", quality, points.rows());
+      if (usable)
+        return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
+      break;
+    case MinimalSamplerKind::kWeighted:
+      if (weights.empty()) break;
+      CheckLength("weighted", "weight", weights, points.rows());
+      return std::make_unique<WeightedSampler>(weights, set_size, rng);
+    case MinimalSamplerKind::kUniform:
+      break;
+  }
+  return std::make_unique<UniformSampler>(size, set_size, rng);
+}
+
+}  // namespace diffsac

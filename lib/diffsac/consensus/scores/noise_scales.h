@@ -1,0 +1,84 @@
+#pragma once
+
+#include <optional>
+
+#include "diffsac/consensus/consensus_options.h"
+#include "diffsac/consensus/model_hooks.h"
+#include "diffsac/consensus/scores/mixture.h"
+#include "diffsac/consensus/scores/noise_estimate.h"
+#include "diffsac/consensus/scores/scorer.h"
+
+namespace diffsac {
+
+/// Lengths beyond these have squares that are no ordinary numbers.
+constexpr double kLeastScale = 1e-150;
+constexpr double kLargestScale = 1e150;
+
+/// The smallest scale where none is given, as a share of the greatest.
+inline constexpr double kLeastScaleShare = 1.0 / 8.0;
+
+/// The lengths that scores and refits of one problem work with, linear, in the unit of its points.
+struct NoiseScales {
+  double threshold = 0.0;           ///< ε: what an inlier is, or is at most.
+  double score_threshold = 0.0;     ///< What scores and local optimisation take for it.
+  double refit_threshold = 0.0;     ///< What refits take for it.
+  double reweight_threshold = 0.0;  ///< What reweighted refits take for it.
+  int residual_dof = 1;             ///< Degrees of freedom of a residual, for MAGSAC++.
+  Mixture mixture;                  ///< Of the Gaussian-uniform score and refit.
+  LikelihoodSetting likelihood;     ///< Of the other scores that are likelihoods.
+  double least = 0.0;               ///< From this to `greatest` go what scores and refines over scales.
+  double greatest = 0.0;
+  std::optional<NoiseEstimator> noise;  ///< Where the threshold of each model is estimated.
+
+  /// A score with these constants.
+  Score MakeScore(ScoreKind kind, double inlier_prior) const {
+    const bool over_scales = kind == ScoreKind::kMarginalised || kind == ScoreKind::kMixtureProfile;
+    return Score(kind, over_scales ? greatest : score_threshold, mixture.sigma, mixture.Odds(inlier_prior),
+                 residual_dof, least, likelihood);
+  }
+
+  /// What supports a model of such residuals: what is within ε, or, whatever ε is, within the threshold that suits
+  /// them.
+  double SupportThreshold(const Eigen::VectorXd& residuals) const {
+    return noise ? noise->Threshold(residuals.data(), static_cast<int>(residuals.size())) : threshold;
+  }
+  /// `given`, or where the noise is estimated, the threshold that suits the model.
+  template <MinimalModel Model>
+  double ThresholdFor(const Scorer<Model>& scorer, const typename Model::Parameters& model, double given) const {
+    return noise ? SupportThreshold(scorer.Residuals(model)) : given;
+  }
+
+  /// Whether all are within [kLeastScale, kLargestScale].
+  bool Usable() const {
+    const auto usable = [](double length) { return length >= kLeastScale && length <= kLargestScale; };
+    return usable(threshold) && usable(score_threshold) && usable(refit_threshold) && usable(reweight_threshold) &&
+           usable(mixture.sigma) && usable(greatest) && usable(likelihood.half_width);
+  }
+};
+
+/// unit: of how many of the data's units one unit of the points is.
+template <MinimalModel Model>
+NoiseScales ScalesOf(const PointMatrix& points, double threshold, const ConsensusOptions& options, double unit = 1.0) {
+  NoiseScales scales;
+  scales.threshold = threshold;
+  scales.score_threshold = options.score_threshold_factor * threshold;
+  scales.refit_threshold = options.refit_threshold_factor * threshold;
+  scales.reweight_threshold = options.score_threshold_factor * scales.refit_threshold;
+  scales.residual_dof = options.residual_dof > 0 ? options.residual_dof : ResidualDof<Model>();
+  scales.mixture = MakeMixture(points, threshold, options.sigma_factor * threshold);
+  scales.likelihood = {
+      options.outlier_half_width > 0.0 ? options.outlier_half_width / unit : 0.5 * scales.mixture.Extent(),
+      ResidualDimension<Model>(), Model::kMinimalSize, options.noise_prior};
+  scales.greatest = options.greatest_scale > 0.0 ? options.greatest_scale / unit : scales.score_threshold;
+  scales.least = options.least_scale > 0.0 ? options.least_scale / unit : kLeastScaleShare * scales.greatest;
+  if (options.threshold == ThresholdKind::kAdaptive) {
+    const double extent = MakeMixture(points, scales.greatest, scales.greatest).Extent();
+    scales.noise.emplace(ThresholdRange{scales.least, scales.greatest, extent}, Model::kMinimalSize);
+    // Nothing but the mask asks for ε.
+    scales.score_threshold = scales.greatest;
+    scales.reweight_threshold = options.refit_threshold_factor * scales.greatest;
+  }
+  return scales;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,258 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "diffsac/consensus/samplers/density_guide.h"
+#include "diffsac/consensus/samplers/density_selection.h"
+#include "diffsac/consensus/scores/scorer.h"
+#include "diffsac/consensus/structures/dgsac.h"
+
+namespace diffsac {
+namespace dgsac_internal {
+
+inline constexpr int kRoundsOfBudget = 4;
+inline constexpr std::size_t kMostStructures = 20;
+
+/// One run over one point set: sampling in rounds, then selection, then the refit.
+template <MinimalModel Model>
+class DgsacRun {
+ public:
+  using Parameters = typename Model::Parameters;
+
+  DgsacRun(const PointMatrix& points, const DgsacOptions& options, const Rng& rng)
+      : options_(options), rng_(rng), scorer_(points), guide_(static_cast<int>(points.rows()), options.preferred) {}
+
+  void Sample() {
+    std::vector<int> active = rng_.Fork("first_points").Permutation(scorer_.size());
+    Eigen::VectorXd explained = Eigen::VectorXd::Zero(scorer_.size());
+    stop_ = StopReason::kBudget;
+    for (std::uint64_t round = 0; drawn_ < options_.max_iterations; ++round) {
+      const std::vector<int> firsts = FirstPoints(active, round);
+      DrawRound(firsts);
+      if (round == 0) guided_from_ = drawn_;
+      active = Unexplained(active, firsts, &explained);
+      if (!active.empty()) continue;
+      if (options_.stopping == DgsacStopping::kExplained) {
+        stop_ = StopReason::kConfidence;
+        return;
+      }
+      active = rng_.Fork("first_points", round + 1).Permutation(scorer_.size());
+    }
+  }
+
+  void Finish(DgsacResult* result) {
+    result->stop = stop_;
+    result->guided_from = guided_from_;
+    result->unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
+    result->first_sets = FirstSets(sets_, Model::kMinimalSize);
+    std::vector<Candidate> structures = Structures(Candidates());
+    if (options_.refit == DgsacRefit::kDensity) {
+      for (Candidate& structure : structures) Refit(&structure);
+      structures = Structures(std::move(structures));
+    }
+    result->structures = static_cast<int>(std::count_if(
+        structures.begin(), structures.end(), [&](const Candidate& structure) { return IsClear(structure); }));
+    if (!structures.empty()) Report(structures[Choose(structures)], result);
+    result->hypotheses = hypotheses_;
+    result->sets = std::move(sets_);
+  }
+
+ private:
+  struct Candidate {
+    Parameters model;
+    DensityHypothesis density;
+  };
+
+  /// The points that get a set of their own in this round.
+  std::vector<int> FirstPoints(const std::vector<int>& active, std::uint64_t round) const {
+    int limit = options_.round_size;
+    if (limit == 0) limit = (options_.max_iterations + kRoundsOfBudget - 1) / kRoundsOfBudget;
+    const int size = static_cast<int>(active.size());
+    const int count = std::min({size, limit, options_.max_iterations - drawn_});
+    if (count == size) return active;
+    std::vector<int> chosen(count);
+    rng_.Fork("round", round).Distinct(size, count, chosen.data());
+    for (int& index : chosen) index = active[index];
+    return chosen;
+  }
+
+  void DrawRound(const std::vector<int>& firsts) {
+    guide_.StartRound();
+    std::vector<int> set(Model::kMinimalSize);
+    for (const int first : firsts) {
+      Rng rng = DrawRng(rng_, drawn_++);
+      if (options_.guided) {
+        guide_.Draw(first, Model::kMinimalSize, rng, set.data());
+      } else {
+        DrawDistinct(scorer_.size(), Model::kMinimalSize, rng, set.data());
+        std::sort(set.begin(), set.end());
+      }
+      sets_.insert(sets_.end(), set.begin(), set.end());
+      Solve(set.data());
+    }
+  }
+
+  void Solve(const int* set) {
+    Parameters solved[Model::kMaxSolutions];
+    const int count = Model::SolveMinimal(scorer_.points(), set, solved);
+    hypotheses_ += std::max(1, count);
+    for (int i = 0; i < count; ++i) {
+      const ResidualDensity density = Density(solved[i]);
+      if (density.order.empty()) continue;
+      guide_.Add(density.AtPoints());
+      models_.push_back(solved[i]);
+    }
+  }
+
+  ResidualDensity Density(const Parameters& model) const {
+    return ComputeResidualDensity(scorer_.Residuals(model), Model::kMinimalSize);
+  }
+
+  /// The points that the next round is for: those that the last one explained better, and those that had no set in it.
+  /// Empty when fewer than γ of the points that were asked about are left. Brings *explained up to date.
+  std::vector<int> Unexplained(const std::vector<int>& active, const std::vector<int>& firsts,
+                               Eigen::VectorXd* explained) const {
+    const int size = scorer_.size();
+    std::vector<char> is_waiting(size, 0), is_active(size, 0);
+    for (const int point : active) is_active[point] = is_waiting[point] = 1;
+    for (const int point : firsts) is_waiting[point] = 0;
+    int open = 0;
+    std::vector<int> next;
+    for (int i = 0; i < size; ++i) {
+      const double now = guide_.Explanation(i);
+      const bool changed = std::abs(now - (*explained)[i]) > options_.explained_change * (*explained)[i];
+      (*explained)[i] = now;
+      if (!changed && !is_waiting[i]) continue;
+      next.push_back(i);
+      open += is_active[i];
+    }
+    if (open < Model::kMinimalSize) next.clear();
+    return next;
+  }
+
+  Candidate Describe(const Parameters& model) const {
+    return {model, DescribeHypothesis(Density(model), Model::kMinimalSize)};
+  }
+
+  /// The clear ones among the hypotheses that some point prefers; where none is, the one of greatest evidence. The
+  /// others are not kept: there can be thousands.
+  std::vector<Candidate> Candidates() const {
+    std::vector<Candidate> clear, evident;
+    for (const int h : guide_.Preferred()) {
+      Candidate candidate = Describe(models_[h]);
+      const InlierExtent& inliers = candidate.density.inliers;
+      if (inliers.count == 0) continue;
+      if (IsClear(candidate)) {
+        clear.push_back(std::move(candidate));
+      } else if (evident.empty() || inliers.evidence > evident[0].density.inliers.evidence) {
+        evident.assign(1, std::move(candidate));
+      }
+    }
+    return clear.empty() ? evident : clear;
+  }
+
+  bool IsClear(const Candidate& candidate) const { return candidate.density.inliers.contrast >= options_.min_contrast; }
+
+  /// One candidate for each structure, at most kMostStructures, the densest; where no candidate is clear, the one of
+  /// greatest evidence, so that hard data have an answer too.
+  std::vector<Candidate> Structures(std::vector<Candidate> candidates) const {
+    std::vector<DensityHypothesis> densities;
+    for (Candidate& candidate : candidates) densities.push_back(std::move(candidate.density));
+    std::vector<int> selected = SelectStructures(densities, options_.min_contrast, options_.same_structure);
+    if (selected.empty() && !candidates.empty()) {
+      const auto by_evidence = [](const auto& a, const auto& b) { return a.inliers.evidence < b.inliers.evidence; };
+      selected.push_back(
+          static_cast<int>(std::max_element(densities.begin(), densities.end(), by_evidence) - densities.begin()));
+    }
+    std::stable_sort(selected.begin(), selected.end(),
+                     [&](int a, int b) { return Goodness(densities[a]) > Goodness(densities[b]); });
+    if (selected.size() > kMostStructures) selected.resize(kMostStructures);
+    std::vector<Candidate> result;
+    for (const int s : selected) result.push_back({candidates[s].model, std::move(densities[s])});
+    return result;
+  }
+
+  /// The structure that is reported, the densest where equal.
+  int Choose(const std::vector<Candidate>& structures) const {
+    std::vector<double> merit(structures.size(), 0.0);
+    if (options_.choose == DgsacChoice::kLargest) {
+      std::vector<DensityHypothesis> densities;
+      std::vector<int> all;
+      for (const Candidate& structure : structures) {
+        all.push_back(static_cast<int>(all.size()));
+        densities.push_back(structure.density);
+      }
+      for (const int owner : AssignPoints(densities, all))
+        if (owner >= 0) merit[owner] += 1.0;
+    } else if (options_.choose == DgsacChoice::kEvident) {
+      for (std::size_t s = 0; s < structures.size(); ++s) merit[s] = structures[s].density.inliers.evidence;
+    }
+    return static_cast<int>(std::max_element(merit.begin(), merit.end()) - merit.begin());
+  }
+
+  void Refit(Candidate* best) {
+    for (int round = 0; round < options_.refit_rounds; ++round) {
+      const DensityHypothesis& now = best->density;
+      Eigen::VectorXd weights = Eigen::VectorXd::Zero(scorer_.size());
+      for (int k = 0; k < now.inliers.count; ++k) weights[now.order[k]] = 1.0;
+      Parameters model = best->model;
+      ++hypotheses_;
+      if (!FitAgain<Model>(scorer_.points(), weights, &model) || model == best->model) return;
+      Candidate next = Describe(model);
+      // Noise moves the evidence of models that are as good; a clear fall means that the inliers were lost.
+      if (next.density.inliers.evidence < now.inliers.evidence - std::log(scorer_.size())) return;
+      if (next.density.inliers.count == 0) return;
+      *best = std::move(next);
+    }
+  }
+
+  void Report(const Candidate& best, DgsacResult* result) const {
+    result->status = Status::kOk;
+    result->model = best.model;
+    const InlierExtent& inliers = best.density.inliers;
+    const std::vector<int>& order = best.density.order;
+    result->extent = inliers.residual;
+    result->evidence = inliers.evidence;
+    result->inliers.assign(scorer_.size(), 0);
+    const Eigen::VectorXd residuals = scorer_.Residuals(best.model);
+    double squares = 0.0;
+    for (int k = 0; k < inliers.count; ++k) {
+      result->inliers[order[k]] = 1;
+      squares += residuals[order[k]] * residuals[order[k]];
+    }
+    result->noise_scale = std::sqrt(squares / std::max(1, inliers.count - Model::kMinimalSize));
+  }
+
+  const DgsacOptions& options_;
+  Rng rng_;
+  Scorer<Model> scorer_;
+  DensityGuide guide_;
+  std::vector<Parameters> models_;
+  std::vector<int> sets_;
+  int drawn_ = 0;
+  int guided_from_ = 0;
+  int hypotheses_ = 0;
+  StopReason stop_ = StopReason::kNotRun;
+};
+
+}  // namespace dgsac_internal
+
+template <MinimalModel Model>
+DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng) {
+  DgsacResult result;
+  result.status = CheckPoints<Model>(points);
+  if (result.status == Status::kOk && points.rows() > kMostDgsacPoints) result.status = Status::kTooManyPoints;
+  if (result.status != Status::kOk) return result;
+  result.status = Status::kNoModel;
+  // Every hypothesis goes through all γ points: their residuals say nothing.
+  if (points.rows() <= Model::kMinimalSize) return result;
+  dgsac_internal::DgsacRun<Model> run(points, options, rng);
+  run.Sample();
+  run.Finish(&result);
+  return result;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,387 @@
+#pragma once
+
+// The search behind structures.h, for the files that instantiate it for a model.
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "diffsac/consensus/structures/energy_search.h"
+#include "diffsac/consensus/structures/linkage.h"
+#include "diffsac/consensus/structures/structure_support.h"
+#include "diffsac/consensus/structures/structures.h"
+
+namespace diffsac {
+namespace structures_internal {
+
+/// So many models that are no structure are passed over before the search ends.
+inline constexpr int kMostAside = 20;
+/// Soft preferences fall off as exp(−r/τ) up to 5 τ (T-linkage), with τ this share of ε.
+inline constexpr double kPreferenceScale = 0.4;
+inline constexpr double kPreferenceReach = 5.0;
+
+/// What is known of some of the points.
+inline EstimationPriors OfRows(const EstimationPriors& priors, const std::vector<int>& rows) {
+  EstimationPriors some = priors;
+  // A list that is not one number a point is left as it is, for the loop to pass over.
+  const auto fits = [&](const Eigen::VectorXd& values) { return rows.empty() || values.size() > rows.back(); };
+  if (fits(priors.inlier_priors)) some.inlier_priors = priors.inlier_priors(rows);
+  if (fits(priors.fit_weights)) some.fit_weights = priors.fit_weights(rows);
+  return some;
+}
+
+template <MinimalModel Model>
+class StructuresSearch {
+ public:
+  using Parameters = typename Model::Parameters;
+
+  StructuresSearch(const PointMatrix& points, double threshold, const SamplerOfRows& sampler_of,
+                   const ConsensusOptions& options, const StructureSearchOptions& structures, const Rng& rng,
+                   const EstimationPriors& priors)
+      : points_(points),
+        threshold_(threshold),
+        source_of_(sampler_of),
+        options_(options),
+        structures_(structures),
+        rng_(rng),
+        priors_(priors),
+        chance_(points, threshold, rng.Fork("chance")) {
+    // As the loop does, which searches of linkages do without.
+    std::erase_if(priors_.models, [](const ModelParameters& model) {
+      return model.size() != Parameters::SizeAtCompileTime || !model.allFinite();
+    });
+  }
+
+  StructuresResult Run() {
+    found_.assignment.assign(static_cast<std::size_t>(points_.rows()), 0);
+    aside_.assign(found_.assignment.size(), 0);
+    switch (structures_.search) {
+      case StructureSearch::kJLinkage:
+      case StructureSearch::kTLinkage:
+        TakeClusters();
+        break;
+      case StructureSearch::kChosen:
+        Solve();
+        return Chosen();
+      case StructureSearch::kEnergy:
+        ByEnergy();
+        Finish();
+        return std::move(found_);
+      case StructureSearch::kAtOnce:
+        Solve();
+        TakeOneByOne();
+        break;
+      default:
+        TakeOneByOne();
+    }
+    for (int round = 0; round < structures_.rounds && !models_.empty(); ++round) RefitAll(round);
+    Assign();
+    DropChance();
+    Finish();
+    return std::move(found_);
+  }
+
+ private:
+  static std::vector<int> AllRows(Eigen::Index count) {
+    std::vector<int> rows(static_cast<std::size_t>(count));
+    std::iota(rows.begin(), rows.end(), 0);
+    return rows;
+  }
+
+  std::vector<int> RowsOf(std::int32_t label) const {
+    std::vector<int> rows;
+    for (int i = 0; i < static_cast<int>(found_.assignment.size()); ++i)
+      if (found_.assignment[i] == label) rows.push_back(i);
+    return rows;
+  }
+
+  /// All hypotheses, before any is chosen.
+  void Solve() {
+    SolveSets(AllRows(points_.rows()),
+              [&](const Parameters& model, const int*) { priors_.models.emplace_back(model); });
+  }
+
+  /// Sets of these rows; `take` gets each finite model and its set.
+  template <class Take>
+  void SolveSets(const std::vector<int>& rows, const Take& take) {
+    const auto sampler = source_of_(rows, 0);
+    std::vector<int> sets = DrawSets(*sampler, Model::kMinimalSize, options_.max_iterations);
+    for (int& i : sets) i = i >= 0 && i < static_cast<int>(rows.size()) ? rows[i] : -1;
+    const MinimalSolver<Model> solve(points_);
+    Parameters models[Model::kMaxSolutions];
+    for (std::size_t first = 0; first < sets.size(); first += Model::kMinimalSize) {
+      const int solutions = solve(sets.data() + first, models);
+      found_.hypotheses += std::max(1, solutions);
+      for (int i = 0; i < solutions; ++i)
+        if (models[i].allFinite()) take(models[i], sets.data() + first);
+    }
+    found_.iterations = static_cast<std::int64_t>(sets.size()) / Model::kMinimalSize;
+    found_.unique_minimal_sets = CountUniqueSets(sets, Model::kMinimalSize);
+    found_.first_sets = FirstSets(sets, Model::kMinimalSize);
+  }
+
+  void ByEnergy() {
+    EnergySearch<Model> search(points_, threshold_, structures_, rng_.Fork("energy"));
+    std::vector<std::pair<Parameters, std::vector<int>>> hypotheses;
+    for (const ModelParameters& model : priors_.models) hypotheses.emplace_back(Parameters(model), std::vector<int>());
+    SolveSets(search.likely(), [&](const Parameters& model, const int* set) {
+      hypotheses.emplace_back(model, std::vector<int>(set, set + Model::kMinimalSize));
+    });
+    auto found = search.Run(hypotheses);
+    found_.hypotheses += found.fits;
+    models_ = std::move(found.models);
+    found_.assignment = std::move(found.labels);
+  }
+
+  StructuresResult Chosen() {
+    if (structures_.chosen_by == nullptr) return std::move(found_);
+    ChosenStructures chosen = structures_.chosen_by->Choose(points_, priors_.point_weights, priors_.models,
+                                                            structures_.most, structures_.least_value);
+    models_ = std::move(chosen.models);
+    found_.values = std::move(chosen.values);
+    Assign();
+    found_.models = models_;
+    found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
+    return std::move(found_);
+  }
+
+  /// One search on some of the points. draw: with sets of its own, else of the hypotheses that are known.
+  ConsensusResult Search(const std::vector<int>& rows, const EstimationPriors& priors, bool draw, const Rng& rng) {
+    const PointMatrix some = points_(rows, Eigen::all);
+    PrecomputedSampler none({});
+    std::unique_ptr<MinimalSampler> own;
+    if (draw) own = source_of_(rows, searches_++);
+    ConsensusResult result = SampleConsensus<Model>(some, threshold_, own ? *own : none, options_, rng, priors);
+    found_.hypotheses += result.hypotheses;
+    if (!draw) return result;
+    found_.iterations += result.iterations;
+    found_.unique_minimal_sets += result.unique_minimal_sets;
+    for (std::vector<int>& set : result.first_sets) {
+      if (found_.first_sets.size() == kReportedSets) break;
+      if (!AreRows(set, some.rows())) continue;  // A sampler may name points that there are none of.
+      for (int& i : set) i = rows[i];
+      found_.first_sets.push_back(std::move(set));
+    }
+    return result;
+  }
+
+  /// A model that is no structure, the best there is in a cluster or in the tail of a thick wall, hides smaller ones:
+  /// its points are set aside.
+  void TakeOneByOne() {
+    const bool draw = structures_.search == StructureSearch::kSequential;
+    int asides = 0;
+    while (static_cast<int>(models_.size()) < structures_.most && asides <= kMostAside) {
+      std::vector<int> left = RowsOf(0);
+      std::erase_if(left, [&](int i) { return aside_[i] != 0; });
+      if (static_cast<int>(left.size()) <= Model::kMinimalSize) return;
+      const ConsensusResult best =
+          Search(left, OfRows(priors_, left), draw, rng_.Fork("structure", models_.size() + asides));
+      if (draw) priors_.models.clear();
+      if (best.status != Status::kOk) return;
+      const auto inliers = static_cast<int>(std::count(best.inliers.begin(), best.inliers.end(), 1));
+      // Not even by uniform points: there is nothing any more.
+      if (IsChance(best.model, static_cast<int>(left.size()), inliers)) return;
+      const bool structure = IsStructure(best.model, SupportOf(best.model, kCandidate));
+      if (structure) models_.push_back(best.model);
+      for (std::size_t i = 0; i < left.size(); ++i) {
+        if (best.inliers[i] == 0) continue;
+        if (structure)
+          found_.assignment[left[i]] = static_cast<std::int32_t>(models_.size());
+        else
+          aside_[left[i]] = 1;
+      }
+      if (!structure) ++asides;
+    }
+  }
+
+  void TakeClusters() {
+    Solve();
+    const std::vector<int> cluster = LinkPoints(Preferences());
+    const int count = cluster.empty() ? 0 : 1 + *std::max_element(cluster.begin(), cluster.end());
+    std::vector<std::vector<int>> members(count);
+    for (int i = 0; i < static_cast<int>(cluster.size()); ++i) members[cluster[i]].push_back(i);
+    std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    for (std::vector<int>& rows : members) {
+      if (static_cast<int>(models_.size()) == structures_.most) break;
+      std::erase_if(rows, [&](int i) { return found_.assignment[i] != 0; });
+      if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
+      ModelParameters model;
+      if (Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) Accept(model);
+    }
+  }
+
+  /// Takes a model with all free points that it explains, for a structure may be in several clusters; unless chance
+  /// would give as many.
+  void Accept(const ModelParameters& model) {
+    if (!IsStructure(model, SupportOf(model, kCandidate))) return;
+    models_.push_back(model);
+    for (const int i : RowsOf(0))
+      if (ResidualOf(model, i) <= threshold_) found_.assignment[i] = static_cast<std::int32_t>(models_.size());
+  }
+
+  PreferenceMatrix Preferences() const {
+    const bool soft = structures_.search == StructureSearch::kTLinkage;
+    const double tau = kPreferenceScale * threshold_;
+    PreferenceMatrix preferences(points_.rows(), static_cast<Eigen::Index>(priors_.models.size()));
+    for (Eigen::Index h = 0; h < preferences.cols(); ++h) {
+      const Parameters model = priors_.models[static_cast<std::size_t>(h)];
+      for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+        const double r = Model::Residual(model, points_.data() + i * points_.cols());
+        // Written so that what is not a number is no preference.
+        const double hard = r <= threshold_ ? 1.0 : 0.0, reach = r < kPreferenceReach * tau ? std::exp(-r / tau) : 0.0;
+        preferences(i, h) = static_cast<float>(soft ? reach : hard);
+      }
+    }
+    return preferences;
+  }
+
+  /// The model of these points alone, from `start` (null: from least squares). False where there is none.
+  bool Refit(const std::vector<int>& rows, const ModelParameters* start, const Rng& rng, ModelParameters* model) {
+    EstimationPriors own = OfRows(priors_, rows);
+    own.models.clear();
+    if (start != nullptr) own.models.push_back(*start);
+    own.fit_weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(rows.size()));
+    const ConsensusResult result = Search(rows, own, false, rng);
+    if (result.status != Status::kOk) return false;
+    *model = result.model;
+    return true;
+  }
+
+  void RefitAll(int round) {
+    Assign();
+    for (std::size_t k = 0; k < models_.size(); ++k) {
+      const std::vector<int> rows = RowsOf(static_cast<std::int32_t>(k + 1));
+      if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
+      Refit(rows, &models_[k], rng_.Fork("refit", round).Fork("model", k), &models_[k]);
+    }
+  }
+
+  /// Each point to the model that it is nearest to, none farther than ε.
+  void Assign() {
+    for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+      double least = threshold_;
+      found_.assignment[i] = 0;
+      for (std::size_t k = 0; k < models_.size(); ++k) {
+        const double r = Model::Residual(Parameters(models_[k]), points_.data() + i * points_.cols());
+        const bool nearer = found_.assignment[i] == 0 ? r <= least : r < least;
+        if (!nearer) continue;
+        least = r;
+        found_.assignment[i] = static_cast<std::int32_t>(k + 1);
+      }
+    }
+  }
+
+  /// Leaves out the models whose own points chance would give, or that are another one of more points, that of fewest
+  /// points first.
+  void DropChance() {
+    for (;;) {
+      std::size_t fewest = 0, points = 0;
+      bool drop = false;
+      for (std::size_t k = 0; k < models_.size(); ++k) {
+        if (IsStructure(models_[k], SupportOf(models_[k], static_cast<int>(k)))) continue;
+        const std::size_t own = RowsOf(static_cast<std::int32_t>(k + 1)).size();
+        if (!drop || own < points) fewest = k, points = own;
+        drop = true;
+      }
+      if (!drop) return;
+      models_.erase(models_.begin() + static_cast<std::ptrdiff_t>(fewest));
+      Assign();
+    }
+  }
+
+  void Finish() {
+    std::vector<double> sizes(models_.size() + 1, 0.0);
+    std::vector<std::size_t> order(models_.size());
+    const bool weighted = priors_.point_weights.size() == points_.rows();
+    for (std::size_t i = 0; i < found_.assignment.size(); ++i)
+      sizes[found_.assignment[i]] += weighted ? priors_.point_weights[static_cast<Eigen::Index>(i)] : 1.0;
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return sizes[a + 1] > sizes[b + 1]; });
+    std::vector<std::int32_t> place(models_.size() + 1, 0);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      found_.models.push_back(models_[order[k]]);
+      place[order[k] + 1] = static_cast<std::int32_t>(k + 1);
+    }
+    for (std::int32_t& label : found_.assignment) label = place[label];
+    found_.status = models_.empty() ? Status::kNoModel : Status::kOk;
+  }
+
+  double ResidualOf(const ModelParameters& model, Eigen::Index row) const {
+    return Model::Residual(Parameters(model), points_.data() + row * points_.cols());
+  }
+
+  /// The models that a model must be clear of: for a candidate all, for one that was taken those of more points.
+  std::vector<std::size_t> Above(int k) const {
+    std::vector<std::size_t> above;
+    const std::size_t own = k == kCandidate ? 0 : RowsOf(k + 1).size();
+    for (std::size_t j = 0; j < models_.size(); ++j)
+      if (k == kCandidate || (static_cast<int>(j) != k && RowsOf(static_cast<std::int32_t>(j + 1)).size() > own))
+        above.push_back(j);
+    return above;
+  }
+
+  /// k: the model's place, or kCandidate.
+  StructureSupport SupportOf(const ModelParameters& model, int k) const {
+    StructureSupport support;
+    std::vector<int> inside;
+    for (int i = 0; i < static_cast<int>(points_.rows()); ++i) {
+      const std::int32_t label = found_.assignment[i];
+      if (label != 0 && label != k + 1) continue;
+      const double r = ResidualOf(model, i);
+      ++support.points;
+      // Of a candidate, points set aside were another's: they are background.
+      if (r <= threshold_ && (k != kCandidate || aside_[i] == 0)) inside.push_back(i);
+      support.beside += r > threshold_ && r <= Reach<Model>(kBeside) * threshold_;
+    }
+    support.inside = static_cast<int>(inside.size());
+    const std::vector<std::size_t> above = Above(k);
+    support.shared = static_cast<int>(std::count_if(inside.begin(), inside.end(), [&](int i) {
+      return std::any_of(above.begin(), above.end(),
+                         [&](std::size_t j) { return ResidualOf(models_[j], i) <= Reach<Model>(kNear) * threshold_; });
+    }));
+    return support;
+  }
+
+  bool IsChance(const ModelParameters& model, int points, int inside) const {
+    return !(LogModels(chance_, model, points, inside, structures_.least_chance) < structures_.log_false_alarms);
+  }
+
+  bool IsStructure(const ModelParameters& model, const StructureSupport& support) const {
+    return !support.IsSame() && !IsChance(model, support.points, support.inside) && support.IsDense();
+  }
+
+  static constexpr int kCandidate = -1;
+
+  const PointMatrix& points_;
+  const double threshold_;
+  const SamplerOfRows& source_of_;
+  const ConsensusOptions& options_;
+  const StructureSearchOptions& structures_;
+  const Rng rng_;
+  EstimationPriors priors_;  ///< With the hypotheses that are known.
+  ChanceSpace<Model> chance_;
+  int searches_ = 0;
+  std::vector<std::uint8_t> aside_;  ///< 1 for points of models that are no structure.
+  std::vector<ModelParameters> models_;
+  StructuresResult found_;
+};
+
+}  // namespace structures_internal
+
+template <MinimalModel Model>
+StructuresResult FindStructures(const PointMatrix& points, double inlier_threshold, const SamplerOfRows& sampler_of,
+                                const ConsensusOptions& options, const StructureSearchOptions& structures,
+                                const Rng& rng, const EstimationPriors& priors) {
+  StructuresResult failed;
+  failed.status = CheckPoints<Model>(points);
+  if (failed.status != Status::kOk) return failed;
+  failed.status = Status::kNoModel;
+  if (!(inlier_threshold >= kLeastScale && inlier_threshold <= kLargestScale)) return failed;
+  return structures_internal::StructuresSearch<Model>(points, inlier_threshold, sampler_of, options, structures, rng,
+                                                      priors)
+      .Run();
+}
+
+}  // namespace diffsac

@@ -1,0 +1,77 @@
+#include "lab/baselines/dgsac_estimator.h"
+
+#include <utility>
+
+#include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/task_dispatch.h"
+#include "lab/config/estimator_registry.h"
+
+namespace diffsac {
+namespace {
+
+/// What the other rows do with their best hypothesis, done with this one.
+template <MinimalModel Model>
+void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options, const ModelParameters& model,
+                       const Rng& rng, Estimate* estimate) {
+  EstimationPriors priors;
+  priors.models.push_back(model);
+  PrecomputedSampler no_sets({});
+  ConsensusResult result = SearchCheckedPoints<Model>(space.points(), space.threshold(), no_sets, options, rng, priors);
+  estimate->report.hypotheses += result.hypotheses;
+  if (result.status != Status::kOk) return;
+  estimate->model = std::move(result.model);
+  estimate->inliers = std::move(result.inliers);
+  estimate->score = result.score;
+  estimate->noise_scale = space.unit() * result.noise_scale;
+}
+
+template <MinimalModel Model>
+Estimate EstimateModel(const SolverSpace& space, const DgsacEstimatorOptions& options, std::uint64_t seed) {
+  Estimate estimate;
+  const Rng rng = Rng(seed).Fork("dgsac");
+  DgsacResult found = EstimateDgsac<Model>(space.points(), options.search, rng);
+  estimate.status = found.status;
+  estimate.report.hypotheses = found.hypotheses;
+  estimate.report.unique_minimal_sets = found.unique_minimal_sets;
+  estimate.minimal_sets = std::move(found.first_sets);
+  if (found.status != Status::kOk) return estimate;
+  AcceptModel<Model>(space, found.model, &estimate);
+  estimate.noise_scale = space.unit() * found.noise_scale;
+  if (options.finish == DgsacFinish::kConsensus)
+    FinishByConsensus<Model>(space, options.consensus, found.model, rng.Fork("consensus"), &estimate);
+  return estimate;
+}
+
+}  // namespace
+
+void DgsacEstimatorOptions::Bind(OptionsBinder& b) {
+  search.Bind(b);
+  b.Field("finish", finish)
+      .Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
+  b.Field("consensus", consensus)
+      .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
+      .Help("its local optimisation and refits");
+}
+
+DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
+  DgsacEstimatorOptions options;
+  options.consensus = LoRansacOptions(task).consensus;
+  return options;
+}
+
+Estimate DgsacEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    return EstimateModel<Model>(space, options_, seed);
+  });
+}
+
+namespace {
+
+const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(
+    "dgsac", "Density guided sampling and consensus (docs/dgsac.md). Nothing but `consensus` uses a threshold.",
+    DefaultDgsacOptions,
+    [](const DgsacEstimatorOptions& options) { return std::make_unique<DgsacEstimator>(options); });
+
+}  // namespace
+
+}  // namespace diffsac

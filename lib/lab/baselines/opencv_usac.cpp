@@ -1,0 +1,140 @@
+#include "lab/baselines/opencv_usac.h"
+
+#include <algorithm>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "diffsac/estimators/task_dispatch.h"
+#include "lab/config/estimator_registry.h"
+
+namespace diffsac {
+namespace {
+
+/// OpenCV 4.6 numbers pairs of matches by an int: with more of them its graph cut reads beside its memory.
+constexpr int kMostInGraphCut = 46340;
+
+int FlagOf(OpencvPreset preset) {
+  switch (preset) {
+    case OpencvPreset::kFast:
+      return cv::USAC_FAST;
+    case OpencvPreset::kAccurate:
+      return cv::USAC_ACCURATE;
+    case OpencvPreset::kProsac:
+      return cv::USAC_PROSAC;
+    case OpencvPreset::kMagsac:
+      return cv::USAC_MAGSAC;
+    case OpencvPreset::kParallel:
+      return cv::USAC_PARALLEL;
+    case OpencvPreset::kFundamental8:
+      return cv::USAC_FM_8PTS;
+    case OpencvPreset::kRansac:
+      return cv::RANSAC;
+    case OpencvPreset::kLmeds:
+      return cv::LMEDS;
+    case OpencvPreset::kDefault:
+      break;
+  }
+  return cv::USAC_DEFAULT;
+}
+
+/// The models that OpenCV has an estimator of, from two images.
+template <class Model>
+inline constexpr bool kIsOpencvs =
+    std::is_same_v<Model, Homography> || std::is_same_v<Model, Fundamental> || std::is_same_v<Model, Essential>;
+
+template <class Model>
+cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold, int flag,
+                  const OpencvUsacOptions& options) {
+  cv::Mat mask;
+  if constexpr (std::is_same_v<Model, Homography>)
+    return cv::findHomography(first, second, flag, threshold, mask, options.max_iterations, options.confidence);
+  if constexpr (std::is_same_v<Model, Fundamental>)
+    return cv::findFundamentalMat(first, second, flag, threshold, options.confidence, options.max_iterations, mask);
+  static_assert(kIsOpencvs<Model>);
+  return cv::findEssentialMat(first, second, cv::Mat::eye(3, 3, CV_64F), flag, options.confidence, threshold,
+                              options.max_iterations, mask);
+}
+
+template <MinimalModel Model>
+Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& options) {
+  Estimate estimate;
+  estimate.report.hypotheses = options.max_iterations;
+  const std::vector<int> order = OpencvOrder(space.problem(), options.preset == OpencvPreset::kProsac);
+  const int size = static_cast<int>(order.size());
+  cv::Mat first(size, 2, CV_64F), second(size, 2, CV_64F);
+  for (int i = 0; i < size; ++i)
+    for (int j = 0; j < 2; ++j) {
+      first.at<double>(i, j) = space.points()(order[i], j);
+      second.at<double>(i, j) = space.points()(order[i], j + 2);
+    }
+  const double threshold = options.threshold > 0.0 ? options.threshold / space.unit() : space.threshold();
+  cv::Mat found;
+  try {
+    found = RunOpencv<Model>(first, second, threshold, FlagOf(options.preset), options);
+  } catch (const cv::Exception&) {
+    return estimate;
+  }
+  if (found.rows < 3 || found.cols != 3) return estimate;
+  Eigen::Matrix3d matrix;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) matrix(i, j) = found.at<double>(i, j);
+  if (!matrix.allFinite() || matrix.norm() == 0.0) return estimate;
+  AcceptModel<Model>(space, AsParameters(matrix), &estimate);
+  return estimate;
+}
+
+}  // namespace
+
+std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
+  std::vector<int> order(problem.points.rows());
+  std::iota(order.begin(), order.end(), 0);
+  if (by_quality && problem.match_ratio.size() == problem.points.rows())
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
+  return order;
+}
+
+void OpencvUsacOptions::Bind(OptionsBinder& b) {
+  b.Field("max_iterations", max_iterations, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
+  b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
+  b.Field("threshold", threshold, AtLeast(0.0)).Help("OpenCV's, in the data's unit; 0: the inlier threshold ε");
+  b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
+}
+
+Estimate OpencvUsacEstimator::DoRun(const Problem& problem, std::uint64_t /*seed*/) const {
+  if (options_.preset == OpencvPreset::kAccurate && problem.points.rows() > kMostInGraphCut) {
+    Estimate refused;
+    refused.status = Status::kTooManyPoints;
+    return refused;
+  }
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(space, options_);
+    return Estimate{};
+  });
+}
+
+namespace {
+
+/// A row with OpenCV's preset of this name.
+struct RegisteredOpencv : RegisteredEstimator<OpencvUsacOptions> {
+  RegisteredOpencv(const std::string& type, OpencvPreset preset, const std::string& help)
+      : RegisteredEstimator(
+            type, help,
+            [type, preset](Task task) {
+              if (!IsTwoView(task)) throw Error(type + " estimates two-view models only");
+              OpencvUsacOptions options;
+              options.preset = preset;
+              return options;
+            },
+            [](const OpencvUsacOptions& options) { return std::make_unique<OpencvUsacEstimator>(options); }) {}
+};
+
+const RegisteredOpencv kUsac("usac", OpencvPreset::kDefault, "Two views: OpenCV's USAC_DEFAULT on the same problems.");
+const RegisteredOpencv kOpencvMagsac("opencv_magsac", OpencvPreset::kMagsac,
+                                     "Two views: OpenCV's USAC_MAGSAC on the same problems.");
+
+}  // namespace
+
+}  // namespace diffsac

@@ -1,0 +1,101 @@
+#include "lab/baselines/recorded.h"
+
+#include <iterator>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "diffsac/core/files.h"
+#include "diffsac/estimators/task_dispatch.h"
+#include "lab/config/estimator_registry.h"
+#include "lab/files/text_scan.h"
+
+namespace diffsac {
+namespace {
+
+constexpr std::string_view kColumns = "row,condition,id,seed,ms,model";
+
+std::optional<ModelParameters> NumbersOf(const std::string& text) {
+  const std::vector<std::string_view> words = SplitWords(text, " ");
+  ModelParameters numbers(static_cast<Eigen::Index>(words.size()));
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (!ParseNumber(words[i], &numbers[static_cast<Eigen::Index>(i)])) return std::nullopt;
+  return numbers;
+}
+
+}  // namespace
+
+void RecordedOptions::Bind(OptionsBinder& b) {
+  b.Field("recording", recording).Help("a file of `scripts/peers/two_view.py`, or of the same form");
+  b.Field("row", row).Help("which of its rows");
+}
+
+RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(options) {
+  const std::string text = ReadTextFile(options.recording);
+  std::string_view rest = text, line;
+  bool named = false;
+  for (std::size_t number = 1; TakeLine(&rest, &line); ++number) {
+    const auto fail = [&](const std::string& what) {
+      throw Error(options.recording + ":" + std::to_string(number) + ": " + what);
+    };
+    if (line.empty() || line.front() == '#') continue;
+    if (!named) {
+      if (line != kColumns) fail("expected the columns " + std::string(kColumns));
+      named = true;
+      continue;
+    }
+    std::size_t at = 0;
+    const std::vector<std::string> fields = TakeCsvLine(std::string(line), &at);
+    double seed = 0.0;
+    Record record;
+    if (fields.size() != 6) fail("expected six fields, as " + std::string(kColumns));
+    if (!ParseNumber(fields[3], &seed) || seed < 0.0) fail("seed '" + fields[3] + "': expected a number");
+    if (!ParseNumber(fields[4], &record.ms)) fail("ms '" + fields[4] + "': expected a number");
+    const std::optional<ModelParameters> model = NumbersOf(fields[5]);
+    if (!model) fail("model '" + fields[5] + "': expected numbers with spaces between them");
+    if (fields[0] != options.row) continue;
+    record.model = *model;
+    records_[{fields[1], fields[2], static_cast<std::uint64_t>(seed)}] = record;
+    seeds_.insert(static_cast<std::uint64_t>(seed));
+  }
+  if (records_.empty()) throw Error(options.recording + ": has no row '" + options.row + "'");
+}
+
+Estimate RecordedEstimator::Of(const Example& example, const std::string& condition, std::uint64_t seed) const {
+  const std::string id = ProblemName(example);
+  if (seeds_.count(seed) == 0) seed = *std::next(seeds_.begin(), static_cast<std::ptrdiff_t>(seed % seeds_.size()));
+  const auto found = records_.find({condition, id, seed});
+  if (found == records_.end())
+    throw Error(options_.recording + ": row '" + options_.row + "' has no estimate of '" + id + "', condition '" +
+                condition + "', seed " + std::to_string(seed) + "; was it recorded for another choice of problems?");
+  const Record& record = found->second;
+  Estimate estimate = TimedEstimate(example.problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    Estimate accepted;
+    if (record.model.size() == 0) return accepted;
+    if (record.model.size() != Model::Parameters::SizeAtCompileTime)
+      throw Error(options_.recording + ": '" + id + "': expected " +
+                  std::to_string(Model::Parameters::SizeAtCompileTime) + " numbers of a model, not " +
+                  std::to_string(record.model.size()));
+    if (record.model.allFinite()) AcceptModel<Model>(space, record.model, &accepted);
+    return accepted;
+  });
+  if (estimate.status != Status::kOk)
+    estimate.inliers.assign(static_cast<std::size_t>(example.problem.points.rows()), 0);
+  estimate.report.ms_consensus = estimate.report.ms_total = record.ms;
+  return estimate;
+}
+
+Estimate RecordedEstimator::DoRun(const Problem&, std::uint64_t) const {
+  throw Error("recorded: knows estimates of a table's problems alone");
+}
+
+namespace {
+
+const RegisteredEstimator<RecordedOptions> kRecorded(
+    "recorded", "What another program estimated of the same problems, from a file (docs/peers.md).",
+    [](Task) { return RecordedOptions(); },
+    [](const RecordedOptions& options) { return std::make_unique<RecordedEstimator>(options); });
+
+}  // namespace
+
+}  // namespace diffsac

@@ -1,0 +1,100 @@
+#include "lab/baselines/theil_sen.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "diffsac/estimators/task_dispatch.h"
+#include "lab/config/estimator_registry.h"
+
+namespace diffsac {
+namespace {
+
+/// The middle value, or the mean of the two middle values. `values` is reordered and must not be empty.
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  if (values->size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values->begin(), middle));
+}
+
+std::vector<int> DrawSets(int num_points, int set_size, int budget, std::uint64_t seed) {
+  return DrawAllOrSome(num_points, set_size, budget, Rng(seed).Fork("theil_sen"));
+}
+
+/// The slopes of a model, −n_i / n_D; false when it is parallel to the last axis.
+template <int D>
+bool Slopes(const typename Hyperplane<D>::Parameters& model, std::array<double, D - 1>* slopes) {
+  constexpr double kParallel = 1e-12;
+  const double last = model[D - 1];
+  if (std::abs(last) <= kParallel) return false;
+  for (int i = 0; i < D - 1; ++i) (*slopes)[i] = -model[i] / last;
+  return true;
+}
+
+/// The hyperplane of given slopes whose intercept is the median one.
+template <int D>
+typename Hyperplane<D>::Parameters FromSlopes(const PointMatrix& points, const std::array<double, D - 1>& slopes) {
+  std::vector<double> intercepts(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    intercepts[i] = points(i, D - 1);
+    for (int j = 0; j < D - 1; ++j) intercepts[i] -= slopes[j] * points(i, j);
+  }
+  typename Hyperplane<D>::Parameters model;
+  for (int j = 0; j < D - 1; ++j) model[j] = slopes[j];
+  model[D - 1] = -1.0;
+  model[D] = Median(&intercepts);
+  return model / model.template head<D>().norm();
+}
+
+template <int D>
+Estimate EstimateHyperplane(const SolverSpace& space, int budget, std::uint64_t seed) {
+  using Model = Hyperplane<D>;
+  Estimate estimate;
+  const std::vector<int> sets = DrawSets(static_cast<int>(space.points().rows()), D, budget, seed);
+  std::array<std::vector<double>, D - 1> samples;
+  typename Model::Parameters solved;
+  std::array<double, D - 1> slopes;
+  for (std::size_t start = 0; start < sets.size(); start += D) {
+    if (Model::SolveMinimal(space.points(), sets.data() + start, &solved) == 0 || !Slopes<D>(solved, &slopes)) continue;
+    for (int i = 0; i < D - 1; ++i) samples[i].push_back(slopes[i]);
+  }
+  estimate.report.hypotheses = static_cast<int>(sets.size() / D);
+  estimate.report.unique_minimal_sets = CountUniqueSets(sets, D);
+  if (samples[0].empty()) return estimate;
+  for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
+  const typename Model::Parameters model = FromSlopes<D>(space.points(), slopes);
+  if (!model.allFinite()) return estimate;
+  AcceptModel<Model>(space, model, &estimate);
+  return estimate;
+}
+
+}  // namespace
+
+void TheilSenOptions::Bind(OptionsBinder& b) {
+  b.Field("max_iterations", max_iterations, Within(1, 1e7))
+      .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
+}
+
+Estimate TheilSenEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
+  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+    if constexpr (HyperplaneModel<Model>)
+      return EstimateHyperplane<Model::kDimension>(space, options_.max_iterations, seed);
+    return Estimate{};
+  });
+}
+
+namespace {
+
+const RegisteredEstimator<TheilSenOptions> kTheilSen(
+    "theil_sen", "Lines and planes: coordinate-wise medians of the minimal sets' models.",
+    [](Task task) {
+      const bool suits = DispatchTask(task, []<class Model>() { return HyperplaneModel<Model>; });
+      if (!suits) throw Error("theil_sen estimates lines and planes only");
+      return TheilSenOptions();
+    },
+    [](const TheilSenOptions& options) { return std::make_unique<TheilSenEstimator>(options); });
+
+}  // namespace
+
+}  // namespace diffsac

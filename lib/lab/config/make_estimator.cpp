@@ -1,0 +1,56 @@
+#include "lab/config/make_estimator.h"
+
+#include "diffsac/core/resources.h"
+#include "diffsac/core/status.h"
+#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/learned_model.h"
+#include "lab/config/estimator_registry.h"
+#include "lab/config/registered_learned_estimator.h"
+#include "lab/config/yaml.h"
+
+namespace diffsac {
+namespace {
+
+const EstimatorEntry& EntryOf(const Config& config) {
+  return Registry<EstimatorEntry>::Instance().Find(config.Text("type"), config.Where("type"));
+}
+
+}  // namespace
+
+std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, const EstimatorContext& context) {
+  CheckDevice(context.device);  // also by rows that have no use for it
+  return EntryOf(config).make(config, task, context);
+}
+
+Config ResolvedRow(const Config& config, Task task, const EstimatorContext& context) {
+  return EntryOf(config).resolve(config, task, context);
+}
+
+Config KeysThatDiffer(const Config& row, const Config& inherited) {
+  Config own = row.Without({});
+  for (const std::string& key : row.Keys()) {
+    if (!inherited.Has(key)) continue;
+    if (ToYaml(row.Sub(key)) == ToYaml(inherited.Sub(key)))
+      own = own.Without({key});
+    else if (!row.Sub(key).Keys().empty())
+      own = own.With(key, KeysThatDiffer(row.Sub(key), inherited.Sub(key)));
+  }
+  return own;
+}
+
+TrainedConfig TrainedConfigOf(const Config& row, Task task, const EstimatorContext& context) {
+  const std::string type = row.Text("type");
+  const std::string& given = context.checkpoint_override;
+  if (!given.empty()) {
+    TrainedConfig trained = ReadTrainedConfig(given);
+    if (trained.method == type) {
+      CheckTrainedFor(trained, type, task);
+      return trained;
+    }
+  }
+  if (row.Has("checkpoint") && !row.Text("checkpoint").empty())
+    return ReadTrainedConfig(RequiredPath(row.Sub("checkpoint"), "checkpoint"), type, task);
+  throw Error(row.Where() + ": method '" + type + "' needs a checkpoint (key, or --checkpoint)");
+}
+
+}  // namespace diffsac

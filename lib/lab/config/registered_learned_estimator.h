@@ -1,0 +1,121 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "diffsac/estimators/learned_model.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/config/estimator_registry.h"
+
+namespace diffsac {
+
+/// What a row with a network may write beside its type and checkpoint.
+template <class Options>
+struct LearnedKeys {
+  Options options;
+  Task task;
+  void Bind(OptionsBinder& b) {
+    BindModel(b, task, &options.model);
+    options.Bind(b);
+  }
+};
+
+/// A row with a network: its own keys override the checkpoint's `inference` group, or the preset that it names, so that
+/// it says only what it changes.
+template <class Options>
+struct CheckpointRow {
+  std::string type;
+  std::string checkpoint;
+  LearnedKeys<Options> keys;
+  std::string preset = {};
+  std::vector<std::string> presets = {};
+  void Bind(OptionsBinder& b) {
+    b.Choice("type", type, std::vector<std::string>{type});
+    TypedOptions<Options>::BindPreset(b, presets, &preset);
+    b.Field("checkpoint", checkpoint);
+    keys.Bind(b);
+  }
+};
+
+/// The row's checkpoint: --checkpoint, for the rows of the method that trained it, or else the key. Throws Error when
+/// there is neither.
+TrainedConfig TrainedConfigOf(const Config& row, Task task, const EstimatorContext& context);
+
+/// The row without what it repeats of `inherited`: a resolved row repeats everything.
+Config KeysThatDiffer(const Config& row, const Config& inherited);
+
+/// Sets of options that a row may name in place of the checkpoint's `inference` group, which is the first, "default".
+template <class Options>
+struct LearnedPresets {
+  std::vector<std::string> names = {};
+  std::function<Options(Task, const std::string& preset)> options = {};
+};
+
+/// A row with a network, registered at the end of its method's file:
+/// ```
+/// const RegisteredLearnedEstimator<DiffsacEstimator, DiffsacOptions, DiffsacNetwork> kDiffsac(
+///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
+/// ```
+/// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration, the row's
+/// options and what the program says (its device). The name is that of the training's `method` as well. CheckRow(keys,
+/// options, network) refuses own keys that cannot act.
+template <class Row, class Options, class Network>
+struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
+  using Load =
+      std::function<std::shared_ptr<const Network>(const TrainedConfig&, const Options&, const EstimatorContext&)>;
+  RegisteredLearnedEstimator(const std::string& type, const std::string& help, const Options& defaults, Load load,
+                             const LearnedPresets<Options>& presets = {})
+      : Registered<EstimatorEntry>(type, EntryOf(help, defaults, std::move(load), presets)) {}
+
+ private:
+  using Presets = LearnedPresets<Options>;
+
+  /// What a row's own keys override: its preset, or the checkpoint's `inference` group over the defaults.
+  static Options Inherited(const TrainedConfig& trained, const Options& defaults, const Presets& presets,
+                           const std::string& preset) {
+    const bool named = !presets.names.empty() && preset != presets.names.front();
+    Options options =
+        named ? presets.options(trained.task, preset) : ReadStoredOptions(trained.config.Sub("inference"), defaults);
+    options.model = trained.model;
+    return options;
+  }
+
+  static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited,
+                                     const Presets& presets) {
+    auto row = ReadOptions(
+        config, CheckpointRow<Options>{
+                    trained.method, {}, {inherited, trained.task}, PresetOf(config, presets.names), presets.names});
+    row.checkpoint = trained.checkpoint;
+    return row;
+  }
+
+  static EstimatorEntry EntryOf(const std::string& help, const Options& defaults, Load load, const Presets& presets) {
+    const auto inherited_of = [defaults, presets](const Config& config, const TrainedConfig& trained) {
+      return Inherited(trained, defaults, presets, PresetOf(config, presets.names));
+    };
+    EstimatorEntry entry;
+    entry.help = help;
+    entry.make = [inherited_of, presets, load = std::move(load)](const Config& config, Task task,
+                                                                 const EstimatorContext& context) {
+      const TrainedConfig trained = TrainedConfigOf(config, task, context);
+      const Options inherited = inherited_of(config, trained);
+      const Options options = Read(config, trained, inherited, presets).keys.options;
+      const auto network = load(trained, options, context);
+      CheckRow(KeysThatDiffer(config, ToConfig(inherited)), options, *network);
+      return std::make_unique<Row>(network, options, context.threads);
+    };
+    entry.resolve = [inherited_of, presets](const Config& config, Task task, const EstimatorContext& context) {
+      const TrainedConfig trained = TrainedConfigOf(config, task, context);
+      return ToConfig(Read(config, trained, inherited_of(config, trained), presets));
+    };
+    entry.describe = [defaults, presets](Task task) {
+      return DescribeOptions(PresetKeys<LearnedKeys<Options>>{presets.names, {defaults, task}});
+    };
+    entry.options = typeid(Options);
+    return entry;
+  }
+};
+
+}  // namespace diffsac

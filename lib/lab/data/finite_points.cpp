@@ -1,0 +1,27 @@
+#include "lab/data/finite_points.h"
+
+#include "lab/data/pair_filter.h"
+#include "lab/data/warn_once.h"
+
+namespace diffsac {
+
+std::vector<int> FiniteRows(const PointMatrix& points) {
+  std::vector<int> finite;
+  for (int i = 0; i < points.rows(); ++i)
+    if (points.row(i).allFinite()) finite.push_back(i);
+  return finite;
+}
+
+Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std::string& where) {
+  const PointMatrix& points = example.problem.points;
+  if (points.allFinite()) return example;
+  const std::vector<int> finite = FiniteRows(points);
+  const auto bad = static_cast<std::size_t>(points.rows()) - finite.size();
+  const std::string text =
+      where + ": " + std::to_string(bad) + " of " + std::to_string(points.rows()) + " points are not finite";
+  if (non_finite == NonFinitePoints::kError) throw Error(text + " (non_finite: drop leaves such points out)");
+  WarnOnce(text + " and are left out");
+  return WithRows(example, finite);
+}
+
+}  // namespace diffsac

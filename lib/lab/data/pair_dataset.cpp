@@ -1,0 +1,187 @@
+#include "lab/data/pair_dataset.h"
+
+#include <cmath>
+#include <utility>
+
+#include "diffsac/core/random.h"
+#include "diffsac/core/status.h"
+#include "diffsac/problem/pair_truth.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/data/pair_filter.h"
+#include "lab/data/pair_reading.h"
+#include "lab/data/structure_truth.h"
+
+namespace diffsac {
+namespace {
+
+PairReadingOptions ReadingOf(const PairsOptions& options) {
+  const bool plane = options.dominant_plane && options.task == Task::kHomography;
+  const double threshold = options.inlier_threshold_px;
+  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0,
+          options.task,        options.non_finite};
+}
+
+// The part of a scene's pairs that is asked for, thinned to `max_pairs`.
+std::vector<std::int64_t> PairsOf(std::int64_t size, const PairsOptions& options) {
+  const auto at = [&](double share) {
+    return static_cast<std::int64_t>(std::llround(share * static_cast<double>(size)));
+  };
+  const std::int64_t first = at(options.part.low);
+  std::vector<std::int64_t> positions = EvenlySpread(at(options.part.high) - first, options.max_pairs);
+  for (std::int64_t& position : positions) position += first;
+  return positions;
+}
+
+bool HasLabels(const Example& pair) {
+  return static_cast<Eigen::Index>(pair.truth.assignment.size()) == pair.problem.points.rows();
+}
+
+// One camera took both images where their focal length is one.
+void GiveHints(const PairsOptions& options, Example* pair) {
+  if (!pair->truth.cameras) return;
+  const auto& [K1, K2] = *pair->truth.cameras;
+  Problem& problem = pair->problem;
+  if (options.principal_points) {
+    problem.hint1.principal_point = Eigen::Vector2d(K1(0, 2), K1(1, 2));
+    problem.hint2.principal_point = Eigen::Vector2d(K2(0, 2), K2(1, 2));
+  }
+  if (!(options.focal_hint_log_sigma > 0.0)) return;
+  Rng rng = Rng(0).Fork("focal_hint/" + pair->id);
+  const double factor = std::exp(options.focal_hint_log_sigma * rng.Normal());
+  problem.hint1.focal = FocalPrior{factor * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
+  problem.hint2.focal = FocalPrior{factor * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
+}
+
+// A view of the pairs of some scenes: filtered, as problems of one task.
+class PairDataset : public Dataset {
+ public:
+  PairDataset(const std::vector<SceneFolder>& folders, const PairsOptions& options, bool in_memory, std::uint64_t seed)
+      : options_(options), task_(options.task), folders_(folders) {
+    for (const SceneFolder& folder : folders) AddScene(folder, in_memory);
+    if (places_.empty())
+      throw Error((folders.empty() ? std::string("correspondences") : folders.front().folder) +
+                  ": no pairs with at least " + std::to_string(options.min_points) + " matches in the given scenes");
+    if (!options.shuffle) return;
+    const std::vector<int> order = Rng(seed).Fork("shuffled_pairs").Permutation(static_cast<int>(places_.size()));
+    std::vector<Place> shuffled;
+    for (int i : order) shuffled.push_back(places_[i]);
+    places_ = std::move(shuffled);
+  }
+
+  Task task() const override { return task_; }
+  std::int64_t size() const override { return static_cast<std::int64_t>(places_.size()); }
+
+  Example Get(std::uint64_t index) const override {
+    if (index >= places_.size()) throw Error("there is no pair " + std::to_string(index) + " in this data");
+    Example example = Filtered(*Pair(places_[index]), options_.filter);
+    SetTask(task_, options_.inlier_threshold_px, &example);
+    GiveHints(options_, &example);
+    if (options_.structures) ArrangeStructuresOf(task_, &example.truth);
+    example.index = index;
+    return example;
+  }
+
+  std::string FolderOf(const std::string& scene) const override {
+    for (const SceneFolder& folder : folders_)
+      if (folder.name == scene) return folder.folder;
+    return "";
+  }
+
+ private:
+  struct Place {
+    std::uint32_t scene, position;
+  };
+
+  void AddScene(const SceneFolder& folder, bool in_memory) {
+    const auto scene = static_cast<std::uint32_t>(scenes_.size());
+    scenes_.push_back(PairReading::Open(folder, ReadingOf(options_)));
+    for (const std::int64_t position : PairsOf(scenes_.back()->size(), options_)) {
+      const Place place{scene, static_cast<std::uint32_t>(position)};
+      if (in_memory || options_.min_points > 0) {
+        const std::shared_ptr<const Example> pair = Pair(place);
+        if (static_cast<int>(KeptRows(*pair, options_.filter).size()) < options_.min_points) continue;
+        if (in_memory) held_.push_back(pair);
+      }
+      places_.push_back(place);
+    }
+    if (in_memory) scenes_.back()->CloseFiles();
+  }
+
+  std::shared_ptr<const Example> Pair(const Place& place) const {
+    const PairReading& scene = *scenes_[place.scene];
+    std::shared_ptr<const Example> pair = scene.Pair(place.position);
+    if (pair->problem.points.rows() == 0 && options_.empty_pairs == EmptyPairs::kError)
+      throw Error(scene.Where(place.position) + ": no matches (empty_pairs: keep accepts that)");
+    if ((task_ == Task::kEssential || task_ == Task::kOneFocal) && !pair->problem.cameras)
+      throw Error(scene.Where(place.position) + ": no calibration (K1_K2.h5), which task " + ToString(task_) +
+                  " needs");
+    if (options_.structures && !HasLabels(*pair))
+      throw Error(scene.Where(place.position) + ": no labels (labels.h5), which structures: true needs");
+    return pair;
+  }
+
+  PairsOptions options_;
+  Task task_;
+  std::vector<SceneFolder> folders_;
+  std::vector<std::shared_ptr<const PairReading>> scenes_;
+  std::vector<Place> places_;
+  std::vector<std::shared_ptr<const Example>> held_;
+};
+
+}  // namespace
+
+void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
+  b.Field("task", task, kTwoViewTasks).Help("what is estimated");
+  b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
+  b.Field(ratio_key, filter.max_ratio, Positive())
+      .Help("only matches whose ratio (match_conf.h5) is at most this; 1 keeps all, and so does data without ratios");
+  b.Field("ratios", filter.ratios)
+      .Help("whether matches keep their ratios; false: as matches that nobody rated, ordered and filtered by nothing");
+  b.Field("similarities", filter.similarities)
+      .Help("whether matches keep how their keypoints differ in size and angle (similarities.h5)");
+  b.Field("max_points", filter.max_points, AtLeast(0)).Help("at most so many matches a pair; 0 keeps all");
+  b.Field("cap", filter.cap)
+      .OnlyIf(filter.max_points > 0, "max_points above 0")
+      .Help("which: the best by ratio (the first without ratios), or random ones");
+  b.Field("shuffle_points", filter.shuffle_points)
+      .Help("matches in random order; this and `cap: random` depend on the pair's scene and id alone");
+  b.Field("min_points", min_points, AtLeast(0))
+      .Help("only pairs with at least so many matches left; more than 0 reads all pairs at the start");
+  b.Field("part", part, Within(0.0, 1.0))
+      .Help("the part of each scene's pairs, in the order of their names: [0.8, 1] is the last fifth");
+  b.Field("max_pairs", max_pairs, AtLeast(0)).Help("at most so many pairs of it, evenly spread; 0 keeps all");
+  b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0))
+      .Help("the truth is first refined on the matches near it, truncated at so many pixels (poses stay); 0: as given");
+  const bool unknown_focal = task == Task::kSharedFocal || task == Task::kOneFocal;
+  b.Field("focal_hint_log_sigma", focal_hint_log_sigma, AtLeast(0.0))
+      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .Help("σ of log f of a prior about the true focal length, drawn for each pair, as EXIF would give it; 0: none");
+  b.Field("principal_points", principal_points)
+      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .Help("whether the true principal points are given; else they are the images' centres");
+  b.Field("dominant_plane", dominant_plane)
+      .OnlyIf(task == Task::kHomography, "task: homography")
+      .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
+  b.Field("structures", structures)
+      .OnlyIf(task == Task::kHomography || task == Task::kFundamental, "task: homography or fundamental")
+      .Help(
+          "several models at once: of each label (labels.h5) the homography of at least five matches, or the "
+          "fundamental matrix of at least eight");
+  b.Require(!structures || !dominant_plane, "structures", "either this or dominant_plane, not both");
+  b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
+  b.Field("empty_pairs", empty_pairs)
+      .Help("a pair without matches: an error that names file and key, or a problem without points");
+  b.Field("non_finite", non_finite)
+      .Help("matches with a coordinate that is no finite number: left out, with one warning a pair, or an error");
+  b.Field("descriptors", descriptors).Help("whether descriptors.h5 is read where it is there");
+  b.Field("descriptor_noise", filter.descriptor_noise, AtLeast(0.0))
+      .OnlyIf(descriptors, "descriptors: true")
+      .Help("normal noise on each descriptor's values, in multiples of their root mean square");
+}
+
+std::unique_ptr<Dataset> MakePairDataset(const std::vector<SceneFolder>& scenes, const PairsOptions& options,
+                                         PairMemory memory, std::uint64_t seed) {
+  return std::make_unique<PairDataset>(scenes, options, memory == PairMemory::kAll, seed);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "diffsac/core/enum_names.h"
+#include "diffsac/problem/problem.h"
+
+namespace diffsac {
+
+/// Which matches stay where there are too many: those of the best ratio (the first where there is none), or random
+/// ones.
+enum class PointCap { kBest, kRandom };
+template <>
+inline constexpr auto kEnumNames<PointCap> = NamesOf<PointCap>({{PointCap::kBest, "best"},
+                                                                {PointCap::kRandom, "random"}});
+
+/// Which matches of a pair are used, in which order, and how good their descriptors are.
+struct PairFilter {
+  /// Whether the matches' ratios are known; else the pair is one of data without ratios.
+  bool ratios = true;
+  /// Whether the similarities of the matches' keypoints are known (Problem::similarities).
+  bool similarities = true;
+  /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
+  double max_ratio = 1.0;
+  /// At most so many matches; 0 keeps all.
+  int max_points = 0;
+  PointCap cap = PointCap::kBest;
+  /// Matches in random order. This, `cap: random` and the noise depend on the pair's id alone.
+  bool shuffle_points = false;
+  /// Standard deviation of the normal noise that is added to each descriptor's values, in multiples of their root mean
+  /// square.
+  double descriptor_noise = 0.0;
+};
+
+/// The rows to keep, in their order or, when they are shuffled, in a random one.
+std::vector<int> KeptRows(const Example& pair, const PairFilter& filter);
+
+/// The pair as the filter leaves it: points, ratios, descriptors, inliers and labels of the kept matches.
+Example Filtered(const Example& pair, const PairFilter& filter);
+
+/// The example with these of its points alone, in this order, and all that belongs to them. Structures stay, also those
+/// without points (ArrangeStructures in lab/data/structure_sizes.h drops them).
+Example WithRows(const Example& example, const std::vector<int>& rows);
+
+}  // namespace diffsac

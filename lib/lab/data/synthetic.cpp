@@ -1,0 +1,190 @@
+#include "lab/data/synthetic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "diffsac/core/random.h"
+#include "diffsac/core/status.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_registry.h"
+#include "lab/data/structure_sizes.h"
+#include "lab/data/synthetic_points.h"
+
+namespace diffsac {
+namespace {
+
+// The second model of structured outliers has at most this share of the inliers' number: it stays the weaker one.
+constexpr double kWeakerShare = 0.75;
+
+template <class Section>
+Section DrawSection(const SyntheticOptions& options, Rng rng) {
+  return DrawSection<Section>(options.model_sampling, options.min_extent, rng);
+}
+
+NoiseSource NoiseOf(const SyntheticOptions& options, Rng rng) {
+  return {options.noise, options.noise_scale, options.inlier_threshold, rng};
+}
+
+// A Gaussian value around `centre`, drawn again until it lies inside the box (coordinates are independent).
+double ClusterCoordinate(double centre, double sigma, Rng& rng) {
+  for (;;) {
+    const double value = centre + sigma * rng.Normal();
+    if (value >= 0.0 && value <= kBoxSide) return value;
+  }
+}
+
+template <class Point>
+void AppendAggregated(const SyntheticOptions& options, int count, Rng rng, std::vector<Point>* points) {
+  std::vector<Point> centres;
+  AppendUniform(options.clusters, rng.Fork("centres"), &centres);
+  for (int i = 0; i < count; ++i) {
+    Point p = centres[rng.Below(centres.size())];
+    for (double& value : p) value = ClusterCoordinate(value, options.cluster_sigma, rng);
+    points->push_back(p);
+  }
+}
+
+template <class Section>
+void AppendStructured(const SyntheticOptions& options, int count, int inliers, Rng rng,
+                      std::vector<PointOf<Section>>* points) {
+  const int wanted = static_cast<int>(std::lround(options.structured_share * count));
+  const int on_second = std::min(wanted, static_cast<int>(kWeakerShare * inliers));
+  const Section second = DrawSection<Section>(options, rng.Fork("second_model"));
+  AppendOnSection(second, on_second, NoiseOf(options, rng.Fork("second_noise")), rng.Fork("second"), points);
+  AppendUniform(count - on_second, rng.Fork("uniform"), points);
+}
+
+template <class Section>
+void AppendOutliers(const SyntheticOptions& options, int count, int inliers, Rng rng,
+                    std::vector<PointOf<Section>>* points) {
+  if (options.outliers == OutlierKind::kAggregated) {
+    AppendAggregated(options, count, rng, points);
+  } else if (options.outliers == OutlierKind::kStructured) {
+    AppendStructured<Section>(options, count, inliers, rng, points);
+  } else {
+    AppendUniform(count, rng, points);
+  }
+}
+
+// One dataset for both tasks; Section is LineSection or PlaneSection.
+template <class Section>
+class SyntheticDataset : public Dataset {
+ public:
+  static constexpr int kDimension = Section::kDimension;
+  static constexpr Task kTask = kDimension == 2 ? Task::kLine : Task::kPlane;
+
+  SyntheticDataset(SyntheticOptions options, std::uint64_t seed)
+      : options_(std::move(options)),
+        prefix_(ToString(kTask) + "/" + options_.split),
+        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+
+  Task task() const override { return kTask; }
+  std::int64_t size() const override { return options_.size; }
+
+  Example Get(std::uint64_t index) const override {
+    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
+      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
+    // A stream for each purpose: changing the noise, say, leaves the models and the outliers as they were.
+    const Rng rng = root_.Fork("example", index);
+    const auto [total, inliers] = DrawCounts(rng.Fork("counts"));
+    const Section section = DrawSection<Section>(options_, rng.Fork("model"));
+    std::vector<PointOf<Section>> points;
+    points.reserve(total);
+    AppendOnSection(section, inliers, NoiseOf(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
+    AppendOutliers<Section>(options_, total - inliers, inliers, rng.Fork("outliers"), &points);
+
+    Example example = Shuffled(points, inliers, rng.Fork("shuffle"));
+    example.index = index;
+    example.id = prefix_ + "/" + std::to_string(index);
+    example.scene = "all";
+    example.truth.model = ParametersOf(section);
+    return example;
+  }
+
+ private:
+  // The number of points and of inliers.
+  std::pair<int, int> DrawCounts(Rng rng) const {
+    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
+    const int total = low + static_cast<int>(rng.Below(high - low + 1));
+    const double ratio = rng.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
+    const int inliers = static_cast<int>(std::lround(total * (1.0 - ratio)));
+    return {total, std::clamp(inliers, MinimalSetSize(kTask) + 1, total)};
+  }
+
+  Example Shuffled(const std::vector<PointOf<Section>>& points, int inliers, Rng rng) const {
+    const auto count = static_cast<int>(points.size());
+    Example example;
+    example.problem.task = kTask;
+    example.problem.inlier_threshold = options_.inlier_threshold;
+    example.problem.points.resize(count, kDimension);
+    example.truth.inliers.resize(count);
+    const std::vector<int> order = rng.Permutation(count);
+    for (int i = 0; i < count; ++i) {
+      for (int k = 0; k < kDimension; ++k) example.problem.points(i, k) = points[order[i]][k];
+      example.truth.inliers[i] = order[i] < inliers;
+    }
+    return example;
+  }
+
+  SyntheticOptions options_;
+  std::string prefix_;
+  Rng root_;
+};
+
+}  // namespace
+
+void SyntheticOptions::Bind(OptionsBinder& b) {
+  b.Field("num_points", num_points, Within(3, 1e7)).Help("points of a problem");
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
+  b.Field("inlier_threshold", inlier_threshold, Positive()).Help("ε, in the picture's unit");
+  b.Field("model_sampling", model_sampling)
+      .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
+  b.Field("noise", noise).Help("of the inliers' distances");
+  b.Field("noise_scale", noise_scale, AtLeast(0.0))
+      .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
+  b.Field("outliers", outliers).Help("how they lie");
+  const bool aggregated = outliers == OutlierKind::kAggregated;
+  b.Field("clusters", clusters, Within(1, 1e4)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
+  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kBoxSide, true})
+      .OnlyIf(aggregated, "outliers: aggregated")
+      .Help("standard deviation of a cluster");
+  b.Field("structured_share", structured_share, Within(0.0, 1.0))
+      .OnlyIf(outliers == OutlierKind::kStructured, "outliers: structured")
+      .Help("share of outliers on the second, weaker model");
+  // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
+  b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
+      .Help("shortest chord (lines); planes: smallest square root of the area inside");
+  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
+  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  b.Require(IsWhole(num_points), "num_points", "whole numbers");
+}
+
+std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
+  const int least = MinimalSetSize(task) + 1;
+  if (options.num_points.low < least)
+    throw Error("num_points: expected at least " + std::to_string(least) + " for the task " + ToString(task));
+  if (task == Task::kLine) return std::make_unique<SyntheticDataset<LineSection>>(options, seed);
+  return std::make_unique<SyntheticDataset<PlaneSection>>(options, seed);
+}
+
+namespace {
+
+const RegisteredDataset<SyntheticOptions> kSyntheticLine("synthetic_line", DataSource::kGenerated,
+                                                         "Random lines in a 10 × 10 picture.",
+                                                         [](const SyntheticOptions& options, std::uint64_t seed) {
+                                                           return MakeSynthetic(Task::kLine, options, seed);
+                                                         });
+const RegisteredDataset<SyntheticOptions> kSyntheticPlane("synthetic_plane", DataSource::kGenerated,
+                                                          "Random planes in a 10 × 10 × 10 cube.",
+                                                          [](const SyntheticOptions& options, std::uint64_t seed) {
+                                                            return MakeSynthetic(Task::kPlane, options, seed);
+                                                          });
+
+}  // namespace
+
+}  // namespace diffsac

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/core/options.h"
+#include "diffsac/problem/problem.h"
+#include "lab/data/box_section.h"
+
+namespace diffsac {
+
+/// Of the inliers' distances; uniform is within ±noise_scale.
+enum class NoiseKind { kGaussian, kUniform };
+template <>
+inline constexpr auto kEnumNames<NoiseKind> = NamesOf<NoiseKind>({{NoiseKind::kGaussian, "gaussian"},
+                                                                  {NoiseKind::kUniform, "uniform"}});
+
+/// How outliers lie: anywhere, in clusters, or some of them on a second, weaker model.
+enum class OutlierKind { kUniform, kAggregated, kStructured };
+template <>
+inline constexpr auto kEnumNames<OutlierKind> = NamesOf<OutlierKind>({{OutlierKind::kUniform, "uniform"},
+                                                                      {OutlierKind::kAggregated, "aggregated"},
+                                                                      {OutlierKind::kStructured, "structured"}});
+
+/// Random lines in a 10 × 10 picture, or planes in a 10 × 10 × 10 cube (paper, sections "2D Line Fitting" and "3D Plane
+/// Fitting"). What the paper leaves open is fixed in docs/generators.md.
+struct SyntheticOptions {
+  Range num_points = {100, 100};
+  Range outlier_ratio = {0.1, 0.8};
+  /// ε, the inlier threshold of the problem, in the picture's unit.
+  double inlier_threshold = 0.1;
+  /// Through a point: longer chords are likelier, and every method and the ceiling are higher.
+  ModelSampling model_sampling = ModelSampling::kIsotropic;
+  NoiseKind noise = NoiseKind::kGaussian;
+  /// σ (gaussian) or half width (uniform), in the picture's unit; 0 means the default: ε/3 (gaussian) or ε (uniform).
+  double noise_scale = 0.0;
+  OutlierKind outliers = OutlierKind::kUniform;
+  int clusters = 3;               ///< aggregated: number of clusters
+  double cluster_sigma = 0.5;     ///< aggregated: standard deviation of a cluster
+  double structured_share = 0.5;  ///< structured: share of outliers on the second, weaker model
+  double min_extent = 5.0;        ///< shortest chord (lines); planes: smallest square root of the area inside
+  /// Examples in the dataset; -1 is endless.
+  std::int64_t size = -1;
+  /// Separates splits: train, validation and test use different names and never share a stream.
+  std::string split = "train";
+  void Bind(OptionsBinder& b);
+};
+
+/// Deterministic in (options, seed, index). Points are shuffled. Inliers: floor/round of N·(1−ratio), at least γ + 1.
+std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed);
+
+}  // namespace diffsac

@@ -1,0 +1,191 @@
+#include "lab/data/synthetic_matches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "diffsac/core/status.h"
+#include "diffsac/problem/keypoint_similarity.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/data/local_similarity.h"
+#include "lab/data/structure_sizes.h"
+
+namespace diffsac {
+namespace {
+
+// A displacement is drawn again while it leads out of the image; a point that is hemmed in becomes a uniform outlier.
+constexpr int kDisplacementTries = 20;
+
+enum class Origin : std::uint8_t { kInlier, kOther, kWrong };
+
+struct Match {
+  Eigen::Vector4d pixels;
+  Origin origin;
+};
+
+Eigen::Vector4d UniformMatch(const VirtualPair& pair, Rng& rng) {
+  Eigen::Vector4d match;
+  match.head<2>() = pair.first.RandomPixel(rng);
+  match.tail<2>() = pair.second.RandomPixel(rng);
+  return match;
+}
+
+Eigen::Vector4d Displaced(const Eigen::Vector4d& exact, const SyntheticMatchesOptions& options, const VirtualPair& pair,
+                          Rng& rng) {
+  for (int i = 0; i < kDisplacementTries; ++i) {
+    const double length = LogUniform(options.displacement_px, rng), angle = rng.Uniform(0.0, 2.0 * std::numbers::pi);
+    const Eigen::Vector2d place = exact.tail<2>() + length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    if (!pair.second.Contains(place)) continue;
+    Eigen::Vector4d match = exact;
+    match.tail<2>() = place;
+    return match;
+  }
+  return UniformMatch(pair, rng);
+}
+
+void AddNoise(double sigma, Rng rng, std::vector<Match>* matches) {
+  for (Match& match : *matches)
+    for (double& value : match.pixels) value += sigma * rng.Normal();
+}
+
+// The smallest ratio that is written: real ones are never 0.
+double DrawRatio(double power, Rng& rng) { return std::max(1e-6, std::pow(rng.Uniform(), 1.0 / power)); }
+
+Eigen::VectorXd DrawRatios(const SyntheticMatchesOptions& options, const std::vector<Match>& matches, Rng rng) {
+  if (!options.match_ratio) return {};
+  Rng powers = rng.Fork("powers");
+  const double correct = LogUniform(options.correct_ratio_power, powers);
+  const double wrong = LogUniform(options.wrong_ratio_power, powers);
+  Eigen::VectorXd ratios(static_cast<Eigen::Index>(matches.size()));
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    ratios[static_cast<Eigen::Index>(i)] = DrawRatio(matches[i].origin == Origin::kWrong ? wrong : correct, rng);
+  return ratios;
+}
+
+// Of `total` matches, of which those before the uniform ones are given as noise has not moved them yet.
+PointMatrix DrawSimilarities(const SyntheticMatchesOptions& options, const VirtualPair& pair,
+                             const std::vector<Eigen::Matrix3d>& planes, const std::vector<Match>& exact, int total,
+                             Rng rng) {
+  if (!options.similarities) return {};
+  const auto uniform = [&rng](const Range& range) { return rng.Uniform(range.low, range.high); };
+  const double noise = uniform(options.similarity_noise), gross = uniform(options.gross_similarities);
+  const double spread = uniform(options.wrong_scale_spread);
+  const std::size_t count = std::max(exact.size(), static_cast<std::size_t>(total));
+  PointMatrix similarities(static_cast<Eigen::Index>(count), 2);
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool wrong = i >= exact.size() || exact[i].origin == Origin::kWrong || rng.Uniform() < gross;
+    const Eigen::RowVector2d any(spread * rng.Normal(), rng.Uniform(-std::numbers::pi, std::numbers::pi));
+    const Eigen::RowVector2d error(noise * rng.Normal(), noise * rng.Normal());
+    similarities.row(static_cast<Eigen::Index>(i)) =
+        wrong ? any : SimilarityOf(-error, LocalSimilarity(pair, planes, exact[i].pixels));
+  }
+  return similarities;
+}
+
+}  // namespace
+
+void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
+  b.Field("num_points", num_points, Within(5, 1e6)).Help("matches of a problem");
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
+  b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
+  b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate in both images; one value a problem");
+  b.Field("displaced_share", displaced_share, Within(0.0, 1.0))
+      .Help("share of the outliers that are true matches whose second point was moved; the others are uniform");
+  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true})
+      .OnlyIf(displaced_share.high > 0.0, "a displaced_share above 0")
+      .Help("by how much, log-uniform");
+  b.Field("match_ratio", match_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
+  b.Field("correct_ratio_power", correct_ratio_power, Within(0.1, 1000.0))
+      .OnlyIf(match_ratio, "match_ratio: true")
+      .Help("a of correct matches, log-uniform a problem");
+  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0))
+      .OnlyIf(match_ratio, "match_ratio: true")
+      .Help("a of wrong ones");
+  b.Field("similarities", similarities).Help("whether matches know how their keypoints differ in size and angle");
+  b.Field("similarity_noise", similarity_noise, Within(0.0, 10.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("σ of the logarithm of a correct match's scale, and of its turn in radians; one value a problem");
+  b.Field("gross_similarities", gross_similarities, Within(0.0, 1.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("share of the correct matches whose similarity is any");
+  b.Field("wrong_scale_spread", wrong_scale_spread, Within(0.0, 10.0))
+      .OnlyIf(similarities, "similarities: true")
+      .Help("σ of the logarithm of a wrong match's scale; its turn is uniform");
+  b.Require(IsWhole(num_points), "num_points", "whole numbers");
+}
+
+void SyntheticMatchesOptions::Check(Task task) const {
+  const int least = MinimalSetSize(task) + 1;
+  if (num_points.low < least)
+    throw Error("num_points: expected at least " + std::to_string(least) + " for the task " + ToString(task));
+}
+
+MatchCounts DrawMatchCounts(const SyntheticMatchesOptions& options, Task task, Rng rng) {
+  const auto low = static_cast<int>(options.num_points.low), high = static_cast<int>(options.num_points.high);
+  MatchCounts counts;
+  counts.total = low + static_cast<int>(rng.Below(high - low + 1));
+  const double ratio = rng.Uniform(options.outlier_ratio.low, options.outlier_ratio.high);
+  counts.inliers = static_cast<int>(std::lround(counts.total * (1.0 - ratio)));
+  counts.inliers = std::clamp(counts.inliers, MinimalSetSize(task) + 1, counts.total);
+  return counts;
+}
+
+int DrawDisplacedCount(const SyntheticMatchesOptions& options, int outliers, Rng rng) {
+  return static_cast<int>(
+      std::lround(rng.Uniform(options.displaced_share.low, options.displaced_share.high) * outliers));
+}
+
+Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const VirtualPair& pair,
+                    const ExactMatches& exact, int total, const Rng& rng) {
+  std::vector<Match> matches;
+  matches.reserve(total);
+  Rng displacement = rng.Fork("displacement");
+  for (const auto& match : exact.inliers) matches.push_back({match, Origin::kInlier});
+  for (const auto& match : exact.others) matches.push_back({match, Origin::kOther});
+  for (const auto& match : exact.displaced)
+    matches.push_back({Displaced(match, options, pair, displacement), Origin::kWrong});
+  const PointMatrix similarities =
+      DrawSimilarities(options, pair, exact.planes, matches, total, rng.Fork("similarities"));
+  Rng noise = rng.Fork("noise");
+  const double sigma = noise.Uniform(options.noise_px.low, options.noise_px.high);
+  AddNoise(sigma, noise, &matches);
+  Rng uniform = rng.Fork("uniform");
+  while (static_cast<int>(matches.size()) < total) matches.push_back({UniformMatch(pair, uniform), Origin::kWrong});
+  const Eigen::VectorXd ratios = DrawRatios(options, matches, rng.Fork("ratios"));
+
+  Example example;
+  Problem& problem = example.problem;
+  problem.task = task;
+  problem.inlier_threshold = options.inlier_threshold_px;
+  problem.cameras = CameraPair{pair.first.K, pair.second.K};
+  problem.size1 = pair.first.size;
+  problem.size2 = pair.second.size;
+  const auto count = static_cast<int>(matches.size());
+  const std::vector<int> order = rng.Fork("shuffle").Permutation(count);
+  problem.points.resize(count, 4);
+  problem.match_ratio.resize(ratios.size());
+  if (similarities.rows() > 0) problem.similarities = similarities(order, Eigen::all);
+  example.truth.inliers.resize(count);
+  for (int i = 0; i < count; ++i) {
+    problem.points.row(i) = matches[order[i]].pixels.transpose();
+    if (ratios.size() > 0) problem.match_ratio[i] = ratios[order[i]];
+    example.truth.inliers[i] = matches[order[i]].origin == Origin::kInlier;
+    if (!exact.assignment.empty())
+      example.truth.assignment.push_back(example.truth.inliers[i] ? exact.assignment[order[i]] : 0);
+  }
+  return example;
+}
+
+void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example) {
+  const RigidMotion& motion = pair.motion;
+  example->truth.pose = PoseOf(motion);
+  HideCalibration(example);
+  GroundTruth known = example->truth;
+  known.homography = homography;
+  known.essential = EssentialFromMotion(motion);
+  known.fundamental = FundamentalFromEssential(*known.essential, pair.first.K, pair.second.K);
+  example->truth.model = TrueModel(example->problem, known);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/core/random.h"
+#include "diffsac/problem/problem.h"
+#include "lab/data/virtual_views.h"
+
+namespace diffsac {
+
+/// How exact correspondences of two virtual views become a problem: noise, outliers, ratios. Everything is drawn for
+/// each problem anew.
+struct SyntheticMatchesOptions {
+  Range num_points = {100, 500};
+  Range outlier_ratio = {0.1, 0.8};
+  double inlier_threshold_px = 1.0;  ///< ε, linear.
+  /// σ of the Gaussian noise of each coordinate in both images, pixels; one value a problem.
+  Range noise_px = {0.2, 0.8};
+  /// Share of the outliers that are displaced matches (one value a problem): a true match whose second point is moved
+  /// by `displacement_px`, log-uniform, in a random direction, to a place inside the image. The others are uniform in
+  /// both images.
+  Range displaced_share = {0.0, 0.4};
+  Range displacement_px = {5.0, 200.0};
+  /// Whether matches have a ratio of nearest to second-nearest descriptor distance (Problem::quality): r = u^(1/a) with
+  /// u uniform in [0, 1), so that P(ratio ≤ r) = r^a and the mean is a / (a + 1). a of correct and of wrong matches is
+  /// drawn, log-uniform, for each problem. The defaults follow RootSIFT on real pairs (docs/generators.md).
+  bool match_ratio = true;
+  Range correct_ratio_power = {0.7, 1.8};
+  Range wrong_ratio_power = {7.0, 12.0};
+  /// Whether matches know how their keypoints differ in size and angle (Problem::similarities). Correct ones have the
+  /// similarity nearest to the true map around them (LocalSimilarity) with Gaussian noise in the logarithm of the scale
+  /// and in the turn, one σ a problem for both; a share of them (one value a problem) is as wrong ones are. Those have
+  /// a scale of any Gaussian logarithm, σ one value a problem, and any turn. The defaults follow SIFT on real pairs
+  /// (docs/generators.md).
+  bool similarities = false;
+  Range similarity_noise = {0.06, 0.14};
+  Range gross_similarities = {0.0, 0.03};
+  Range wrong_scale_spread = {0.5, 1.1};
+  void Bind(OptionsBinder& b);
+  /// Throws Error unless every problem can hold γ + 1 points.
+  void Check(Task task) const;
+};
+
+/// Points and inliers of one problem: round(N (1 − ratio)) inliers, at least γ + 1 and at most N.
+struct MatchCounts {
+  int total = 0;
+  int inliers = 0;
+};
+MatchCounts DrawMatchCounts(const SyntheticMatchesOptions& options, Task task, Rng rng);
+
+/// Exact correspondences, x1 y1 x2 y2 in pixels.
+struct ExactMatches {
+  std::vector<Eigen::Vector4d> inliers;    ///< of the model
+  std::vector<Eigen::Vector4d> others;     ///< correct matches that the model does not explain; they count as outliers
+  std::vector<Eigen::Vector4d> displaced;  ///< correct matches to be displaced
+  std::vector<std::int32_t> assignment = {};  ///< of the inliers, the structure of each; empty where there is one model
+  std::vector<Eigen::Matrix3d> planes = {};   ///< x2 ~ H x1: those that matches may lie on, as far as they are known
+};
+
+/// How many outliers of a problem are displaced matches.
+int DrawDisplacedCount(const SyntheticMatchesOptions& options, int outliers, Rng rng);
+
+/// The problem and its truth but for models, pose and names: noise on inliers, others and displaced, then uniform
+/// outliers up to `total`, ratios, and all shuffled. Cameras and sizes come from `pair`.
+/// Outliers are not filtered: one that the model explains by accident is still an outlier.
+Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const VirtualPair& pair,
+                    const ExactMatches& exact, int total, const Rng& rng);
+
+/// Model (E, F from the motion; H as given), relative pose with a unit translation (zero stays zero).
+void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example);
+
+}  // namespace diffsac

@@ -1,0 +1,160 @@
+#include "lab/data/synthetic_structures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "diffsac/core/random.h"
+#include "lab/config/dataset_registry.h"
+#include "lab/data/synthetic_points.h"
+
+namespace diffsac {
+namespace {
+
+// Two structures are told apart when less than this share of either lies within so many ε of the other, measured on so
+// many points of it.
+constexpr double kSharedMost = 0.5;
+constexpr double kSharedThresholds = 2.0;
+constexpr int kSharedSamples = 64;
+// Up to this ε the band around a structure is narrow enough for twenty others beside it.
+constexpr double kLargestThreshold = 0.05 * kBoxSide;
+
+template <class Section>
+double DistanceOf(const PointOf<Section>& point, const Section& section) {
+  double sum = section.offset();
+  for (int k = 0; k < Section::kDimension; ++k) sum += point[k] * section.normal()[k];
+  return std::abs(sum);
+}
+
+template <class Section>
+double ShareWithin(const Section& of, const Section& other, double distance, Rng rng) {
+  int near = 0;
+  for (int i = 0; i < kSharedSamples; ++i) near += DistanceOf(of.Sample(rng), other) <= distance;
+  return static_cast<double>(near) / kSharedSamples;
+}
+
+// One dataset for both tasks; Section is LineSection or PlaneSection.
+template <class Section>
+class SyntheticStructures : public Dataset {
+ public:
+  static constexpr int kDimension = Section::kDimension;
+
+  SyntheticStructures(SyntheticStructuresOptions options, std::uint64_t seed)
+      : options_(std::move(options)),
+        prefix_("structures_" + ToString(options_.task) + "/" + options_.split),
+        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+
+  Task task() const override { return options_.task; }
+  std::int64_t size() const override { return options_.size; }
+
+  Example Get(std::uint64_t index) const override {
+    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
+      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
+    const Rng rng = root_.Fork("example", index);
+    const std::vector<int> sizes = DrawSizes(rng);
+    const std::vector<Section> sections = DrawSections(static_cast<int>(sizes.size()), rng);
+    std::vector<PointOf<Section>> points;
+    std::vector<std::int32_t> labels;
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+      const NoiseSource noise(NoiseKind::kGaussian, options_.noise_scale, options_.inlier_threshold,
+                              rng.Fork("noise", k));
+      AppendOnSection(sections[k], sizes[k], noise, rng.Fork("inliers", k), &points);
+      labels.resize(points.size(), static_cast<std::int32_t>(k + 1));
+    }
+    const int total = DrawTotal(rng);
+    AppendUniform(total - static_cast<int>(points.size()), rng.Fork("outliers"), &points);
+    labels.resize(points.size(), 0);
+
+    Example example;
+    example.problem.task = options_.task;
+    example.problem.inlier_threshold = options_.inlier_threshold;
+    SetShuffled(points, labels, rng.Fork("shuffle"), &example);
+    example.index = index;
+    example.id = prefix_ + "/" + std::to_string(index);
+    example.scene = "all";
+    for (const Section& section : sections) example.truth.structures.push_back(ParametersOf(section));
+    ArrangeStructures(1, &example.truth);
+    return example;
+  }
+
+ private:
+  int DrawTotal(const Rng& rng) const {
+    Rng totals = rng.Fork("total");
+    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
+    return low + static_cast<int>(totals.Below(high - low + 1));
+  }
+
+  // The numbers of points of the structures, largest first.
+  std::vector<int> DrawSizes(const Rng& rng) const {
+    const int total = DrawTotal(rng), fewest = FewestOfStructure(options_.task);
+    const int count = DrawStructureCount(options_.structures, rng.Fork("structures"));
+    Rng ratios = rng.Fork("outlier_ratio");
+    const double ratio = ratios.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
+    const int wanted = static_cast<int>(std::lround(total * (1.0 - ratio)));
+    return DrawStructureSizes(options_.structures, count, std::clamp(wanted, count * fewest, total), fewest,
+                              rng.Fork("sizes"));
+  }
+
+  // A stream for each: with more structures the first ones stay as they are.
+  std::vector<Section> DrawSections(int count, const Rng& rng) const {
+    std::vector<Section> sections;
+    for (int k = 0; k < count; ++k) {
+      Rng models = rng.Fork("model", k);
+      Section section = DrawSection<Section>(options_.model_sampling, options_.min_extent, models);
+      while (!IsToldApart(section, sections, models.Fork("shared")))
+        section = DrawSection<Section>(options_.model_sampling, options_.min_extent, models);
+      sections.push_back(section);
+    }
+    return sections;
+  }
+
+  bool IsToldApart(const Section& section, const std::vector<Section>& others, const Rng& rng) const {
+    const double distance = kSharedThresholds * options_.inlier_threshold;
+    return std::none_of(others.begin(), others.end(), [&](const Section& other) {
+      return ShareWithin(section, other, distance, rng) >= kSharedMost ||
+             ShareWithin(other, section, distance, rng) >= kSharedMost;
+    });
+  }
+
+  SyntheticStructuresOptions options_;
+  std::string prefix_;
+  Rng root_;
+};
+
+}  // namespace
+
+void SyntheticStructuresOptions::Bind(OptionsBinder& b) {
+  b.Field("task", task, {Task::kLine, Task::kPlane}).Help("what is estimated");
+  structures.Bind(b);
+  b.Field("num_points", num_points, Within(3, 1e7)).Help("points of a problem");
+  b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of points on no structure");
+  b.Field("inlier_threshold", inlier_threshold, Limits{0.0, kLargestThreshold, true}).Help("ε, in the picture's unit");
+  b.Field("noise_scale", noise_scale, AtLeast(0.0))
+      .Help("σ of the inliers' distances (gaussian), in the picture's unit; 0: ε/3");
+  b.Field("model_sampling", model_sampling)
+      .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
+  b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
+      .Help("shortest chord (lines); planes: smallest square root of the area inside");
+  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
+  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  b.Require(IsWhole(num_points), "num_points", "whole numbers");
+}
+
+std::unique_ptr<Dataset> MakeSyntheticStructures(const SyntheticStructuresOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
+  CheckStructures(options.structures, options.task, options.num_points.low);
+  if (options.task == Task::kLine) return std::make_unique<SyntheticStructures<LineSection>>(options, seed);
+  return std::make_unique<SyntheticStructures<PlaneSection>>(options, seed);
+}
+
+namespace {
+
+const RegisteredDataset<SyntheticStructuresOptions> kSyntheticStructures(
+    "synthetic_structures", DataSource::kGenerated,
+    "Several random lines in a 10 × 10 picture, or planes in a 10 × 10 × 10 cube.", MakeSyntheticStructures);
+
+}  // namespace
+
+}  // namespace diffsac

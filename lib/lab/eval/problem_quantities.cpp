@@ -1,0 +1,91 @@
+#include "lab/eval/problem_quantities.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "diffsac/geometry/pose.h"
+#include "diffsac/problem/pair_truth.h"
+
+namespace diffsac {
+namespace {
+
+constexpr double kUnknownQuantity = std::numeric_limits<double>::quiet_NaN();
+
+double ShareWithin(const Example& example, double within_px) {
+  const auto points = static_cast<double>(example.problem.points.rows());
+  if (points == 0.0) return kUnknownQuantity;
+  if (within_px > 0.0 && example.truth.assignment.empty() && IsTwoView(example.problem.task)) {
+    const Eigen::VectorXd distances = TruthDistances(example.problem, example.truth);
+    if (distances.size() > 0) return static_cast<double>((distances.array() <= within_px).count()) / points;
+  }
+  const auto& inliers = example.truth.inliers;
+  if (inliers.empty()) return kUnknownQuantity;
+  return static_cast<double>(std::count(inliers.begin(), inliers.end(), 1)) / points;
+}
+
+double MedianParallax(const Example& example) {
+  const GroundTruth& truth = example.truth;
+  const Problem& problem = example.problem;
+  if (!truth.pose || !problem.cameras) return kUnknownQuantity;
+  const Eigen::Matrix3d to_rays1 = truth.pose->rotation * problem.cameras->K1.inverse();
+  const Eigen::Matrix3d to_rays2 = problem.cameras->K2.inverse();
+  std::vector<double> angles;
+  for (std::size_t i = 0; i < truth.inliers.size(); ++i) {
+    if (truth.inliers[i] == 0) continue;
+    const auto match = problem.points.row(static_cast<Eigen::Index>(i));
+    angles.push_back(DirectionAngleDegrees(to_rays1 * Eigen::Vector3d(match[0], match[1], 1.0),
+                                           to_rays2 * Eigen::Vector3d(match[2], match[3], 1.0)));
+  }
+  return Median(std::move(angles));
+}
+
+}  // namespace
+
+void RecordQuantities(const Example& example, double within_px, ProblemRecord* record) {
+  record->inlier_share = ShareWithin(example, within_px);
+  if (!IsTwoView(example.problem.task)) return;
+  const GroundTruth& truth = example.truth;
+  if (truth.pose) record->true_rotation_deg = RotationAngleDegrees(truth.pose->rotation, Eigen::Matrix3d::Identity());
+  if (truth.motion) record->true_baseline = truth.motion->translation.norm();
+  record->true_parallax_deg = MedianParallax(example);
+}
+
+double QuantityOf(const ProblemRecord& record, Quantity quantity) {
+  switch (quantity) {
+    case Quantity::kInlierShare:
+      return record.inlier_share;
+    case Quantity::kPoints:
+      return record.points;
+    case Quantity::kRotation:
+      return record.true_rotation_deg;
+    case Quantity::kBaseline:
+      return record.true_baseline;
+    case Quantity::kParallax:
+      return record.true_parallax_deg;
+    case Quantity::kScene:
+      break;
+  }
+  return kUnknownQuantity;
+}
+
+const char* QuantityTitle(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::kInlierShare:
+      return "share of true inliers";
+    case Quantity::kPoints:
+      return "number of points";
+    case Quantity::kRotation:
+      return "true rotation in degrees";
+    case Quantity::kBaseline:
+      return "true baseline";
+    case Quantity::kParallax:
+      return "true parallax in degrees";
+    case Quantity::kScene:
+      break;
+  }
+  return "scene";
+}
+
+}  // namespace diffsac

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "lab/eval/results.h"
+
+namespace diffsac {
+
+/// Records what a problem is like, whatever is estimated of it, as far as its truth says:
+///
+///   inlier_share       share of the points that are true inliers: those of GroundTruth::inliers (labels of the data,
+///   or
+///                      points within its ε of the true model); in two views without labels, where `within_px` > 0,
+///                      matches whose distance from the true model (TruthDistances) is at most that
+///   true_rotation_deg  two views: angle of the true motion's rotation
+///   true_baseline      two views: distance of the cameras, in the unit of the source
+///   true_parallax_deg  two views of known cameras: median angle between the two rays of the true inliers
+///                      (GroundTruth::inliers), what the baseline is beside the depth, whatever the unit
+void RecordQuantities(const Example& example, double within_px, ProblemRecord* record);
+
+/// Of a record; NaN where it is unknown, and for scenes, which have no number.
+double QuantityOf(const ProblemRecord& record, Quantity quantity);
+
+/// What tables and pictures call it.
+const char* QuantityTitle(Quantity quantity);
+
+}  // namespace diffsac

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "lab/eval/results.h"
+
+namespace diffsac {
+
+/// The numbers of a record (ProblemRecord, const or not) by the names of their columns in problems.csv, in their order:
+/// the one list for writing and reading that file and the lines of shards. visit(name, value): value is a double, a
+/// count (int, std::int64_t), a bool or, of VisitStructures, a list of doubles.
+template <class Record, class Visit>
+void VisitRecord(Record& record, const Visit& visit) {
+  visit("angle_deg", record.error.angle_deg);
+  visit("offset", record.error.offset);
+  visit("rotation_deg", record.error.rotation_deg);
+  visit("translation_deg", record.error.translation_deg);
+  visit("error_px", record.error.error_px);
+  visit("focal_error", record.error.focal);
+  visit("inliers", record.inliers);
+  visit("hypotheses", record.report.hypotheses);
+  visit("ms_features", record.report.ms_features);
+  visit("ms_network", record.report.ms_network);
+  visit("ms_consensus", record.report.ms_consensus);
+  visit("ms_total", record.report.ms_total);
+  visit("points", record.points);
+  visit("failed", record.error.failed);
+  visit("unique_minimal_sets", record.report.unique_minimal_sets);
+  visit("all_inlier_sets", record.all_inlier_sets);
+}
+
+/// Those behind the estimate's columns.
+template <class Record, class Visit>
+void VisitChance(Record& record, const Visit& visit) {
+  visit("log_false_alarms", record.log_false_alarms);
+}
+
+/// What the problem itself is like.
+template <class Record, class Visit>
+void VisitQuantities(Record& record, const Visit& visit) {
+  visit("inlier_share", record.inlier_share);
+  visit("true_rotation_deg", record.true_rotation_deg);
+  visit("true_baseline", record.true_baseline);
+  visit("true_parallax_deg", record.true_parallax_deg);
+}
+
+/// What the estimate's covariance is worth.
+template <class Record, class Visit>
+void VisitLevels(Record& record, const Visit& visit) {
+  visit("rotation_level", record.levels.rotation);
+  visit("translation_level", record.levels.translation);
+}
+
+/// Those of several structures, which problems.csv has where these are judged.
+template <class Record, class Visit>
+void VisitStructures(Record& record, const Visit& visit) {
+  visit("misclassified", record.error.misclassified);
+  visit("recall", record.error.recall);
+  visit("one_structure_sets", record.one_structure_sets);
+  visit("structures_in_sets", record.structures_in_sets);
+  visit("structures", record.structures);
+  visit("draws", record.report.draws);
+  visit("structure_angles_deg", record.error.structure_angles_deg);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,399 @@
+#include "lab/eval/results.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "diffsac/core/files.h"
+
+namespace diffsac {
+namespace {
+
+constexpr const char* kCounts[] = {"problems", "failures", "may_be_chance"};
+
+bool IsCount(const std::string& metric) {
+  return std::find(std::begin(kCounts), std::end(kCounts), metric) != std::end(kCounts);
+}
+
+// Scenes in the order in which they first appear.
+std::vector<std::string> Scenes(const Cell& cell) {
+  std::vector<std::string> scenes;
+  for (const ProblemRecord& record : cell.records)
+    if (std::find(scenes.begin(), scenes.end(), record.scene) == scenes.end()) scenes.push_back(record.scene);
+  return scenes;
+}
+
+template <class Get>
+double MedianOf(const std::vector<const ProblemRecord*>& records, const Get& get) {
+  std::vector<double> values;
+  for (const ProblemRecord* record : records) values.push_back(get(*record));
+  return Median(std::move(values));
+}
+
+// What the scenes have of one metric: their sum for counts, else their mean over the scenes that know it.
+double OverScenes(const std::vector<MetricValue>& scenes, const std::string& metric) {
+  double sum = 0.0;
+  int known = 0;
+  for (const MetricValue& value : scenes) {
+    if (value.metric != metric || std::isnan(value.value)) continue;
+    sum += value.value;
+    ++known;
+  }
+  return IsCount(metric) ? sum : known == 0 ? std::nan("") : sum / known;
+}
+
+}  // namespace
+
+std::string MetricName(const std::string& metric, const Tolerance& tolerance) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%s@%g%s", metric.c_str(), tolerance.value, tolerance.pixels ? "px" : "deg");
+  return text;
+}
+
+const Cell* ExperimentResults::Find(std::size_t condition, std::size_t method) const {
+  for (const Cell& cell : cells)
+    if (cell.condition == condition && cell.method == method) return &cell;
+  return nullptr;
+}
+
+namespace {
+
+// Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
+void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                    const Tolerance& tolerance, std::vector<MetricValue>* metrics) {
+  std::vector<double> rotations, translations, worst, focals, turns, shifts;
+  for (const ProblemRecord* record : records) {
+    if (std::isnan(record->error.rotation_deg)) continue;
+    rotations.push_back(record->error.rotation_deg);
+    translations.push_back(record->error.translation_deg);
+    worst.push_back(record->error.angle_deg);
+    focals.push_back(record->error.focal);
+    if (!std::isnan(record->levels.rotation)) turns.push_back(record->levels.rotation);
+    if (!std::isnan(record->levels.translation)) shifts.push_back(record->levels.translation);
+  }
+  metrics->push_back({scene, MetricName("mAA_R", tolerance), MeanAverageAccuracy(rotations, tolerance.value)});
+  metrics->push_back({scene, MetricName("mAA_t", tolerance), MeanAverageAccuracy(translations, tolerance.value)});
+  for (double degrees : {5.0, 10.0, 20.0})
+    if (degrees != tolerance.value)
+      metrics->push_back({scene, MetricName("AUC", degrees), AreaUnderCurve(worst, degrees)});
+  metrics->push_back({scene, "median_R_deg", Median(rotations)});
+  metrics->push_back({scene, "median_t_deg", Median(translations)});
+  // Shares of the pairs whose covariance's region of that confidence holds the truth.
+  for (const int percent : {68, 95}) {
+    metrics->push_back({scene, "held_R_" + std::to_string(percent), AccuracyWithin(turns, 0.01 * percent)});
+    metrics->push_back({scene, "held_t_" + std::to_string(percent), AccuracyWithin(shifts, 0.01 * percent)});
+  }
+  if (const double focal = Median(focals); !std::isnan(focal))
+    metrics->push_back({scene, "median_focal_percent", 100.0 * focal});
+}
+
+double MeanOf(const std::vector<const ProblemRecord*>& records, const ValueOf& value_of) {
+  std::vector<double> values;
+  for (const ProblemRecord* record : records)
+    if (const double value = value_of(*record); !std::isnan(value)) values.push_back(value);
+  return Mean(values);
+}
+
+void AddStructureMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                         const Tolerance& tolerance, bool angles_known, std::vector<MetricValue>* metrics) {
+  const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
+  const auto add = [&](const char* name, double value) { metrics->push_back({scene, name, value}); };
+  add("misclassification", MeanOf(records, misclassified));
+  add("misclassification_median", MedianOf(records, misclassified));
+  add("recall", MeanOf(records, [](const ProblemRecord& r) { return r.error.recall; }));
+  add("structures", MeanOf(records, [](const ProblemRecord& r) { return r.structures; }));
+  add(kSetsMetric, MeanOf(records, SetsOf));
+  add("structures_in_sets", MeanOf(records, [](const ProblemRecord& r) { return r.structures_in_sets; }));
+  std::vector<double> angles;
+  for (const ProblemRecord* record : records)
+    angles.insert(angles.end(), record->error.structure_angles_deg.begin(), record->error.structure_angles_deg.end());
+  if (angles_known) {
+    for (const double c : {0.5 * tolerance.value, tolerance.value})
+      metrics->push_back({scene, MetricName("recall_AUC", c), RecallArea(angles, c)});
+    metrics->push_back({scene, MetricName("structures_within", tolerance), AccuracyWithin(angles, tolerance.value)});
+  }
+  add("draws", MedianOf(records, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); }));
+}
+
+}  // namespace
+
+std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
+                                      const Tolerance& tolerance, const MetricKinds& kinds) {
+  std::vector<double> errors, accuracies, offsets;
+  double failures = 0, chance = 0;
+  std::vector<double> pure;
+  for (const ProblemRecord* record : records) {
+    failures += record->error.failed;
+    chance += record->MayBeChance();
+    if (!std::isnan(record->all_inlier_sets)) pure.push_back(record->all_inlier_sets);
+    const double error = MainError(record->error, tolerance);
+    if (std::isnan(error)) continue;
+    errors.push_back(error);
+    accuracies.push_back(AverageAccuracyWithin(error, tolerance));
+    offsets.push_back(record->error.offset);
+  }
+  const auto median = [&](auto get) { return MedianOf(records, get); };
+  std::vector<MetricValue> metrics = {
+      {scene, MetricName("mAA", tolerance), Mean(accuracies)},
+      {scene, MetricName("AUC", tolerance), AreaUnderCurve(errors, tolerance.value)},
+      {scene, MetricName("acc", tolerance), AccuracyWithin(errors, tolerance.value)},
+      {scene, tolerance.pixels ? "median_px" : "median_deg", Median(errors)},
+      {scene, "median_offset", Median(offsets)},
+      {scene, "problems", static_cast<double>(records.size())},
+      {scene, "failures", failures},
+      {scene, "may_be_chance", chance},
+      {scene, "inliers", median([](const ProblemRecord& r) { return r.inliers; })},
+      {scene, "hypotheses", median([](const ProblemRecord& r) { return r.report.hypotheses; })},
+      {scene, "unique_minimal_sets", median([](const ProblemRecord& r) { return r.report.unique_minimal_sets; })},
+      {scene, "all_inlier_sets", Mean(pure)},
+      {scene, "ms_features", median([](const ProblemRecord& r) { return r.report.ms_features; })},
+      {scene, "ms_network", median([](const ProblemRecord& r) { return r.report.ms_network; })},
+      {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},
+      {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
+  };
+  if (kinds.poses) AddPoseMetrics(scene, records, tolerance, &metrics);
+  if (kinds.structures) AddStructureMetrics(scene, records, tolerance, kinds.angles, &metrics);
+  return metrics;
+}
+
+bool JudgesPoses(const Cell& cell, const Tolerance& tolerance) {
+  return !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(), [](const ProblemRecord& record) {
+    return !std::isnan(record.error.rotation_deg);
+  });
+}
+
+bool JudgesPoses(const ExperimentResults& results) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [&](const Cell& cell) { return JudgesPoses(cell, results.experiment.tolerance()); });
+}
+
+bool JudgesStructures(const Cell& cell) {
+  return std::any_of(cell.records.begin(), cell.records.end(),
+                     [](const ProblemRecord& record) { return !std::isnan(record.error.recall); });
+}
+
+bool JudgesStructures(const ExperimentResults& results) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [](const Cell& cell) { return JudgesStructures(cell); });
+}
+
+bool JudgesAngles(const Cell& cell) {
+  return std::any_of(cell.records.begin(), cell.records.end(),
+                     [](const ProblemRecord& record) { return !record.error.structure_angles_deg.empty(); });
+}
+
+std::string AccuracyMetric(const ExperimentResults& results) {
+  return JudgesStructures(results) ? "recall" : MetricName("mAA", results.experiment.tolerance());
+}
+
+std::string AccuracyTitle(const ExperimentResults& results) {
+  return JudgesStructures(results) ? "recall of structures" : AccuracyMetric(results);
+}
+
+namespace {
+
+// The records of each run, seeds apart.
+std::vector<Cell> RunsOf(const Cell& cell) {
+  std::map<int, Cell> runs;
+  for (const ProblemRecord& record : cell.records)
+    runs.try_emplace(record.run, Cell{cell.condition, cell.method, {}, {}}).first->second.records.push_back(record);
+  std::vector<Cell> cells;
+  for (auto& [run, one] : runs) {
+    for (ProblemRecord& record : one.records) record.run = 0;
+    cells.push_back(std::move(one));
+  }
+  return cells;
+}
+
+// The sample's standard deviation.
+double Deviation(const std::vector<double>& values) {
+  const double mean = Mean(values);
+  double sum = 0.0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+void AddDeviations(const Cell& cell, const Tolerance& tolerance, std::vector<MetricValue>* all) {
+  const std::vector<Cell> cells = RunsOf(cell);
+  if (cells.size() < 2) return;
+  std::vector<std::vector<MetricValue>> runs;
+  for (const Cell& run : cells) runs.push_back(CellMetrics(run, tolerance));
+  for (const MetricValue& value : runs.front()) {
+    if (value.scene != "mean" && value.scene != kAllPairs) continue;
+    std::vector<double> values;
+    for (const auto& run : runs) values.push_back(FindMetric(run, value.scene, value.metric));
+    all->push_back({DeviationOf(value.scene), value.metric, Deviation(values)});
+  }
+}
+
+}  // namespace
+
+std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
+  std::vector<MetricValue> all;
+  if (cell.records.empty()) return all;
+  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell)};
+  for (const std::string& scene : Scenes(cell)) {
+    std::vector<const ProblemRecord*> records;
+    for (const ProblemRecord& record : cell.records)
+      if (record.scene == scene) records.push_back(&record);
+    const auto values = SceneMetrics(scene, records, tolerance, kinds);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  const std::size_t count = SceneMetrics("", {}, tolerance, kinds).size();
+  std::vector<MetricValue> means;
+  for (std::size_t i = 0; i < count; ++i) means.push_back({"mean", all[i].metric, OverScenes(all, all[i].metric)});
+  const bool several = all.size() > count;
+  all.insert(all.end(), means.begin(), means.end());
+  if (several) {
+    std::vector<const ProblemRecord*> records;
+    for (const ProblemRecord& record : cell.records) records.push_back(&record);
+    const auto values = SceneMetrics(kAllPairs, records, tolerance, kinds);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  AddDeviations(cell, tolerance, &all);
+  return all;
+}
+
+double FindMetric(const std::vector<MetricValue>& metrics, const std::string& scene, const std::string& metric) {
+  for (const MetricValue& value : metrics)
+    if (value.scene == scene && value.metric == metric) return value.value;
+  return std::nan("");
+}
+
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit) {
+  return SceneValuesOf(
+      cell, [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); }, limit);
+}
+
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit) {
+  const auto value_of = [&](const ProblemRecord& record) {
+    const double error = error_of(record.error);
+    return std::isnan(error) ? error : AverageAccuracyWithin(error, tolerance);
+  };
+  return SceneValuesOf(cell, value_of, limit);
+}
+
+bool SameProblems(const Cell& a, const Cell& b) {
+  const auto indices = [](const Cell& cell) {
+    std::vector<std::uint64_t> all;
+    for (const ProblemRecord& record : cell.records) all.push_back(record.index);
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  };
+  const auto of_a = indices(a), of_b = indices(b);
+  return std::includes(of_a.begin(), of_a.end(), of_b.begin(), of_b.end()) ||
+         std::includes(of_b.begin(), of_b.end(), of_a.begin(), of_a.end());
+}
+
+SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit) {
+  struct Sum {
+    double sum = 0.0;
+    int count = 0;
+  };
+  SceneValues values;
+  const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
+  for (const std::string& scene : Scenes(cell)) {
+    std::vector<Sum> problems;
+    std::unordered_map<std::uint64_t, std::size_t> places;
+    for (std::size_t i = 0; i < count; ++i) {
+      const ProblemRecord& record = cell.records[i];
+      if (record.scene != scene) continue;
+      const double value = value_of(record);
+      if (std::isnan(value)) continue;
+      const auto [place, is_new] = places.try_emplace(record.index, problems.size());
+      if (is_new) problems.emplace_back();
+      problems[place->second].sum += value;
+      ++problems[place->second].count;
+    }
+    if (problems.empty()) continue;
+    values.emplace_back();
+    for (const Sum& problem : problems) values.back().push_back(problem.sum / problem.count);
+  }
+  return values;
+}
+
+Rng BootstrapRng(const ExperimentResults& results) { return Rng(results.experiment.seed).Fork("bootstrap"); }
+
+namespace {
+
+// The records of `cell` whose problems have a value in `other` too: rows may have different numbers of problems, and a
+// failure, say, has no minimal sets.
+Cell Common(const Cell& cell, const Cell& other, const ValueOf& value_of) {
+  std::set<std::uint64_t> indices;
+  for (const ProblemRecord& record : other.records)
+    if (!std::isnan(value_of(record))) indices.insert(record.index);
+  Cell common{cell.condition, cell.method, {}, {}};
+  for (const ProblemRecord& record : cell.records)
+    if (indices.count(record.index) > 0) common.records.push_back(record);
+  return common;
+}
+
+}  // namespace
+
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b) {
+  const Tolerance c = results.experiment.tolerance();
+  return DifferenceOf(results, condition, a, b,
+                      [&](const ProblemRecord& record) { return AccuracyOf(record.error, c); });
+}
+
+std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results, std::size_t condition, std::size_t a,
+                                               std::size_t b, const ValueOf& value_of) {
+  const Cell *first = results.Find(condition, a), *second = results.Find(condition, b);
+  if (a == b || first == nullptr || second == nullptr) return std::nullopt;
+  const SceneValues of_a = SceneValuesOf(Common(*first, *second, value_of), value_of);
+  const SceneValues of_b = SceneValuesOf(Common(*second, *first, value_of), value_of);
+  if (of_a.empty() || of_b.empty()) return std::nullopt;
+  return BootstrapDifference(of_a, of_b, BootstrapRng(results));
+}
+
+int ReferenceRow(const ExperimentOptions& experiment) {
+  int found = -1;
+  for (std::size_t i = experiment.methods.size(); i-- > 0;) {
+    const EstimatorRow& row = experiment.methods[i];
+    const bool is_reference = experiment.reference.empty() ? row.type == "diffsac" : row.name == experiment.reference;
+    if (is_reference) found = static_cast<int>(i);
+  }
+  return found;
+}
+
+EstimateFile EstimatesOf(const ExperimentResults& results) {
+  const ExperimentOptions& experiment = results.experiment;
+  EstimateFile file{experiment.name, ToString(experiment.task), results.git_revision, {}};
+  for (const Cell& cell : results.cells)
+    file.groups.push_back(
+        {experiment.methods[cell.method].name, experiment.conditions[cell.condition].name, cell.estimates});
+  return file;
+}
+
+void KeepEstimates(const ExperimentResults& results, const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::path(folder) / kEstimatesFile;
+  if (results.experiment.estimates) {
+    WriteEstimates(path.string(), EstimatesOf(results));
+  } else {
+    RemoveFile(path.string());
+  }
+}
+
+void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults* results) {
+  const ExperimentOptions& experiment = results->experiment;
+  for (Cell& cell : results->cells) {
+    const std::string &method = experiment.methods[cell.method].name,
+                      &condition = experiment.conditions[cell.condition].name;
+    const auto group = std::find_if(file.groups.begin(), file.groups.end(), [&](const EstimateGroup& g) {
+      return g.method == method && g.condition == condition;
+    });
+    const bool same = group != file.groups.end() &&
+                      std::equal(group->records.begin(), group->records.end(), cell.records.begin(), cell.records.end(),
+                                 [](const EstimateRecord& a, const ProblemRecord& b) { return a.index == b.index; });
+    if (!same) throw Error(name + ": estimates and records of " + method + ", " + condition + " differ");
+    cell.estimates = std::move(group->records);
+  }
+}
+
+}  // namespace diffsac

@@ -1,0 +1,428 @@
+#include "lab/eval/runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/core/memory.h"
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/random.h"
+#include "diffsac/core/resources.h"
+#include "diffsac/estimators/estimation_priors.h"
+#include "lab/baselines/oracle.h"
+#include "lab/baselines/recorded.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/progress.h"
+#include "lab/config/run_directory.h"
+#include "lab/data/point_source.h"
+#include "lab/eval/digest.h"
+#include "lab/eval/problem_quantities.h"
+#include "lab/eval/shown_fits.h"
+#include "lab/eval/structures_error.h"
+
+namespace diffsac {
+namespace {
+
+bool Stopped(const RunInputs& inputs) { return inputs.stop != nullptr && inputs.stop->load(); }
+
+std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& experiment) {
+  std::vector<std::unique_ptr<Dataset>> datasets;
+  for (const Condition& condition : experiment.conditions) {
+    datasets.push_back(MakeDataset(condition.data, experiment.seed));
+    if (datasets.back()->task() != experiment.task)
+      throw Error("condition '" + condition.name + "': its data is for task '" + ToString(datasets.back()->task()) +
+                  "', the experiment for '" + ToString(experiment.task) + "'");
+  }
+  return datasets;
+}
+
+using Estimators = std::vector<std::unique_ptr<RobustEstimator>>;
+
+// Null for the oracle, which is no RobustEstimator.
+Estimators MakeEstimators(const ExperimentOptions& experiment, const EstimatorFactory& make) {
+  Estimators methods;
+  for (const EstimatorRow& row : experiment.methods)
+    methods.push_back(row.type == "oracle" ? nullptr : make(row.config, experiment.task));
+  return methods;
+}
+
+std::size_t ProblemCount(const Dataset& dataset, const ExperimentOptions& experiment) {
+  const std::int64_t count = experiment.problems;
+  return static_cast<std::size_t>(dataset.size() < 0 ? count : std::min(count, dataset.size()));
+}
+
+// The problems of one row on one condition that are this shard's.
+std::vector<std::size_t> RowPositions(const EstimatorRow& row, const RobustEstimator* method, std::size_t problems,
+                                      const Shard& shard) {
+  if (row.max_problems > 0) problems = std::min(problems, static_cast<std::size_t>(row.max_problems));
+  return ShardPositions(problems, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()), shard);
+}
+
+double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>& inliers) {
+  if (estimate.minimal_sets.empty() || inliers.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto pure = std::count_if(estimate.minimal_sets.begin(), estimate.minimal_sets.end(), [&](const auto& set) {
+    return std::all_of(set.begin(), set.end(), [&](int i) { return inliers[i] != 0; });
+  });
+  return static_cast<double>(pure) / static_cast<double>(estimate.minimal_sets.size());
+}
+
+void RecordStructures(const Example& example, const Estimate& estimate, ProblemRecord* record) {
+  if (std::isnan(record->error.recall)) return;
+  const StructureShares shares = StructureSharesOf(estimate.minimal_sets, example.truth);
+  record->one_structure_sets = shares.one_structure;
+  record->structures_in_sets = shares.structures;
+  record->structures = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
+}
+
+}  // namespace
+
+ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
+  ProblemRecord record;
+  record.index = example.index;
+  record.id = ProblemName(example);
+  record.scene = experiment.GroupOf(example.scene);
+  record.status = estimate.status;
+  record.error = MeasureError(estimate, example);
+  record.points = static_cast<int>(example.problem.points.rows());
+  record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+  record.log_false_alarms = estimate.log_false_alarms;
+  record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
+  RecordStructures(example, estimate, &record);
+  RecordQuantities(example, experiment.share_within_px, &record);
+  record.levels = PoseLevelsOf(estimate, example);
+  record.report = estimate.report;
+  record.done = true;
+  return record;
+}
+
+namespace {
+
+/// What is kept of one problem.
+struct Outcome {
+  ProblemRecord record;
+  EstimateRecord estimate;
+  Reliability of_network, of_ratio;    ///< Empty for rows that give no probabilities.
+  std::optional<Estimate> shown = {};  ///< Where a picture shows it.
+};
+
+Outcome OutcomeOf(const ExperimentOptions& experiment, const RobustEstimator* method, const Example& example,
+                  const Estimate& estimate) {
+  Outcome outcome{MakeRecord(experiment, example, estimate),
+                  experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
+                  {},
+                  {}};
+  if (method == nullptr || !method->GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
+  outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
+  const Eigen::VectorXf of_ratio = example.problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
+  outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
+  return outcome;
+}
+
+/// Following problems of a condition: loaded together, estimated by every row, and let go before the next ones, so that
+/// data does not grow with the number of problems.
+struct Block {
+  std::size_t first = 0;
+  std::vector<Example> examples;  ///< Those that no row needs are empty.
+
+  std::size_t end() const { return first + examples.size(); }
+  const Example& operator[](std::size_t position) const { return examples[position - first]; }
+};
+
+/// Everything that the loop over a block's problems needs.
+struct CellRun {
+  const ExperimentOptions& experiment;
+  const RunInputs& inputs;
+  const Block& examples;
+  const Condition& condition;
+  const RobustEstimator* method;  // null: the oracle
+  Progress& progress;
+  const std::vector<std::size_t>& shown;  // Ascending positions of the problems whose estimates pictures show.
+
+  bool Shows(std::size_t position) const { return std::binary_search(shown.begin(), shown.end(), position); }
+  Estimate EstimateOne(const Example& example) const {
+    if (method == nullptr) return OracleEstimate(example.problem, example.truth);
+    if (const auto* recorded = dynamic_cast<const RecordedEstimator*>(method))
+      return recorded->Of(example, condition.name, experiment.seed);
+    return method->Run(example.problem, ProblemSeed(experiment.seed, example));
+  }
+};
+
+void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
+  ParallelFor(static_cast<std::int64_t>(outcomes->size()), run.experiment.threads, [&](std::int64_t i) {
+    if (Stopped(run.inputs)) return;
+    const Example& example = run.examples[positions[i]];
+    Estimate estimate = run.EstimateOne(example);
+    (*outcomes)[i] = OutcomeOf(run.experiment, run.method, example, estimate);
+    if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimate);
+    run.progress.Advance();
+  });
+}
+
+void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
+  const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
+  for (std::size_t first = 0; first < outcomes->size() && !Stopped(run.inputs); first += batch) {
+    const std::size_t last = std::min(first + batch, outcomes->size());
+    std::vector<const Problem*> problems;
+    std::vector<std::uint64_t> seeds;
+    for (std::size_t i = first; i < last; ++i) {
+      const Example& example = run.examples[positions[i]];
+      problems.push_back(&example.problem);
+      seeds.push_back(ProblemSeed(run.experiment.seed, example));
+    }
+    std::vector<Estimate> estimates = run.method->RunBatch(problems, seeds);
+    for (std::size_t i = first; i < last; ++i) {
+      (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
+      if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimates[i - first]);
+    }
+    run.progress.Advance(static_cast<std::int64_t>(last - first));
+  }
+}
+
+/// What is kept of one row on one condition.
+struct CellResults {
+  std::vector<std::size_t> positions;  ///< All that are run, ascending.
+  Cell cell;
+  ReliabilityCurve of_network, of_ratio;
+  std::map<std::size_t, Estimate> shown = {};  ///< By position.
+};
+
+// The part of ascending positions that lies in the block.
+std::vector<std::size_t> PositionsIn(const Block& block, const std::vector<std::size_t>& positions) {
+  return {std::lower_bound(positions.begin(), positions.end(), block.first),
+          std::lower_bound(positions.begin(), positions.end(), block.end())};
+}
+
+void RunBlock(const CellRun& run, CellResults* results) {
+  const std::vector<std::size_t> positions = PositionsIn(run.examples, results->positions);
+  if (positions.empty() || Stopped(run.inputs)) return;
+  // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
+  if (positions.front() == results->positions.front()) run.EstimateOne(run.examples[positions.front()]);
+  std::vector<Outcome> outcomes(positions.size());
+  if (run.method != nullptr && run.method->PreferredBatch() > 1) {
+    RunInBatches(run, positions, &outcomes);
+  } else {
+    RunOneByOne(run, positions, &outcomes);
+  }
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    Outcome& outcome = outcomes[i];
+    if (!outcome.record.done) continue;
+    if (outcome.shown) results->shown.emplace(positions[i], std::move(*outcome.shown));
+    const std::string& scene = outcome.record.scene;
+    if (!outcome.of_network.empty()) results->of_network.scenes[scene].Add(outcome.of_network);
+    if (!outcome.of_ratio.empty()) results->of_ratio.scenes[scene].Add(outcome.of_ratio);
+    results->cell.records.push_back(std::move(outcome.record));
+    if (run.experiment.estimates) results->cell.estimates.push_back(std::move(outcome.estimate));
+  }
+}
+
+// Those of the block: as they were estimated, or now where the row runs on other problems.
+void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, CellResults* row,
+              std::vector<KeptFit>* fits) {
+  for (const std::size_t i : PositionsIn(run.examples, run.shown)) {
+    if (Stopped(run.inputs)) return;
+    const auto known = row->shown.extract(i);
+    fits->push_back({condition, run.examples[i], known ? known.mapped() : run.EstimateOne(run.examples[i]), method});
+  }
+}
+
+// Of the condition's first problem.
+void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* results) {
+  if (run.examples.first != 0 || run.examples.examples.empty()) return;
+  if (!run.inputs.trace || !results->traces.empty() || Stopped(run.inputs)) return;
+  const Example& example = run.examples[0];
+  auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example));
+  if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
+}
+
+std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets,
+                       const Estimators& methods, const Shard& shard) {
+  std::size_t total = 0;
+  for (std::size_t c = 0; c < datasets.size(); ++c) {
+    const std::size_t problems = ProblemCount(*datasets[c], experiment);
+    for (std::size_t m = 0; m < methods.size(); ++m)
+      if (experiment.methods[m].RunsOn(experiment.conditions[c].name))
+        total += RowPositions(experiment.methods[m], methods[m].get(), problems, shard).size();
+  }
+  return static_cast<std::int64_t>(total);
+}
+
+// Small, as a problem may have very many points. A whole number of every row's batches, which see the same problems
+// together whatever the block.
+std::size_t BlockSize(const Estimators& methods, std::size_t problems) {
+  constexpr std::size_t kProblems = 256;
+  std::size_t size = 1;
+  for (const auto& method : methods) {
+    size = std::lcm(size, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()));
+    if (size >= problems) return problems;
+  }
+  return size * ((kProblems + size - 1) / size);
+}
+
+void AddPoints(const Eigen::MatrixXd& points, Digest* data) {
+  data->Add(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
+}
+
+// "models/line/model.safetensors", wherever these folders are.
+std::string EndOf(const std::string& path) {
+  const std::filesystem::path file(path), folder = file.parent_path();
+  return (folder.parent_path().filename() / folder.filename() / file.filename()).string();
+}
+
+std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOptions& experiment) {
+  std::vector<std::pair<std::string, std::string>> networks;
+  std::set<std::string> known;
+  for (const EstimatorRow& row : experiment.methods) {
+    const std::string path = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
+    if (path.empty() || !known.insert(path).second) continue;
+    const std::string found = RequiredPath(row.config.Sub("checkpoint"), "checkpoint");
+    networks.emplace_back(EndOf(found), DigestOfFile(found));
+  }
+  return networks;
+}
+
+// A group without a scene is most likely a misspelt name, but data that is not here may have it.
+void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::string>& groups) {
+  if (groups.empty()) return;
+  for (const auto& entry : experiment.scene_groups)
+    if (groups.count(entry.first) == 0) LogWarning("scene_groups: no scene of the data is in '" + entry.first + "'");
+}
+
+const std::vector<std::size_t> kNone;
+
+/// All rows on one condition.
+class ConditionRun {
+ public:
+  ConditionRun(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
+               const Dataset& dataset, const Estimators& methods)
+      : experiment_(experiment),
+        inputs_(inputs),
+        condition_(condition),
+        dataset_(dataset),
+        methods_(methods),
+        problems_(ProblemCount(dataset, experiment)),
+        needed_(problems_, 0),
+        fit_positions_(FitPositions(experiment, problems_)),
+        rows_(methods.size()),
+        fits_(methods.size()) {
+    const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      const EstimatorRow& row = experiment.methods[m];
+      rows_[m] = {{}, {condition, m, {}, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
+      if (row.RunsOn(experiment.conditions[condition].name))
+        rows_[m].positions = RowPositions(row, methods[m].get(), problems_, inputs.shard);
+      Need(rows_[m].positions);
+    }
+    if (pictures) Need(fit_positions_);
+    shows_trace_ = pictures && ShowsTrace(experiment, condition);
+    if (pictures && ShowsFits(experiment, condition)) fits_rows_ = FitsRows(experiment);
+  }
+
+  void Run(Progress& progress, Digest* data, ExperimentResults* results) {
+    const std::size_t size = BlockSize(methods_, problems_);
+    std::set<std::string> groups;
+    for (std::size_t first = 0; first < problems_ && !Stopped(inputs_); first += size) {
+      const Block block = Load(first, std::min(first + size, problems_));
+      for (const Example& example : block.examples) {
+        groups.insert(experiment_.GroupOf(example.scene));
+        AddPoints(example.problem.points, data);
+      }
+      for (std::size_t m = 0; m < methods_.size(); ++m) RunRow(block, m, progress, results);
+    }
+    results->problems.push_back(problems_);
+    if (condition_ == 0 && inputs_.shard.whole() && !Stopped(inputs_)) WarnOfEmptyGroups(experiment_, groups);
+    for (std::size_t m = 0; m < methods_.size(); ++m) Keep(m, results);
+  }
+
+ private:
+  void Need(const std::vector<std::size_t>& positions) {
+    for (const std::size_t i : positions) needed_[i] = 1;
+  }
+
+  Block Load(std::size_t first, std::size_t end) const {
+    Block block{first, std::vector<Example>(end - first)};
+    ParallelFor(static_cast<std::int64_t>(end - first), experiment_.threads, [&](std::int64_t i) {
+      if (needed_[first + i] != 0) block.examples[i] = dataset_.Get(static_cast<std::int64_t>(first) + i);
+    });
+    return block;
+  }
+
+  void RunRow(const Block& block, std::size_t m, Progress& progress, ExperimentResults* results) {
+    const EstimatorRow& row = experiment_.methods[m];
+    if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
+    const bool shows_fits = std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end();
+    const CellRun run{experiment_,
+                      inputs_,
+                      block,
+                      experiment_.conditions[condition_],
+                      methods_[m].get(),
+                      progress,
+                      shows_fits ? fit_positions_ : kNone};
+    RunBlock(run, &rows_[m]);
+    if (shows_fits) KeepFits(run, condition_, m, &rows_[m], &fits_[m]);
+    if (run.method != nullptr && shows_trace_) KeepTrace(run, row.label, results);
+  }
+
+  void Keep(std::size_t m, ExperimentResults* results) {
+    CellResults& row = rows_[m];
+    for (ReliabilityCurve* curve : {&row.of_network, &row.of_ratio})
+      if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
+    if (const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_))
+      for (EstimateRecord& estimate : row.cell.estimates) estimate.rows = sources->SourceOf(estimate.index).rows;
+    if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
+    std::move(fits_[m].begin(), fits_[m].end(), std::back_inserter(results->fits));
+  }
+
+  const ExperimentOptions& experiment_;
+  const RunInputs& inputs_;
+  const std::size_t condition_;
+  const Dataset& dataset_;
+  const Estimators& methods_;
+  const std::size_t problems_;
+  std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
+  const std::vector<std::size_t> fit_positions_;
+  std::vector<CellResults> rows_;
+  std::vector<std::vector<KeptFit>> fits_;
+  std::vector<std::size_t> fits_rows_;
+  bool shows_trace_ = false;
+};
+
+}  // namespace
+
+std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem) {
+  return Rng(experiment_seed).Fork("estimate").Fork(problem.scene + "/" + problem.id).Seed();
+}
+
+ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
+  const auto start = std::chrono::steady_clock::now();
+  ExperimentResults results;
+  results.experiment = experiment;
+  results.shard = inputs.shard;
+  results.git_revision = GitRevision();
+  results.machine = MachineText();
+  const auto datasets = MakeDatasets(experiment);
+  const auto methods = MakeEstimators(experiment, inputs.make_method);
+  const Config& data = experiment.conditions.front().data;
+  if (data.Has("type")) results.dataset = data.Text("type");
+  for (std::size_t m = 0; m < methods.size(); ++m)
+    if (const auto facts = methods[m] ? methods[m]->Training() : std::nullopt) results.learned.push_back({m, *facts});
+  const int fits_row = FitsRow(experiment);
+  if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
+  Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));
+  Digest points;
+  for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
+    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &points, &results);
+  progress.Finish();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  results.facts = {elapsed.count(), PeakMemoryMib(), inputs.shard.whole() ? points.Hex() : "", NetworksOf(experiment)};
+  results.partial = Stopped(inputs);
+  return results;
+}
+
+}  // namespace diffsac

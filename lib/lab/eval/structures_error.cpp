@@ -1,0 +1,166 @@
+#include "lab/eval/structures_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/eval/linear_assignment.h"
+
+namespace diffsac {
+namespace {
+
+bool KnowsStructures(const Example& example) {
+  return !example.truth.structures.empty() &&
+         static_cast<Eigen::Index>(example.truth.assignment.size()) == example.problem.points.rows();
+}
+
+std::int32_t MostOf(std::span<const std::int32_t> labels) {
+  return labels.empty() ? 0 : *std::max_element(labels.begin(), labels.end());
+}
+
+// The points of each structure of the truth.
+std::vector<std::vector<int>> Members(const GroundTruth& truth) {
+  std::vector<std::vector<int>> members(truth.structures.size());
+  for (std::size_t i = 0; i < truth.assignment.size(); ++i) {
+    const std::int32_t label = truth.assignment[i];
+    if (label > 0 && static_cast<std::size_t>(label) <= members.size())
+      members[static_cast<std::size_t>(label) - 1].push_back(static_cast<int>(i));
+  }
+  return members;
+}
+
+template <class Model>
+bool StandsFor(const typename Model::Parameters& model, const std::vector<int>& members, const SolverSpace& space) {
+  const PointMatrix& points = space.points();
+  const double most = kRecallTruncation * space.threshold();
+  double sum = 0.0;
+  for (const int i : members) {
+    const double residual = Model::Residual(model, points.data() + i * points.cols());
+    // Of a residual that is not finite, too.
+    const double truncated = residual < most ? residual : most;
+    sum += truncated * truncated;
+  }
+  return std::sqrt(sum / static_cast<double>(members.size())) <= space.threshold();
+}
+
+// Found models by true structures: 1 where the one stands for the other.
+Eigen::MatrixXd Standing(const std::vector<ModelParameters>& found, const std::vector<std::vector<int>>& members,
+                         const Problem& problem) {
+  const SolverSpace space(problem);
+  return DispatchTask(problem.task, [&]<class Model>() {
+    Eigen::MatrixXd stands =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(found.size()), static_cast<Eigen::Index>(members.size()));
+    for (Eigen::Index f = 0; f < stands.rows() && space.is_accepted(); ++f) {
+      const ModelParameters& model = found[static_cast<std::size_t>(f)];
+      if (model.size() != Model::Parameters::SizeAtCompileTime || !model.allFinite()) continue;
+      const typename Model::Parameters parameters = model;
+      for (Eigen::Index k = 0; k < stands.cols(); ++k) {
+        const std::vector<int>& points = members[static_cast<std::size_t>(k)];
+        stands(f, k) = !points.empty() && StandsFor<Model>(parameters, points, space) ? 1.0 : 0.0;
+      }
+    }
+    return stands;
+  });
+}
+
+}  // namespace
+
+EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& problem) {
+  const auto size = static_cast<std::size_t>(problem.points.rows());
+  EstimatedStructures found;
+  if (estimate.status == Status::kOk && estimate.structures.empty()) {
+    found.models = {estimate.model};
+    found.assignment.assign(estimate.inliers.begin(), estimate.inliers.end());
+  } else if (estimate.status == Status::kOk) {
+    found.models = estimate.structures;
+    found.assignment = estimate.assignment;
+  }
+  if (found.assignment.size() != size) found.assignment.assign(size, 0);
+  return found;
+}
+
+double Misclassification(std::span<const std::int32_t> found, std::span<const std::int32_t> truth) {
+  if (truth.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::int32_t> aligned = AlignedTruth(found, truth);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) wrong += found[i] != aligned[i];
+  return 100.0 * static_cast<double>(wrong) / static_cast<double>(truth.size());
+}
+
+std::vector<std::int32_t> AlignedTruth(std::span<const std::int32_t> found, std::span<const std::int32_t> truth) {
+  // How many points each pair of structures has in common.
+  Eigen::MatrixXd common = Eigen::MatrixXd::Zero(MostOf(truth), MostOf(found));
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    if (found[i] > 0 && truth[i] > 0) common(truth[i] - 1, found[i] - 1) += 1.0;
+  std::int32_t unmatched = MostOf(found);
+  std::vector<std::int32_t> number = {0};
+  for (const int partner : BestAssignment(common)) number.push_back(partner >= 0 ? partner + 1 : ++unmatched);
+  std::vector<std::int32_t> aligned;
+  for (const std::int32_t label : truth) aligned.push_back(number[static_cast<std::size_t>(label)]);
+  return aligned;
+}
+
+double StructureRecall(const std::vector<ModelParameters>& found, const Example& example) {
+  const std::vector<std::vector<int>> members = Members(example.truth);
+  const auto known = std::count_if(members.begin(), members.end(), [](const auto& points) { return !points.empty(); });
+  if (known == 0) return std::numeric_limits<double>::quiet_NaN();
+  const Eigen::MatrixXd stands = Standing(found, members, example.problem);
+  const std::vector<int> matched = BestAssignment(stands);
+  double count = 0.0;
+  for (std::size_t f = 0; f < matched.size(); ++f)
+    if (matched[f] >= 0) count += stands(static_cast<Eigen::Index>(f), matched[f]);
+  return count / static_cast<double>(known);
+}
+
+std::vector<double> StructureAngles(const std::vector<ModelParameters>& found, const Example& example) {
+  const std::vector<ModelParameters>& truth = example.truth.structures;
+  return DispatchDescription(example.problem.task, [&]<class Description>() -> std::vector<double> {
+    if constexpr (requires { Description::StructureAngle(truth[0], truth[0], example); }) {
+      const auto count = static_cast<Eigen::Index>(std::min(found.size(), truth.size()));
+      // How much better than none.
+      Eigen::MatrixXd gain(static_cast<Eigen::Index>(truth.size()), count);
+      for (Eigen::Index t = 0; t < gain.rows(); ++t)
+        for (Eigen::Index f = 0; f < count; ++f)
+          gain(t, f) = kWorstAngleDeg - Description::StructureAngle(found[static_cast<std::size_t>(f)],
+                                                                    truth[static_cast<std::size_t>(t)], example);
+      std::vector<double> angles;
+      const std::vector<int> partners = BestAssignment(gain);
+      for (Eigen::Index t = 0; t < gain.rows(); ++t) {
+        const int partner = partners[static_cast<std::size_t>(t)];
+        angles.push_back(partner < 0 ? kWorstAngleDeg : kWorstAngleDeg - gain(t, partner));
+      }
+      return angles;
+    }
+    return {};
+  });
+}
+
+void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error) {
+  if (!KnowsStructures(example)) return;
+  const EstimatedStructures found = StructuresOf(estimate, example.problem);
+  error->misclassified = Misclassification(found.assignment, example.truth.assignment);
+  error->recall = StructureRecall(found.models, example);
+  error->structure_angles_deg = StructureAngles(found.models, example);
+}
+
+StructureShares StructureSharesOf(const std::vector<std::vector<int>>& sets, const GroundTruth& truth) {
+  if (sets.empty() || truth.structures.empty()) return {};
+  const std::set<std::int32_t> known(truth.assignment.begin(), truth.assignment.end());
+  std::set<std::int32_t> seen;
+  int pure = 0;
+  for (const std::vector<int>& set : sets) {
+    if (set.empty()) continue;
+    const auto label = [&](int i) { return truth.assignment[static_cast<std::size_t>(i)]; };
+    const std::int32_t first = label(set.front());
+    if (first <= 0 || !std::all_of(set.begin(), set.end(), [&](int i) { return label(i) == first; })) continue;
+    ++pure;
+    seen.insert(first);
+  }
+  const auto structures = std::count_if(known.begin(), known.end(), [](std::int32_t label) { return label > 0; });
+  return {static_cast<double>(pure) / static_cast<double>(sets.size()),
+          structures == 0 ? std::nan("") : static_cast<double>(seen.size()) / static_cast<double>(structures)};
+}
+
+}  // namespace diffsac

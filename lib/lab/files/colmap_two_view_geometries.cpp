@@ -1,0 +1,131 @@
+#include "lab/files/colmap_two_view_geometries.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <set>
+#include <utility>
+
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+// COLMAP's pixels to ours.
+Eigen::Matrix3d ToOurs() {
+  Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
+  shift(0, 2) = shift(1, 2) = -0.5;
+  return shift;
+}
+
+template <class Matrix>
+std::span<const std::byte> BytesOf(const Matrix& matrix) {
+  return std::as_bytes(std::span(matrix.data(), static_cast<std::size_t>(matrix.size())));
+}
+
+void CheckInliers(const ColmapDatabase& database, const ColmapGeometry& geometry) {
+  const ColmapPair& pair = geometry.pair;
+  const std::string place =
+      database.path() + ": " + database.NameOf(pair.image1) + " and " + database.NameOf(pair.image2) + ": ";
+  for (int side = 0; side < 2; ++side) {
+    const std::int64_t image = side == 0 ? pair.image1 : pair.image2, count = database.KeypointCount(image);
+    const auto column = geometry.inliers.col(side);
+    if (column.minCoeff() < 0 || column.maxCoeff() >= count)
+      throw Error(place + "an inlier is none of the " + std::to_string(count) + " keypoints of " +
+                  database.NameOf(image) + ": the database has changed, or is another one");
+  }
+  const MatchIndices matches = database.Matches(pair);
+  if (matches.rows() == 0) return;
+  std::set<std::pair<int, int>> known;
+  for (Eigen::Index i = 0; i < matches.rows(); ++i) known.emplace(matches(i, 0), matches(i, 1));
+  for (Eigen::Index i = 0; i < geometry.inliers.rows(); ++i)
+    if (known.count({geometry.inliers(i, 0), geometry.inliers(i, 1)}) == 0)
+      throw Error(place + "an inlier is none of its matches: the database has changed, or is another one");
+}
+
+void CheckNew(const ColmapDatabase& database, const std::vector<ColmapGeometry>& geometries) {
+  SqliteStatement statement(database.sqlite(), "SELECT 1 FROM two_view_geometries WHERE pair_id = ?");
+  std::size_t count = 0;
+  for (const ColmapGeometry& geometry : geometries) {
+    statement.Bind(1, PairId(geometry.pair));
+    count += statement.Step() ? 1 : 0;
+    statement.Reset();
+  }
+  if (count > 0)
+    throw Error(database.path() + ": " + std::to_string(count) + " of the " + std::to_string(geometries.size()) +
+                " pairs have a two-view geometry already; --export-overwrite replaces them");
+}
+
+void Write(SqliteStatement* statement, const ColmapGeometry& geometry) {
+  const Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 2, Eigen::RowMajor> inliers =
+      geometry.inliers.cast<std::uint32_t>();
+  Eigen::Vector4d rotation = Eigen::Vector4d::Zero();  // w x y z
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  if (geometry.motion) {
+    const Eigen::Quaterniond q(geometry.motion->rotation);
+    rotation << q.w(), q.x(), q.y(), q.z();
+    if (q.w() < 0.0) rotation = -rotation;
+    translation = geometry.motion->translation;
+  }
+  statement->Bind(1, PairId(geometry.pair));
+  statement->Bind(2, inliers.rows());
+  statement->Bind(3, std::int64_t{2});
+  statement->Bind(4, BytesOf(inliers));
+  statement->Bind(5, static_cast<std::int64_t>(geometry.configuration));
+  int parameter = 6;
+  for (const Eigen::Matrix3d* matrix : {&geometry.fundamental, &geometry.essential, &geometry.homography})
+    statement->Bind(parameter++, BytesOf(RowMajor3(*matrix)));
+  statement->Bind(9, BytesOf(rotation));
+  statement->Bind(10, BytesOf(translation));
+  statement->Step();
+}
+
+}  // namespace
+
+Eigen::Matrix3d FundamentalInColmapPixels(const Eigen::Matrix3d& fundamental) {
+  return ToOurs().transpose() * fundamental * ToOurs();
+}
+
+Eigen::Matrix3d HomographyInColmapPixels(const Eigen::Matrix3d& homography) {
+  return ToOurs().inverse() * homography * ToOurs();
+}
+
+ColmapGeometry Exchanged(const ColmapGeometry& geometry) {
+  ColmapGeometry exchanged = geometry;
+  std::swap(exchanged.pair.image1, exchanged.pair.image2);
+  exchanged.inliers.col(0).swap(exchanged.inliers.col(1));
+  exchanged.fundamental.transposeInPlace();
+  exchanged.essential.transposeInPlace();
+  if (!geometry.homography.isZero(0.0)) exchanged.homography = geometry.homography.inverse();
+  if (geometry.motion) exchanged.motion = Inverse(*geometry.motion);
+  return exchanged;
+}
+
+void WriteGeometries(const ColmapDatabase& database, const std::vector<ColmapGeometry>& geometries, bool overwrite) {
+  std::vector<ColmapGeometry> rows;
+  for (const ColmapGeometry& geometry : geometries) {
+    rows.push_back(geometry.pair.image1 < geometry.pair.image2 ? geometry : Exchanged(geometry));
+    ColmapGeometry& row = rows.back();
+    const bool verified =
+        row.configuration != ColmapConfiguration::kDegenerate && row.inliers.rows() >= kColmapMinInliers;
+    if (verified) {
+      CheckInliers(database, row);
+    } else {
+      const ColmapPair pair = row.pair;
+      row = ColmapGeometry();
+      row.pair = pair;
+    }
+  }
+  SqliteTransaction transaction(database.sqlite());
+  if (!overwrite) CheckNew(database, rows);
+  SqliteStatement statement(database.sqlite(),
+                            "INSERT OR REPLACE INTO two_view_geometries(pair_id, rows, cols, data, config, F, E, H, "
+                            "qvec, tvec) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  for (const ColmapGeometry& row : rows) Write(&statement, row);
+  transaction.Commit();
+}
+
+}  // namespace diffsac

@@ -1,0 +1,241 @@
+#include "lab/images/colmap_model.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <map>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
+#include "lab/files/colmap_lens.h"
+#include "lab/images/colmap_text.h"
+#include "lab/images/number_file.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Little-endian numbers one after the other.
+class BinaryReader {
+ public:
+  explicit BinaryReader(const std::string& path) : path_(path), content_(ReadFile(path)) {}
+
+  template <class T>
+  T Take() {
+    T value;
+    std::memcpy(&value, Bytes(sizeof value), sizeof value);
+    return value;
+  }
+
+  /// To the next zero.
+  std::string TakeText() {
+    std::string text;
+    while (const char c = *Bytes(1)) text += c;
+    return text;
+  }
+
+  void Skip(std::uint64_t count, std::uint64_t bytes) {
+    if (count > Left() / bytes) FailAtEnd();
+    position_ += count * bytes;
+  }
+
+ private:
+  std::uint64_t Left() const { return content_.size() - position_; }
+  [[noreturn]] void FailAtEnd() const {
+    throw Error(path_ + ": ends early; not a binary model of COLMAP, or truncated");
+  }
+
+  const char* Bytes(std::size_t count) {
+    if (count > Left()) FailAtEnd();
+    const char* bytes = content_.data() + position_;
+    position_ += count;
+    return bytes;
+  }
+
+  std::string path_, content_;
+  std::uint64_t position_ = 0;
+};
+
+// By their ids: the cameras of a model, and what is wrong with those that make no sense, which costs their images
+// alone.
+struct ModelCameras {
+  std::map<std::int64_t, LensCamera> cameras;
+  std::map<std::int64_t, std::string> problems;
+
+  void Read(std::int64_t id, const std::function<LensCamera()>& read) {
+    try {
+      cameras[id] = read();
+    } catch (const Error& error) {
+      problems[id] = error.what();
+    }
+  }
+
+  const LensCamera& Of(std::int64_t id, const std::string& place) const {
+    if (const auto camera = cameras.find(id); camera != cameras.end()) return camera->second;
+    const auto problem = problems.find(id);
+    if (problem != problems.end()) throw Error(problem->second);
+    throw Error(place + " has no camera " + std::to_string(id));
+  }
+};
+
+// CAMERA_ID (int) MODEL (int) WIDTH HEIGHT (64 bit) PARAMS (double).
+ModelCameras ReadCamerasBinary(const std::string& path) {
+  BinaryReader reader(path);
+  ModelCameras cameras;
+  for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
+    const auto id = reader.Take<std::int32_t>(), number = reader.Take<std::int32_t>();
+    const int count = ColmapParameterCount(number);
+    if (count == 0) throw Error(path + ": the camera model " + std::to_string(number) + " is not supported");
+    ColmapCamera camera;
+    camera.model = number;
+    camera.has_prior_focal_length = true;
+    const auto width = static_cast<double>(reader.Take<std::uint64_t>());
+    const auto height = static_cast<double>(reader.Take<std::uint64_t>());
+    for (int i = 0; i < count; ++i) camera.parameters.push_back(reader.Take<double>());
+    cameras.Read(id, [&] {
+      camera.size = {PixelCount(width, path), PixelCount(height, path)};
+      return CameraOfColmap(camera, path);
+    });
+  }
+  return cameras;
+}
+
+// CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
+LensCamera ReadCamera(const ColmapLines& reader) {
+  const auto words = reader.Words();
+  if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
+  const std::optional<int> model = ColmapModelNumber(words[1]);
+  if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
+  ColmapCamera camera;
+  camera.model = *model;
+  camera.has_prior_focal_length = true;
+  const int count = ColmapParameterCount(*model);
+  if (words.size() != 4 + static_cast<std::size_t>(count))
+    reader.Fail("expected " + std::to_string(count) + " parameters");
+  for (std::size_t i = 4; i < words.size(); ++i) camera.parameters.push_back(reader.Number(words[i]));
+  camera.size = {PixelCount(reader.Number(words[2]), reader.Place()),
+                 PixelCount(reader.Number(words[3]), reader.Place())};
+  return CameraOfColmap(camera, reader.Place());
+}
+
+ModelCameras ReadCamerasText(const std::string& path) {
+  ModelCameras cameras;
+  ColmapLines reader(path);
+  while (reader.Next()) {
+    if (reader.Words().empty()) continue;
+    try {
+      cameras.Read(reader.Whole(reader.Words()[0]), [&] { return ReadCamera(reader); });
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());  // Nobody knows whose it is.
+    }
+  }
+  return cameras;
+}
+
+// IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
+ImageSource ReadImagesText(const std::string& path, const std::string& images, const ModelCameras& cameras) {
+  ImageSource source;
+  ColmapLines reader(path);
+  const auto read = [&](const std::vector<std::string_view>& words) {
+    if (words.size() < 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+    double v[7];
+    for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
+    const auto pose = PoseOfColmap(v);
+    if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
+    const LensCamera& camera = cameras.Of(reader.Whole(words[8]), reader.Place() + ": cameras.txt");
+    const std::string file = (fs::path(images) / reader.After(9)).string();
+    return SourceImage{ImageName(file), file, camera, pose};
+  };
+  while (reader.Next()) {
+    const auto words = reader.Words();
+    if (words.empty()) continue;
+    const std::string name = reader.After(9);
+    AddImage(
+        name.empty() ? reader.Place() : ImageName(name), [&] { return read(words); }, &source);
+    reader.Next();
+  }
+  return source;
+}
+
+// IMAGE_ID (int) QW QX QY QZ TX TY TZ (double) CAMERA_ID (int) NAME, and points: X Y (double) POINT3D_ID (64 bit).
+ImageSource ReadImagesBinary(const std::string& model, const std::string& images) {
+  constexpr std::uint64_t kPointBytes = 24;
+  const auto cameras = ReadCamerasBinary((fs::path(model) / "cameras.bin").string());
+  const std::string path = (fs::path(model) / "images.bin").string();
+  BinaryReader reader(path);
+  ImageSource source;
+  for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
+    reader.Take<std::int32_t>();
+    double values[7];
+    for (double& value : values) value = reader.Take<double>();
+    const auto id = reader.Take<std::int32_t>();
+    const std::string file = (fs::path(images) / reader.TakeText()).string();
+    reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
+    const auto read = [&] {
+      const auto pose = PoseOfColmap(values);
+      if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
+      return SourceImage{ImageName(file), file, cameras.Of(id, path + ": " + file + ": cameras.bin"), pose};
+    };
+    AddImage(ImageName(file), read, &source);
+  }
+  return source;
+}
+
+}  // namespace
+
+LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
+  const ColmapLens lens(colmap, place);
+  LensCamera camera;
+  camera.K = lens.K();
+  camera.size = colmap.size;
+  camera.colmap = colmap;
+  const std::string model = ColmapModelName(colmap.model).value();
+  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
+  const std::vector<double>& p = colmap.parameters;
+  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
+    for (double* value : into) *value = p.at(first++);
+  };
+  if (model == "SIMPLE_RADIAL") {
+    extra(3, {&camera.k1});
+  } else if (model == "RADIAL") {
+    extra(3, {&camera.k1, &camera.k2});
+  } else if (model == "OPENCV") {
+    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
+  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
+    camera.lens = lens;
+  }
+  return camera;
+}
+
+std::optional<RigidMotion> PoseOfColmap(const double* values) {
+  const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
+  // Beyond a norm of infinity no rotation is left either.
+  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
+  RigidMotion pose;
+  pose.rotation = quaternion.normalized().toRotationMatrix();
+  pose.translation << values[4], values[5], values[6];
+  if (!pose.translation.allFinite()) return {};
+  return pose;
+}
+
+std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
+  ModelCameras read = path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
+  if (read.cameras.empty() && !read.problems.empty()) throw Error(read.problems.begin()->second);
+  for (const auto& [id, problem] : read.problems) LogWarning("left out: " + problem);
+  return std::move(read.cameras);
+}
+
+ImageSource ReadColmapModel(const std::string& folder, const std::string& images) {
+  const std::string binary = FindColmapModel(folder, ".bin");
+  if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images);
+  const fs::path model = ColmapModelFolder(folder);
+  return ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()));
+}
+
+}  // namespace diffsac

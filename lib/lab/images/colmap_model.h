@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lab/images/image_source.h"
+
+namespace diffsac {
+
+/// A camera from COLMAP's, whose first pixel has its centre at (0.5, 0.5); any model that ColmapLens knows. Throws
+/// Error beginning with `place`, as ColmapLens does.
+LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place);
+
+/// World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation or a value is not finite.
+std::optional<RigidMotion> PoseOfColmap(const double* values);
+
+/// The cameras of a file cameras.bin, or else of text, by their ids; those that make no sense are left out, with a
+/// warning. Throws Error naming the file: it cannot be read, ends early, is binary and has a camera model that is not
+/// known.
+std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path);
+
+/// The images of a model (FindColmapModel; text where it has both) with their cameras and poses. Their files are in the
+/// folder `images`; text takes the rest of a line as a name, which may have blanks. Images without a camera or a sound
+/// pose are left out. No scenes. Throws Error as above.
+ImageSource ReadColmapModel(const std::string& folder, const std::string& images);
+
+}  // namespace diffsac

@@ -1,0 +1,144 @@
+#include "lab/images/detection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+// OpenCV's default between two copies of the image.
+constexpr double kOrbScaleStep = 1.2f;
+// ORB has no word for all.
+constexpr int kAllOfOrb = 200000;
+
+// Returns original pixels per reduced pixel.
+double Reduce(int max_size, cv::Mat* image) {
+  const int longer = std::max(image->cols, image->rows);
+  if (max_size == 0 || longer <= max_size) return 1.0;
+  const double scale = static_cast<double>(longer) / max_size;
+  cv::Mat reduced;
+  cv::resize(*image, reduced,
+             cv::Size(std::max(1, static_cast<int>(std::lround(image->cols / scale))),
+                      std::max(1, static_cast<int>(std::lround(image->rows / scale)))),
+             0, 0, cv::INTER_AREA);
+  *image = reduced;
+  return scale;
+}
+
+/// Whether a JPEG ends before its picture does: OpenCV fills the rest with grey and says nothing. The picture is the
+/// last scan (0xFFDA), up to the end marker (0xFFD9); a thumbnail before it has markers of its own.
+bool IsCutJpeg(const std::string& bytes) {
+  if (!bytes.starts_with("\xFF\xD8")) return false;
+  const std::size_t scan = bytes.rfind("\xFF\xDA");
+  return scan == std::string::npos || bytes.find("\xFF\xD9", scan) == std::string::npos;
+}
+
+}  // namespace
+
+void RequireImage(const std::string& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) throw Error(path + ": no such file");
+  if (!cv::haveImageReader(path)) throw Error(path + ": not an image, or truncated");
+}
+
+namespace {
+
+/// A whole image of 16 bits whose values use fewer (10 or 12, as cameras have them) would be all but black in 8.
+cv::Mat BytesOfWords(const cv::Mat& image, const std::string& path, int flags) {
+  double most = 0.0, range = 256.0;
+  cv::minMaxLoc(image, nullptr, &most);
+  while (range <= most) range *= 2.0;
+  if (range > 32768.0) return cv::imread(path, flags & ~cv::IMREAD_ANYDEPTH);
+  cv::Mat bytes;
+  image.convertTo(bytes, CV_8U, 256.0 / range);
+  return bytes;
+}
+
+/// Of values of any range: those in [0, 1] or [0, 255] as light, others from the least to the greatest.
+cv::Mat BytesOfNumbers(const cv::Mat& image, const std::string& path) {
+  cv::Mat numbers, finite, bytes;
+  image.convertTo(numbers, CV_32F);
+  finite = (numbers >= std::numeric_limits<float>::lowest()) & (numbers <= std::numeric_limits<float>::max());
+  double low = 0.0, high = 0.0;
+  cv::minMaxLoc(numbers, &low, &high, nullptr, nullptr, finite);
+  if (cv::countNonZero(finite) == 0) throw Error(path + ": no value of it is finite");
+  if (low >= 0.0 && high <= 255.0) {
+    low = 0.0;
+    high = high <= 1.0 ? 1.0 : 255.0;
+  }
+  numbers.setTo(low, ~finite);
+  const double scale = high > low ? 255.0 / (high - low) : 0.0;
+  numbers.convertTo(bytes, CV_8U, scale, -low * scale);
+  return bytes;
+}
+
+}  // namespace
+
+cv::Mat ReadGrayImage(const std::string& path, Orientation orientation) {
+  RequireImage(path);
+  // First, for libjpeg would say a line of its own about it.
+  if (IsCutJpeg(ReadFile(path))) throw Error(path + ": not an image, or truncated");
+  cv::Mat image;
+  try {
+    const int flags = cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH |
+                      (orientation == Orientation::kAsStored ? cv::IMREAD_IGNORE_ORIENTATION : 0);
+    image = cv::imread(path, flags);
+    if (image.depth() == CV_16U)
+      image = BytesOfWords(image, path, flags);
+    else if (!image.empty() && image.depth() != CV_8U)
+      image = BytesOfNumbers(image, path);
+  } catch (const cv::Exception& e) {
+    throw Error(path + ": cannot be read as an image: " + e.err);
+  }
+  if (image.empty()) throw Error(path + ": not an image, or truncated");
+  return image;
+}
+
+cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options) {
+  if (options.kind != FeatureKind::kOrb) return cv::SIFT::create(options.max_keypoints, 3, options.contrast_threshold);
+  return cv::ORB::create(options.max_keypoints > 0 ? options.max_keypoints : kAllOfOrb);
+}
+
+Eigen::RowVector2d Detection::Position(std::size_t i) const {
+  const cv::KeyPoint& keypoint = keypoints[i];
+  // ORB multiplies the coordinates of its smaller copies by their scale, which forgets that the centres of their pixels
+  // lie elsewhere.
+  const double moved = kind == FeatureKind::kOrb ? 0.5 * (std::pow(kOrbScaleStep, keypoint.octave) - 1.0) : 0.0;
+  return {(keypoint.pt.x + moved + 0.5) * scale - 0.5, (keypoint.pt.y + moved + 0.5) * scale - 0.5};
+}
+
+Eigen::RowVector2d Detection::Frame(std::size_t i) const {
+  const cv::KeyPoint& keypoint = keypoints[i];
+  return {std::log(keypoint.size * scale), keypoint.angle * std::numbers::pi / 180.0};
+}
+
+Detection Detect(const std::string& path, const FeatureOptions& options) {
+  Detection found;
+  found.image = ReadGrayImage(path);
+  found.kind = options.kind;
+  found.size = {found.image.cols, found.image.rows};
+  found.scale = Reduce(options.max_image_size, &found.image);
+  try {
+    MakeDetector(options)->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
+  } catch (const cv::Exception& e) {
+    throw Error(path + ": no keypoints could be found: " + e.err);
+  }
+  return found;
+}
+
+void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes) {
+  for (Eigen::Index j = 0; j < bytes->cols(); ++j)
+    (*bytes)(to, j) = raw.type() == CV_8U ? raw.at<std::uint8_t>(from, static_cast<int>(j))
+                                          : static_cast<std::uint8_t>(raw.at<float>(from, static_cast<int>(j)));
+}
+
+}  // namespace diffsac

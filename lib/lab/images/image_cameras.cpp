@@ -1,0 +1,98 @@
+#include "lab/images/image_cameras.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
+#include "lab/images/colmap_model.h"
+#include "lab/images/colmap_text.h"
+#include "lab/images/exif_focal.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string SizeText(const ImageSize& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+
+void CheckAlone(const GivenCalibration& given) {
+  const bool others = given.focal != 0.0 || !given.center.empty() || !given.file.empty();
+  if (!given.cameras.empty() && (others || !given.files.empty()))
+    throw Error("--cameras excludes --calibration, --focal and --center");
+  if (!given.files.empty() && others) throw Error("--calibration excludes --focal and --center");
+}
+
+// Whether a path ends in this relative one, folder by folder.
+bool EndsIn(const fs::path& path, const fs::path& end) {
+  const auto parts = std::distance(path.begin(), path.end()), last = std::distance(end.begin(), end.end());
+  return parts >= last && std::equal(end.begin(), end.end(), std::next(path.begin(), parts - last));
+}
+
+}  // namespace
+
+ImageCameras::ImageCameras(const GivenCalibration& calibration, const std::vector<std::string>& paths)
+    : given_(calibration), paths_(paths), cameras_(paths.size()) {
+  CheckAlone(given_);
+  if (!given_.cameras.empty()) {
+    ReadColmap();
+    return;
+  }
+  if (given_.files.empty()) {
+    // A focal length alone waits for the image's size.
+    if (given_.focal > 0.0 && given_.center.empty() && given_.file.empty()) return;
+    std::fill(cameras_.begin(), cameras_.end(), CameraOf(given_));
+    return;
+  }
+  if (given_.files.size() != paths.size())
+    throw Error("--calibration: expected one file, or one for each of the " + std::to_string(paths.size()) +
+                " images, found " + std::to_string(given_.files.size()));
+  for (std::size_t i = 0; i < paths.size(); ++i) cameras_[i] = CameraOf({given_.files[i], 0.0, {}});
+}
+
+void ImageCameras::ReadColmap() {
+  const fs::path path = given_.cameras;
+  std::error_code code;
+  if (!fs::is_directory(path, code) &&
+      FindColmapModel(path.parent_path().string(), path.extension().string()).empty()) {
+    const auto cameras = ReadColmapCameras(path.string());
+    if (cameras.size() != 1)
+      throw Error(path.string() + ": expected one camera, or images" + path.extension().string() +
+                  " beside it, which says whose they are; found " + std::to_string(cameras.size()));
+    std::fill(cameras_.begin(), cameras_.end(), cameras.begin()->second);
+    return;
+  }
+  const fs::path model = fs::is_directory(path, code) ? path : path.parent_path();
+  const ImageSource source = ReadColmapModel(model.string(), "");
+  for (const LeftOutImage& image : source.left_out) LogWarning("left out: " + image.problem);
+  for (const SourceImage& image : source.images)
+    for (std::size_t i = 0; i < paths_.size(); ++i)
+      if (EndsIn(paths_[i], image.path)) cameras_[i] = image.camera;
+}
+
+std::optional<LensCamera> ImageCameras::Of(std::size_t image, const ImageSize& size) const {
+  std::optional<LensCamera> camera = cameras_.at(image);
+  if (!camera && given_.focal > 0.0)
+    camera = CameraOf({"", given_.focal, {0.5 * (size.width - 1), 0.5 * (size.height - 1)}});
+  if (!camera && !given_.cameras.empty()) throw Error(paths_[image] + ": " + given_.cameras + " has no such image");
+  if (camera && camera->size.known() && !(camera->size == size))
+    throw Error(paths_[image] + ": is " + SizeText(size) + ", but its camera is for " + SizeText(camera->size));
+  return camera;
+}
+
+void ImageCameras::WarnOfSizes(const std::vector<ImageSize>& sizes) const {
+  const bool shared = !given_.file.empty() || !given_.center.empty();
+  const auto other = [&](const ImageSize& size) { return !(size == sizes.front()); };
+  const auto found = std::find_if(sizes.begin(), sizes.end(), other);
+  if (!shared || found == sizes.end()) return;
+  LogWarning("one calibration for images of " + SizeText(sizes.front()) + " and " + SizeText(*found) +
+             " pixels: --calibration K1.txt,K2.txt gives each its own, and --focal alone takes each image's middle");
+}
+
+CameraHint ExifHint(const std::string& path, const ImageSize& size) {
+  CameraHint hint;
+  if (const auto focal = ExifFocalPx(path, size)) hint.focal = FocalPrior{*focal, kExifLogSigma};
+  return hint;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diffsac/geometry/points.h"
+#include "diffsac/problem/image_pair.h"
+#include "lab/files/correspondence_files.h"
+
+namespace diffsac {
+
+/// SIFT (Lowe, "Distinctive image features from scale-invariant keypoints", IJCV 2004); RootSIFT, the roots of its
+/// L1-normalised values (Arandjelović and Zisserman, "Three things everyone should know to improve object retrieval",
+/// CVPR 2012); ORB (Rublee et al., "ORB: an efficient alternative to SIFT or SURF", ICCV 2011).
+enum class FeatureKind { kSift, kRootSift, kOrb };
+
+/// "sift", "rootsift", "orb".
+std::string ToString(FeatureKind kind);
+/// Throws Error for an unknown name.
+FeatureKind FeatureKindFromString(const std::string& name);
+
+struct FeatureOptions {
+  FeatureKind kind = FeatureKind::kRootSift;
+  int max_keypoints = 8000;          ///< The strongest are kept; 0 keeps all.
+  double contrast_threshold = 0.04;  ///< Of SIFT's detector; lower finds more and weaker keypoints.
+  int max_image_size = 0;            ///< Larger images are reduced to this longer side, in pixels; 0: never.
+  void Check() const;                ///< Throws Error.
+};
+
+/// N descriptors as the detector gives them, one a row: SIFT's 128 values, ORB's 32 bytes.
+using ByteMatrix = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// The keypoints of one image, strongest first.
+struct RawFeatures {
+  ImageSize size;         ///< Of the file's pixels, whatever its orientation flag says.
+  PointMatrix positions;  ///< N × 2, pixels of the file, the centre of the first pixel is (0, 0).
+  PointMatrix frames;     ///< N × 2: the logarithm of the diameter in pixels of the file; the angle in radians.
+  ByteMatrix bytes;
+};
+
+/// The same with descriptors as they are matched and stored.
+struct ImageFeatures {
+  ImageSize size;
+  PointMatrix positions;
+  PointMatrix frames;            ///< As RawFeatures::frames; empty where keypoints have no size and angle.
+  DescriptorMatrix descriptors;  ///< N × 128 of unit length, or ORB's N × 256 bits, each 0 or 1.
+};
+
+/// An image without texture has no keypoints. Throws Error when the file is no image.
+RawFeatures ExtractRawFeatures(const std::string& path, const FeatureOptions& options);
+DescriptorMatrix DescriptorsFromBytes(const ByteMatrix& bytes, FeatureKind kind);
+ImageFeatures FeaturesFromRaw(const RawFeatures& raw, FeatureKind kind);
+ImageFeatures ExtractFeatures(const std::string& path, const FeatureOptions& options);
+
+/// SIFT at given places of an image.
+struct PlacedDescriptors {
+  ImageSize size;
+  ByteMatrix bytes;   ///< One row a place.
+  int num_found = 0;  ///< Places with a keypoint within a pixel.
+};
+
+/// The descriptor of the keypoint that is nearest to each place (N × 2, pixels), where one is within a pixel (the
+/// strongest of equally near ones). Other places are described themselves, upright and with the median diameter of the
+/// image's keypoints. All keypoints are looked at, whatever `options.max_keypoints` says; the kind must be SIFT's.
+PlacedDescriptors DescribePlaces(const std::string& path, const PointMatrix& places, const FeatureOptions& options);
+
+/// Width and height of an image file. Throws Error when it is none.
+ImageSize ReadImageSize(const std::string& path);
+
+/// Euclidean for rows of unit length, Hamming for rows of 0 and 1.
+enum class DescriptorDistance { kEuclidean, kHamming };
+DescriptorDistance DistanceOf(FeatureKind kind);
+
+struct DescriptorMatch {
+  int first = 0, second = 0;  ///< Rows.
+  double ratio = 1.0;         ///< Distance of `first` to its nearest row over that to the next one, in [0, 1].
+};
+
+/// All pairs of rows that are each other's nearest, in the order of the first; nothing is thrown away by its ratio.
+/// Equally near rows: the lower index.
+std::vector<DescriptorMatch> MatchMutually(const DescriptorMatrix& first, const DescriptorMatrix& second,
+                                           DescriptorDistance distance = DescriptorDistance::kEuclidean);
+
+/// The ratio of given matches: the distance of a match over that to the nearest other row of `second`, at most 1. Rows
+/// are of unit length.
+Eigen::VectorXd MatchRatios(const DescriptorMatrix& first, const DescriptorMatrix& second, const MatchIndices& matches);
+
+}  // namespace diffsac

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "diffsac/core/registry.h"
+#include "lab/images/image_source.h"
+#include "lab/images/run_pairs.h"
+
+namespace diffsac {
+
+/// What images and their truth can come as: `diffsac_prepare pairs --format NAME`. Registered at the end of the file
+/// that reads it:
+/// ```
+/// const Registered<ImageFormat> kStrecha("strecha", {.read = [](const PairsRequest& request) { ... }});
+/// ```
+/// A request that gives what its format does not look at is an error.
+struct ImageFormat {
+  static constexpr const char* kKind = "format";
+  std::function<ImageSource(const PairsRequest&)> read = {};
+  bool takes_calibration = false;  ///< --calibration, --focal and --center, where the images come without one.
+  bool takes_sequence = false;     ///< --sequence, which it needs then.
+  bool takes_ratios = false;       ///< --ratios, for matches that come without.
+  bool chooses_pairs = false;      ///< `read` looks at --steps, --every and --pairs-file itself.
+  /// Instead of `read`, for correspondences that come with the images: writes their scenes. Nothing is matched.
+  std::function<PrepareResult(const PairsRequest&, const std::atomic<bool>& stop)> write = {};
+};
+
+}  // namespace diffsac

@@ -1,0 +1,182 @@
+#include "lab/images/image_source.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
+#include "diffsac/geometry/calibration.h"
+#include "lab/files/own_pictures.h"
+#include "lab/images/colmap_text.h"
+#include "lab/images/image_format.h"
+#include "lab/images/number_file.h"
+
+namespace diffsac {
+namespace fs = std::filesystem;
+
+std::vector<std::string> ListImages(const std::string& folder) {
+  // What OpenCV reads, as it was built; and what cameras write besides, which is not passed over without a word.
+  static const std::set<std::string> kExtensions = {".png", ".jpg", ".jpeg", ".jpe", ".jp2", ".webp", ".avif", ".bmp",
+                                                    ".dib", ".tif", ".tiff", ".ppm", ".pgm", ".pbm",  ".pnm",  ".pam",
+                                                    ".pxm", ".pfm", ".sr",   ".ras", ".exr", ".hdr",  ".pic",  ".gif"},
+                                     kNotRead = {".heic", ".heif", ".jxl", ".dng", ".cr2", ".cr3",
+                                                 ".nef",  ".arw",  ".orf", ".raf", ".rw2"};
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
+  std::vector<std::string> paths;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string extension = entry.path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    const std::string path = entry.path().string();
+    if (kNotRead.contains(extension)) LogWarning("left out: " + path + ": no format of images that is read");
+    if (kExtensions.contains(extension) && !PassOverOwnPicture(path)) paths.push_back(path);
+  }
+  if (paths.empty()) throw Error(folder + ": no images in this folder");
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+std::string ImageName(const std::string& path) {
+  std::string name = fs::path(path).stem().string();
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+std::vector<SourcePair> AllPairs(int num_images) {
+  std::vector<SourcePair> pairs;
+  for (int i = 0; i < num_images; ++i)
+    for (int j = i + 1; j < num_images; ++j) pairs.push_back({i, j, {}});
+  return pairs;
+}
+
+std::string FolderName(const std::string& folder) {
+  std::error_code code;
+  const fs::path whole = fs::weakly_canonical(folder, code);
+  return (code ? fs::path(folder) : whole).filename().string();
+}
+
+void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source) {
+  const int frame = static_cast<int>(source->images.size() + source->left_out.size());
+  try {
+    SourceImage image = read();
+    if (image.camera) image.camera->K = CheckedCalibration(image.camera->K, image.path);
+    image.frame = frame;
+    source->images.push_back(std::move(image));
+  } catch (const Error& error) {
+    source->left_out.push_back({name, error.what()});
+  }
+}
+
+RigidMotion SoundMotion(RigidMotion motion, const std::string& place) {
+  constexpr double kTolerance = 0.01, kRounding = 1e-6;
+  if (!motion.rotation.allFinite() || !motion.translation.allFinite()) throw Error(place + ": the pose is not finite");
+  const Eigen::Matrix3d square = motion.rotation * motion.rotation.transpose();
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || motion.rotation.determinant() < 0.0)
+    throw Error(place + ": the pose holds no rotation");
+  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(motion.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    motion.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return motion;
+}
+
+RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place) {
+  if (values.size() != 12 && values.size() != 16) throw Error(place + ": expected a 3x4 or 4x4 matrix");
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw Error(place + ": the pose is not finite");
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
+  const RigidMotion to_world = SoundMotion({rows.leftCols<3>(), rows.col(3)}, place);
+  if (values.size() == 16 && (values[12] != 0.0 || values[13] != 0.0 || values[14] != 0.0 || values[15] != 1.0))
+    throw Error(place + ": expected 0 0 0 1 as the last row of the pose");
+  return Inverse(to_world);
+}
+
+std::string StepName(const std::string& name, int step) {
+  const std::string number = std::to_string(step);
+  return name + "_step_" + (number.size() < 2 ? "0" : "") + number;
+}
+
+Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
+  return CheckedCalibration(ReadMatrixFile(path), path);
+}
+
+std::vector<std::string> GivenCalibration::Inputs() const {
+  std::vector<std::string> inputs = files;
+  inputs.insert(inputs.end(), {file, cameras});
+  std::error_code code;
+  for (const char* extension : {".txt", ".bin"}) {
+    if (cameras.empty()) break;
+    const bool folder = fs::is_directory(cameras, code);
+    inputs.push_back(FindColmapModel(folder ? cameras : fs::path(cameras).parent_path().string(), extension));
+  }
+  return inputs;
+}
+
+bool GivenCalibration::IsGiven() const {
+  return !file.empty() || focal != 0.0 || !center.empty() || !files.empty() || !cameras.empty();
+}
+
+std::optional<LensCamera> CameraOf(const GivenCalibration& given) {
+  LensCamera camera;
+  if (!given.files.empty() || !given.cameras.empty()) throw Error("expected one calibration for all images");
+  if (!given.file.empty()) {
+    if (given.focal != 0.0 || !given.center.empty()) throw Error("--calibration excludes --focal and --center");
+    camera.K = ReadCalibrationMatrix(given.file);
+    return camera;
+  }
+  if (given.focal == 0.0 && given.center.empty()) return {};
+  if (!(given.focal > 0.0) || given.center.size() != 2)
+    throw Error("expected a positive --focal and two numbers as --center, both in pixels");
+  camera.K << given.focal, 0.0, given.center[0], 0.0, given.focal, given.center[1], 0.0, 0.0, 1.0;
+  if (!camera.K.allFinite()) throw Error("--focal and --center must be finite");
+  return camera;
+}
+
+void CheckSource(const ImageSource& source, const std::string& folder) {
+  std::set<std::string> names;
+  for (const SourceImage& image : source.images)
+    if (!names.insert(image.name).second) throw Error(folder + ": two images are named " + image.name);
+  for (const SourceScene& scene : source.scenes) {
+    if (!scene.pairs.empty()) continue;
+    std::string text = folder + ": no pairs of images for " + scene.name;
+    if (!source.left_out.empty())
+      text += "; " + std::to_string(source.left_out.size()) + " images were left out: " + source.left_out[0].problem;
+    throw Error(text);
+  }
+}
+
+void AddAllPairs(const std::string& folder, ImageSource* source) {
+  source->scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source->images.size()))});
+  CheckSource(*source, folder);
+}
+
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration) {
+  ImageSource source;
+  const std::optional<LensCamera> camera = CameraOf(calibration);
+  for (const std::string& path : ListImages(folder))
+    AddImage(
+        ImageName(path),
+        [&] {
+          return SourceImage{ImageName(path), path, camera, {}};
+        },
+        &source);
+  AddAllPairs(folder, &source);
+  return source;
+}
+
+namespace {
+
+const Registered<ImageFormat> kImages(
+    "images", {.read = [](const PairsRequest& request) { return ReadImageFolder(request.input, request.calibration); },
+               .takes_calibration = true});
+
+}  // namespace
+
+}  // namespace diffsac

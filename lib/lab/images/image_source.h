@@ -1,0 +1,152 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/geometry/rigid_motion.h"
+#include "lab/images/lens_camera.h"
+
+namespace diffsac {
+
+/// An image with what its source knows about it.
+struct SourceImage {
+  std::string name;  ///< Unique in the source, without '-' (which joins the names of a pair).
+  std::string path;
+  std::optional<LensCamera> camera;
+  std::optional<RigidMotion> pose;  ///< World-to-camera.
+  int frame = -1;                   ///< Its place among all images of the source, those left out included; -1: unknown.
+};
+
+/// An image whose pose or calibration is missing or makes no sense.
+struct LeftOutImage {
+  std::string name, problem;  ///< The problem names the file.
+};
+
+struct SourcePair {
+  int image1 = 0, image2 = 0;                 ///< Indices of images.
+  std::optional<Eigen::Matrix3d> homography;  ///< x2 ~ H x1 in pixels.
+};
+
+/// Pairs that are evaluated together.
+struct SourceScene {
+  std::string name;
+  std::vector<SourcePair> pairs;
+};
+
+/// A set of images and the pairs of them that are to be matched. Either all images have a pose, or none.
+struct ImageSource {
+  std::vector<SourceImage> images;
+  std::vector<SourceScene> scenes;
+  std::vector<LeftOutImage> left_out;
+};
+
+/// Which images and pairs of a source are used.
+struct PairChoice {
+  int every = 1;  ///< Only every so many images, from the first.
+  std::vector<int>
+      steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
+  std::string pairs_file;
+  /// Only pairs whose cameras are turned against each other by these degrees, least and greatest; empty: any.
+  std::vector<double> turn_deg = {};
+  /// So many of the pairs, drawn at random (the same every time); 0: all.
+  int random_pairs = 0;
+  /// Whether every image that there is is used, in all the pairs that the source has.
+  bool IsAll() const {
+    return every == 1 && steps.empty() && pairs_file.empty() && turn_deg.empty() && random_pairs == 0;
+  }
+};
+
+/// Calibration of images that come without one.
+struct GivenCalibration {
+  std::string file;                     ///< One 3 × 3 matrix for all images.
+  double focal = 0.0;                   ///< Pixels; with `center` instead of a file.
+  std::vector<double> center;           ///< cx, cy, pixels.
+  std::vector<std::string> files = {};  ///< A 3 × 3 matrix for each image, instead of the above (ImageCameras).
+  std::string cameras = {};             ///< COLMAP's cameras.txt, or the folder of a model of it, likewise.
+  /// Whether there is anything.
+  bool IsGiven() const;
+  /// The files that are read for it, and folders of them, for RefuseInputsAsOutputs.
+  std::vector<std::string> Inputs() const;
+};
+
+// The readers below throw Error with one line that names the file (and its line) when the source as a whole cannot be
+// used. A single image without a sound pose is left out and listed.
+
+/// KITTI odometry (Geiger et al., "Are we ready for autonomous driving?", CVPR 2012) in the official layout:
+/// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a
+/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps);
+
+/// The dense-matching benchmark of Strecha et al. (CVPR 2008): `images/`, and `gt_dense_cameras/<image file>.camera`
+/// with K, zeros, the camera-to-world rotation, the camera's centre and width, height. All pairs.
+ImageSource ReadStrecha(const std::string& folder);
+
+/// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
+/// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
+/// COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration takes back.
+ImageSource ReadColmap(const std::string& folder);
+
+/// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or
+/// `H_1_N` and `1.ppm` (HPatches: Balntas et al., CVPR 2017).
+ImageSource ReadHomographies(const std::string& folder);
+
+/// NeRF's transforms.json as instant-ngp (Müller et al., SIGGRAPH 2022) writes it: fl_x, fl_y (or camera_angle_x), cx,
+/// cy, w, h, k1, k2, p1, p2 for all frames or in each; `transform_matrix`, camera-to-world, in OpenGL's axes (x right,
+/// y up, z backwards). cx and cy are COLMAP's, whose first pixel has its centre at (0.5, 0.5). `folder` may be the json
+/// file itself. An image that is not where the file says is looked for beside the file; where it is another size than
+/// w, h, of the same shape, the calibration is scaled with it. All pairs.
+ImageSource ReadNerf(const std::string& folder);
+
+/// Images with a 4 × 4 camera-to-world matrix each, in one of two layouts: folders `image` (or images, rgb, color),
+/// `pose` (or poses) and, unless a calibration is given, `intrinsic` (or intrinsics) with <name>.txt of 3 × 3; or
+/// <name>.pose.txt beside the images, which may be named <name>.color.png: then others (depth maps) are not taken.
+/// Pixel centres have whole coordinates. All pairs.
+ImageSource ReadPoses(const std::string& folder, const GivenCalibration& calibration);
+
+/// Any images, all pairs, without truth.
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration = {});
+
+/// Replaces the pairs of a source by those chosen. Pairs of images that were left out are dropped. Throws Error: a
+/// source whose pairs have a truth of their own, an unknown name, no pairs.
+void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSource* source);
+
+/// The image files that a list of pairs names (PairChoice::pairs_file), each once: of the list's folder where there is
+/// such a file. Throws Error.
+std::vector<std::string> ImagesOfList(const std::string& path);
+
+/// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none. Throws
+/// Error: a source without poses, no pairs left in a scene.
+void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
+
+// For the readers: the image files of a folder in the order of their names; pictures that our programs drew, and
+// photographs in formats that are not read, are left out, with a warning each. Throws Error when there are none.
+std::vector<std::string> ListImages(const std::string& folder);
+/// A file's name without its extension and with '_' for '-'.
+std::string ImageName(const std::string& path);
+/// All pairs (i, j), i < j.
+std::vector<SourcePair> AllPairs(int num_images);
+/// The folder's own name, for a scene.
+std::string FolderName(const std::string& folder);
+/// Adds what `read` returns as the image of the next frame, or, when it throws Error or the
+/// calibration is none, the image to those left out.
+void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
+/// The motion with the nearest rotation in place of what is one within 1 %. Throws Error, starting with `place`, where
+/// it is not, or not finite.
+RigidMotion SoundMotion(RigidMotion motion, const std::string& place);
+/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error as SoundMotion does.
+RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
+/// "<name>_step_05".
+std::string StepName(const std::string& name, int step);
+/// K of a file. Throws Error unless it is a calibration matrix.
+Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
+/// The camera of a calibration that is given for all images alike, none when nothing is given. Throws Error.
+std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);
+/// Makes all pairs of the images the only scene, named like the folder, and checks the source (CheckSource).
+void AddAllPairs(const std::string& folder, ImageSource* source);
+/// Throws Error unless the images' names are unique and there is a pair; with the first image that was left out.
+void CheckSource(const ImageSource& source, const std::string& folder);
+
+}  // namespace diffsac

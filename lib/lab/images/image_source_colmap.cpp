@@ -1,0 +1,31 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "lab/images/colmap_model.h"
+#include "lab/images/image_format.h"
+#include "lab/images/image_source.h"
+
+namespace diffsac {
+
+ImageSource ReadColmap(const std::string& folder) {
+  ImageSource source = ReadColmapModel(folder, (std::filesystem::path(folder) / "images").string());
+  std::sort(source.images.begin(), source.images.end(),
+            [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
+  std::vector<std::string> names;
+  for (const SourceImage& image : source.images) names.push_back(image.name);
+  for (const LeftOutImage& image : source.left_out) names.push_back(image.name);
+  std::sort(names.begin(), names.end());
+  for (SourceImage& image : source.images)
+    image.frame = static_cast<int>(std::lower_bound(names.begin(), names.end(), image.name) - names.begin());
+  AddAllPairs(folder, &source);
+  return source;
+}
+
+namespace {
+
+const Registered<ImageFormat> kColmap("colmap",
+                                      {.read = [](const PairsRequest& request) { return ReadColmap(request.input); }});
+
+}  // namespace
+
+}  // namespace diffsac

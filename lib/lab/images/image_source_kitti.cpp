@@ -1,0 +1,126 @@
+#include <charconv>
+#include <filesystem>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "lab/files/text_scan.h"
+#include "lab/images/image_format.h"
+#include "lab/images/image_source.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "P0: " and twelve numbers, a row-major 3 × 4 matrix; the left grey camera is the origin, so its left part is K.
+LensCamera ReadCalibration(const std::string& path) {
+  const std::string text = ReadTextFile(path);
+  std::string_view rest = text, line;
+  for (int number = 1; TakeLine(&rest, &line); ++number) {
+    const auto words = SplitWords(line, " \t");
+    if (words.empty() || words[0] != "P0:") continue;
+    double p[12];
+    bool good = words.size() == 13;
+    for (int i = 0; good && i < 12; ++i) good = ParseNumber(words[i + 1], &p[i]);
+    if (!good) throw Error(path + ":" + std::to_string(number) + ": expected twelve numbers after P0:");
+    LensCamera camera;
+    camera.K << p[0], p[1], p[2], p[4], p[5], p[6], p[8], p[9], p[10];
+    return camera;
+  }
+  throw Error(path + ": no line P0:");
+}
+
+// One frame of the file of poses.
+struct PoseLine {
+  RigidMotion pose;
+  std::string problem;  // empty: none
+};
+
+// A line that makes no sense costs its frame alone.
+std::vector<PoseLine> ReadPoseLines(const std::string& path) {
+  const std::string text = ReadTextFile(path);
+  std::vector<PoseLine> lines;
+  std::string_view rest = text, line;
+  for (int number = 1; TakeLine(&rest, &line); ++number) {
+    const auto words = SplitWords(line, " \t");
+    if (words.empty()) continue;
+    const std::string place = path + ":" + std::to_string(number);
+    PoseLine parsed;
+    try {
+      std::vector<double> values(words.size());
+      for (std::size_t i = 0; i < words.size(); ++i)
+        if (!ParseNumber(words[i], &values[i])) throw Error(place + ": '" + std::string(words[i]) + "' is no number");
+      if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
+      parsed.pose = WorldToCamera(values, place);
+    } catch (const Error& error) {
+      parsed.problem = error.what();
+    }
+    lines.push_back(std::move(parsed));
+  }
+  return lines;
+}
+
+int FrameNumber(const std::string& path) {
+  const std::string name = fs::path(path).stem().string();
+  int number = -1;
+  const auto result = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (result.ec != std::errc() || result.ptr != name.data() + name.size() || number < 0)
+    throw Error(path + ": expected a frame's number as name");
+  return number;
+}
+
+}  // namespace
+
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps) {
+  const fs::path folder = fs::path(root) / "sequences" / sequence;
+  const std::string pose_path = (fs::path(root) / "poses" / (sequence + ".txt")).string();
+  const LensCamera camera = ReadCalibration((folder / "calib.txt").string());
+  const std::vector<PoseLine> poses = ReadPoseLines(pose_path);
+  ImageSource source;
+  std::vector<int> image_of_frame(poses.size(), -1);
+  for (const std::string& path : ListImages((folder / "image_0").string())) {
+    int frame = -1;
+    const auto read = [&] {
+      frame = FrameNumber(path);
+      if (frame >= static_cast<int>(poses.size())) throw Error(pose_path + ": no pose for " + path);
+      if (!poses[frame].problem.empty()) throw Error(poses[frame].problem);
+      return SourceImage{ImageName(path), path, camera, poses[frame].pose};
+    };
+    const std::size_t before = source.images.size();
+    AddImage(ImageName(path), read, &source);
+    if (source.images.size() == before) continue;
+    source.images.back().frame = frame;
+    image_of_frame[frame] = static_cast<int>(before);
+  }
+  if (steps.empty()) throw Error("steps: expected at least one");
+  for (int step : steps) {
+    if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
+    SourceScene scene{StepName("kitti_" + sequence, step), {}};
+    for (int i = 0; i + step < static_cast<int>(poses.size()); ++i)
+      if (image_of_frame[i] >= 0 && image_of_frame[i + step] >= 0)
+        scene.pairs.push_back({image_of_frame[i], image_of_frame[i + step], {}});
+    source.scenes.push_back(std::move(scene));
+  }
+  CheckSource(source, folder.string());
+  return source;
+}
+
+namespace {
+
+// The reader knows its frames' numbers, so it takes the steps itself.
+ImageSource ReadKittiPairs(const PairsRequest& request) {
+  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
+  const std::vector<int>& steps = request.choice.steps;
+  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
+  if (request.choice.pairs_file.empty()) return source;
+  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
+  source.scenes[0].name = "kitti_" + request.sequence;
+  ChoosePairs(request.choice, request.input, &source);
+  return source;
+}
+
+const Registered<ImageFormat> kKitti("kitti", {.read = ReadKittiPairs, .takes_sequence = true, .chooses_pairs = true});
+
+}  // namespace
+
+}  // namespace diffsac

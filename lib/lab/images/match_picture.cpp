@@ -1,0 +1,184 @@
+#include "lab/images/match_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "diffsac/core/status.h"
+#include "diffsac/problem/pair_truth.h"
+#include "lab/images/detection.h"
+#include "lab/images/image_source.h"
+#include "lab/images/picture.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kGap = 8, kLegendHeight = 36;
+constexpr std::size_t kMaxLines = 60;
+constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
+// Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
+const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kUnknown(230, 150, 40), kWhite(255, 255, 255);
+
+enum class Kind { kInlier, kOutlier, kUnknown };
+
+const cv::Scalar& ColorOf(Kind kind) {
+  return kind == Kind::kInlier ? kInlier : kind == Kind::kOutlier ? kOutlier : kUnknown;
+}
+
+std::string FindImage(const std::string& folder, const std::string& name) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
+  for (const fs::path& place : {fs::path(folder), fs::path(folder) / "images"}) {
+    if (!fs::is_directory(place, code)) continue;
+    for (const auto& entry : fs::directory_iterator(place)) {
+      const std::string path = entry.path().string();
+      if (entry.path().filename().string() == name || ImageName(path) == name) return path;
+    }
+  }
+  throw Error(folder + ": there is no image " + name);
+}
+
+// Or white.
+cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
+  if (!images.empty()) return LightImage(ReadGrayImage(FindImage(images, name)));
+  if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
+  return {size.height, size.width, CV_8UC3, kWhite};
+}
+
+std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
+  const Eigen::Index count = pair.problem.points.rows();
+  std::vector<Kind> kinds(static_cast<std::size_t>(count), Kind::kUnknown);
+  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (distances.size() == count) {
+      kinds[i] = distances[i] <= threshold_px ? Kind::kInlier : Kind::kOutlier;
+    } else if (!pair.truth.assignment.empty()) {
+      kinds[i] = pair.truth.assignment[i] > 0 ? Kind::kInlier : Kind::kOutlier;
+    }
+  }
+  return kinds;
+}
+
+// The two images on one canvas, and where points of either are on it.
+class Canvas {
+ public:
+  Canvas(const cv::Mat& first, const cv::Mat& second) {
+    const int width = first.cols + second.cols, height = std::max(first.rows, second.rows);
+    scale_ = std::min({1.0, (kMaxWidth - kGap) / width, (kMaxHeight - kLegendHeight) / height});
+    const cv::Mat small1 = Reduced(first), small2 = Reduced(second);
+    offset_ = small1.cols + kGap;
+    image_ = cv::Mat(std::max(small1.rows, small2.rows) + kLegendHeight, offset_ + small2.cols, CV_8UC3, kWhite);
+    small1.copyTo(image_(cv::Rect(0, 0, small1.cols, small1.rows)));
+    small2.copyTo(image_(cv::Rect(offset_, 0, small2.cols, small2.rows)));
+    image_(cv::Rect(small1.cols, 0, kGap, image_.rows - kLegendHeight)).setTo(cv::Scalar(90, 90, 90));
+  }
+
+  void Point(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
+    for (int image : {0, 1}) cv::circle(image_, Place(points, i, image), 2, color, cv::FILLED, cv::LINE_AA);
+  }
+  void Line(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
+    cv::line(image_, Place(points, i, 0), Place(points, i, 1), color, 1, cv::LINE_AA);
+  }
+  // One after the other from the left.
+  void Legend(const std::string& text, const cv::Scalar& color) {
+    constexpr double kFontScale = 0.5;
+    const int y = image_.rows - kLegendHeight / 2;
+    cv::circle(image_, {legend_x_ + 6, y}, 5, color, cv::FILLED, cv::LINE_AA);
+    cv::putText(image_, text, {legend_x_ + 18, y + 5}, cv::FONT_HERSHEY_SIMPLEX, kFontScale, {0, 0, 0}, 1, cv::LINE_AA);
+    int baseline = 0;
+    legend_x_ += 42 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFontScale, 1, &baseline).width;
+  }
+  const cv::Mat& image() const { return image_; }
+
+ private:
+  cv::Mat Reduced(const cv::Mat& image) const {
+    if (scale_ == 1.0) return image;
+    cv::Mat reduced;
+    const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale_))); };
+    cv::resize(image, reduced, {side(image.cols), side(image.rows)}, 0, 0, cv::INTER_AREA);
+    return reduced;
+  }
+  cv::Point Place(const PointMatrix& points, Eigen::Index i, int image) const {
+    // Far outside, a coordinate need not fit into what OpenCV draws with.
+    const auto at = [&](double value) {
+      return static_cast<int>(std::lround(std::clamp((value + 0.5) * scale_ - 0.5, -1e4, 1e4)));
+    };
+    return {at(points(i, 2 * image)) + (image == 0 ? 0 : offset_), at(points(i, 2 * image + 1))};
+  }
+
+  double scale_ = 1.0;
+  int offset_ = 0, legend_x_ = 8;
+  cv::Mat image_;
+};
+
+void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, std::size_t most_lines,
+          Canvas* canvas) {
+  std::vector<Eigen::Index> chosen;
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    if (kinds[i] == kind && points.row(static_cast<Eigen::Index>(i)).allFinite())
+      chosen.push_back(static_cast<Eigen::Index>(i));
+  const std::size_t lines = std::min(chosen.size(), most_lines);
+  for (std::size_t i = 0; i < lines; ++i) canvas->Line(points, chosen[i * chosen.size() / lines], ColorOf(kind));
+  for (Eigen::Index i : chosen) canvas->Point(points, i, ColorOf(kind));
+}
+
+std::string ThresholdText(double threshold_px) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%g px", threshold_px);
+  return text;
+}
+
+void DrawLegend(const Example& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
+  if (counts.inliers < 0) {
+    canvas->Legend(std::to_string(counts.matches) + " matches, truth not known", kUnknown);
+  } else {
+    const bool measured = pair.truth.fundamental || pair.truth.homography;
+    const std::string text =
+        measured ? " within " + ThresholdText(threshold_px) + " of the truth" : std::string(" labelled inliers");
+    canvas->Legend(std::to_string(counts.inliers) + text, kInlier);
+    canvas->Legend(std::to_string(counts.matches - counts.inliers) + " others", kOutlier);
+  }
+  canvas->Legend(pair.id, kWhite);
+}
+
+}  // namespace
+
+PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
+                          const std::string& path) {
+  const std::vector<Kind> kinds = KindsOf(pair, threshold_px);
+  PictureCounts counts{static_cast<int>(kinds.size()),
+                       static_cast<int>(std::count(kinds.begin(), kinds.end(), Kind::kInlier))};
+  if (std::count(kinds.begin(), kinds.end(), Kind::kUnknown) > 0) counts.inliers = -1;
+  const cv::Mat first = Background(images, pair.image1, pair.problem.size1);
+  const cv::Mat second = Background(images, pair.image2, pair.problem.size2);
+  Canvas canvas(first, second);
+  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier})
+    Draw(pair.problem.points, kinds, kind, kMaxLines, &canvas);
+  DrawLegend(pair, counts, threshold_px, &canvas);
+  WritePicture(canvas.image(), path);
+  return counts;
+}
+
+void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
+                 const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path) {
+  std::vector<Kind> kinds(static_cast<std::size_t>(points.rows()), Kind::kOutlier);
+  for (std::size_t i = 0; i < std::min(kinds.size(), inliers.size()); ++i)
+    if (inliers[i] != 0) kinds[i] = Kind::kInlier;
+  const auto count = static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), Kind::kInlier));
+  Canvas canvas(LightImage(ReadGrayImage(image1)), LightImage(ReadGrayImage(image2)));
+  Draw(points, kinds, Kind::kOutlier, 0, &canvas);
+  Draw(points, kinds, Kind::kInlier, kMaxLines, &canvas);
+  const std::string lines = count > kMaxLines ? " (lines: " + std::to_string(kMaxLines) + " of them)" : "";
+  canvas.Legend(std::to_string(count) + " inliers" + lines, kInlier);
+  canvas.Legend(std::to_string(kinds.size() - count) + " other matches", kOutlier);
+  canvas.Legend(caption, kWhite);
+  WritePicture(canvas.image(), path);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,264 @@
+#include "lab/images/photograph_results.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <ostream>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/typed_options.h"
+#include "lab/config/run_directory.h"
+#include "lab/data/correspondences_dataset.h"
+#include "lab/eval/export_colmap.h"
+#include "lab/eval/format.h"
+#include "lab/eval/runner.h"
+#include "lab/files/colmap_create.h"
+#include "lab/images/exif_focal.h"
+#include "lab/images/thumbnail.h"
+#include "lab/report/html_report.h"
+#include "lab/report/long_lines.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Seven numbers, or none; of a translation that is not determined none.
+std::string PoseColumns(const std::optional<RigidMotion>& pose, Translation translation) {
+  if (!pose) return ",,,,,,,";
+  Eigen::Quaterniond q(pose->rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  std::string text;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
+  for (const double value : pose->translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
+  return text;
+}
+
+std::string FocalColumns(const EstimateRecord& record, const Problem& problem) {
+  if (record.focal) return "," + NumberText(record.focal->focal_px[0]) + "," + NumberText(record.focal->focal_px[1]);
+  if (!problem.cameras) return ",,";
+  return "," + NumberText(problem.cameras->K1(0, 0)) + "," + NumberText(problem.cameras->K2(0, 0));
+}
+
+std::string Milliseconds(double value) { return Format("%.3g", value); }
+
+/// Of COLMAP's camera of an image: as it was given; with the focal length of EXIF data; or COLMAP's guess.
+ColmapCamera ColmapCameraOf(const SourceImage& image, const ImageSize& size) {
+  ColmapCamera colmap;
+  colmap.size = size;
+  const double middle_x = 0.5 * size.width, middle_y = 0.5 * size.height;
+  if (!image.camera) {
+    constexpr double kGuess = 1.2;
+    const std::optional<double> focal = ExifFocalPx(image.path, size);
+    colmap.has_prior_focal_length = focal.has_value();
+    colmap.model = ColmapModelNumber("SIMPLE_RADIAL").value();
+    colmap.parameters = {focal.value_or(kGuess * std::max(size.width, size.height)), middle_x, middle_y, 0.0};
+    return colmap;
+  }
+  if (image.camera->colmap) return *image.camera->colmap;
+  const Eigen::Matrix3d& K = image.camera->K;
+  colmap.has_prior_focal_length = true;
+  colmap.model = ColmapModelNumber("PINHOLE").value();
+  colmap.parameters = {K(0, 0), K(1, 1), K(0, 2) + 0.5, K(1, 2) + 0.5};
+  return colmap;
+}
+
+// As the database names them, where only images of pairs are: of two files that differ in their extension alone one may
+// have been left out.
+Photographs NamedByDatabase(Photographs photographs, std::vector<EstimatedPair>* pairs) {
+  std::set<std::string> paired;
+  for (const EstimatedPair& pair : *pairs) paired.insert({pair.example.image1, pair.example.image2});
+  std::map<std::int64_t, std::string> files;
+  std::vector<SourceImage*> images;
+  for (std::size_t i = 0; i < photographs.source.images.size(); ++i) {
+    SourceImage& image = photographs.source.images[i];
+    if (!paired.contains(image.name)) {
+      image.name.clear();
+      continue;
+    }
+    images.push_back(&image);
+    files[static_cast<std::int64_t>(images.size())] = photographs.files[i];
+  }
+  std::map<std::string, std::string> renamed;
+  for (const auto& [id, name] : PairNames(files)) {
+    std::string& old = images[static_cast<std::size_t>(id) - 1]->name;
+    renamed[old] = name;
+    old = name;
+  }
+  for (EstimatedPair& pair : *pairs) {
+    Example& example = pair.example;
+    example.image1 = renamed.at(example.image1);
+    example.image2 = renamed.at(example.image2);
+    example.id = example.image1 + "-" + example.image2;
+  }
+  return photographs;
+}
+
+// Images of a calibration that was given share a camera where it is the same; of others nobody knows who took them.
+NewColmapDatabase DatabaseOf(const Photographs& photographs, const FeatureStore& store,
+                             const std::vector<EstimatedPair>& pairs) {
+  NewColmapDatabase database;
+  std::set<std::string> paired;
+  for (const EstimatedPair& pair : pairs) paired.insert({pair.example.image1, pair.example.image2});
+  std::map<std::tuple<int, int, int, std::vector<double>>, std::size_t> shared;
+  for (std::size_t i = 0; i < photographs.source.images.size(); ++i) {
+    const SourceImage& image = photographs.source.images[i];
+    if (!paired.contains(image.name)) continue;
+    const ImageSize size = store.SizeOf(static_cast<int>(i));
+    const ImageFeatures features = store.Load(static_cast<int>(i));
+    const ColmapCamera camera = ColmapCameraOf(image, size);
+    std::size_t number = database.cameras.size();
+    if (image.camera)
+      number = shared.try_emplace({camera.model, size.width, size.height, camera.parameters}, number).first->second;
+    if (number == database.cameras.size()) database.cameras.push_back(camera);
+    database.images.push_back(
+        {photographs.files[i], number, PointMatrix(features.positions.array() + 0.5), features.frames});
+  }
+  return database;
+}
+
+// Matches by the ids of the images that the database has.
+void AddMatches(const std::vector<EstimatedPair>& pairs, NewColmapDatabase* database) {
+  std::map<std::int64_t, std::string> files;
+  for (std::size_t i = 0; i < database->images.size(); ++i)
+    files[static_cast<std::int64_t>(i) + 1] = database->images[i].name;
+  std::map<std::string, std::int64_t> ids;
+  for (const auto& [id, name] : PairNames(files)) ids[name] = id;
+  for (const EstimatedPair& pair : pairs) {
+    const std::int64_t id1 = ids.at(pair.example.image1), id2 = ids.at(pair.example.image2);
+    MatchIndices matches = pair.matches;
+    if (id1 > id2) matches.col(0).swap(matches.col(1));
+    database->matches[{std::min(id1, id2), std::max(id1, id2)}] = matches;
+  }
+}
+
+std::string FolderOfMatches(const std::string& output, const std::string& scene) {
+  return (fs::path(output) / "matches" / scene).string();
+}
+
+void WriteMatches(const ImageSource& source, const std::vector<EstimatedPair>& pairs, int threads,
+                  const std::string& folder) {
+  CorrespondenceSet set;
+  for (const EstimatedPair& pair : pairs) {
+    set.pairs.push_back(pair.example);
+    set.match_indices.push_back(pair.matches);
+  }
+  MakeWritableFolder(folder);
+  WriteThumbnailsOf(source, set.pairs, threads, folder);
+  WriteCorrespondences(folder, set);
+}
+
+// As if diffsac_eval had run the row on the folder of the matches.
+ExperimentResults ResultsOf(const std::vector<EstimatedPair>& pairs, ExperimentOptions experiment,
+                            const std::string& scene, const std::string& folder, double inlier_threshold_px) {
+  CorrespondencesOptions data;
+  data.paths = {folder};
+  data.pairs.task = experiment.task;
+  data.pairs.inlier_threshold_px = inlier_threshold_px;
+  experiment.conditions = {{"all", "all", {}, ToConfig(TypedOptions<CorrespondencesOptions>{"correspondences", data})}};
+  ExperimentResults results;
+  results.dataset = "correspondences";
+  results.git_revision = GitRevision();
+  results.machine = MachineText();
+  results.problems = {pairs.size()};
+  Cell cell;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    // As it is read again.
+    Example example = pairs[i].example;
+    example.index = i;
+    example.scene = scene;
+    example.id = scene + "/" + example.id;
+    cell.records.push_back(MakeRecord(experiment, example, pairs[i].estimate));
+    cell.estimates.push_back(RecordOf(example, pairs[i].estimate));
+  }
+  results.cells = {std::move(cell)};
+  results.experiment = std::move(experiment);
+  return results;
+}
+
+// For diffsac_eval, which looks for paths beside the file.
+void WriteConfiguration(ExperimentOptions experiment, const std::string& scene, const std::string& output) {
+  Condition& all = experiment.conditions.at(0);
+  auto data = ReadOptions(all.data, TypedOptions<CorrespondencesOptions>{"correspondences", {}});
+  data.options.paths = {"matches/" + scene};
+  all.data = ToConfig(data);
+  RunDirectory(output, kPairProgram, WriteExperiment(experiment), experiment.seed);
+}
+
+void SayResults(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& output,
+                const std::string& scene, std::ostream& out) {
+  std::size_t models = 0, chance = 0;
+  for (const EstimatedPair& pair : pairs) {
+    if (pair.estimate.status != Status::kOk) continue;
+    (pair.estimate.MayBeChance() ? chance : models) += 1;
+  }
+  const std::string folder = (fs::path(output) / "").string();
+  out << scene << ": " << pairs.size() << " pairs, " << models << " with a model, " << chance
+      << " whose inliers may be chance, " << pairs.size() - models - chance << " without\n"
+      << "  " << folder << kPosesFile << ": R, t and inliers of each pair\n"
+      << "  " << folder << kReportFile << ": the pairs and their matches, for a browser\n"
+      << "  " << folder << kEstimatesFile << ": inliers, covariances and more\n"
+      << "  " << folder << "matches: for diffsac_eval\n"
+      << "  " << folder << kDatabaseFile << ": mkdir model && colmap mapper --database_path " << folder << kDatabaseFile
+      << " --image_path " << photographs.folder << " --output_path model" << std::endl;
+}
+
+}  // namespace
+
+std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& method,
+                     std::uint64_t seed) {
+  std::map<std::string, std::string> files;
+  for (std::size_t i = 0; i < photographs.files.size(); ++i)
+    files[photographs.source.images[i].name] = photographs.files[i];
+  std::string text =
+      "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_"
+      "px,"
+      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation\n";
+  for (const EstimatedPair& pair : pairs) {
+    const EstimateRecord record = RecordOf(pair.example, pair.estimate);
+    text += CsvText(files.at(pair.example.image1)) + "," + CsvText(files.at(pair.example.image2)) + "," +
+            std::string(ToString(record.status)) + "," + (record.MayBeChance() ? "1" : "0") + "," + CsvText(method) +
+            "," + std::to_string(seed) + PoseColumns(record.pose, record.translation) +
+            FocalColumns(record, pair.example.problem) + "," + std::to_string(record.points) + "," +
+            std::to_string(record.inliers.size()) + "," + NumberText(record.noise_scale) + "," +
+            Milliseconds(pair.ms_matching) + "," + Milliseconds(pair.estimate.report.ms_total);
+    for (Eigen::Index i = 0; i < 9; ++i) text += "," + (i < record.model.size() ? NumberText(record.model[i]) : "");
+    text += "," + ToString(record.translation) + "\n";
+  }
+  return text;
+}
+
+void WritePhotographResults(const Photographs& given, const FeatureStore& store, std::vector<EstimatedPair> pairs,
+                            ExperimentOptions experiment, double inlier_threshold_px, const std::string& output,
+                            std::ostream& out) {
+  const std::string scene = given.source.scenes.at(0).name, folder = FolderOfMatches(output, scene);
+  const std::size_t asked = pairs.size();
+  std::erase_if(pairs, [](const EstimatedPair& pair) { return !pair.done; });
+  const Photographs photographs = NamedByDatabase(given, &pairs);
+  // In the order in which the files list them.
+  std::sort(pairs.begin(), pairs.end(),
+            [](const EstimatedPair& a, const EstimatedPair& b) { return a.example.id < b.example.id; });
+  const std::string method = experiment.methods.at(0).name;
+  const std::uint64_t seed = experiment.seed;
+  WriteMatches(photographs.source, pairs, experiment.threads, folder);
+  ExperimentResults results = ResultsOf(pairs, std::move(experiment), scene, folder, inlier_threshold_px);
+  results.partial = pairs.size() < asked;
+  KeepEstimates(results, output);
+  NewColmapDatabase database = DatabaseOf(photographs, store, pairs);
+  AddMatches(pairs, &database);
+  const std::string path = (fs::path(output) / kDatabaseFile).string();
+  CreateColmapDatabase(path, database);
+  std::ostringstream said;
+  ExportColmap(results, {.database = path}, said);
+  WriteReport(MakeReport(results), output);
+  WriteConfiguration(results.experiment, scene, output);
+  WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(pairs, photographs, method, seed));
+  SayResults(pairs, photographs, output, scene, out);
+}
+
+}  // namespace diffsac

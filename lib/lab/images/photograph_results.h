@@ -1,0 +1,31 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "lab/eval/results.h"
+#include "lab/images/estimate_photographs.h"
+
+namespace diffsac {
+
+// What a run on photographs leaves in its folder.
+inline constexpr const char* kPosesFile = "poses.csv";
+inline constexpr const char* kDatabaseFile = "database.db";
+inline constexpr const char* kPairProgram = "diffsac_pair";
+
+/// poses.csv: a line for each pair,
+/// image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_px,
+/// ms_matching,ms_estimate,m11,...,m33: x2 = R x1 + t with R as a unit quaternion, qw >= 0, and |t| = 1; the focal
+/// lengths that were given or found; the model row by row (docs/estimates.md). Unknown values are empty.
+std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& method,
+                     std::uint64_t seed);
+
+/// Writes all of them: correspondence files in `output`/matches/NAME, estimates.h5, report.html, config.yaml (to try
+/// other rows on these matches by diffsac_eval), a COLMAP database and poses.csv, and says in `out` what there is.
+/// `pairs`: those of the scene of `photographs`. `experiment`: has one row. Throws Error.
+void WritePhotographResults(const Photographs& photographs, const FeatureStore& store, std::vector<EstimatedPair> pairs,
+                            ExperimentOptions experiment, double inlier_threshold_px, const std::string& output,
+                            std::ostream& out);
+
+}  // namespace diffsac

@@ -1,0 +1,145 @@
+#include "lab/images/warp_images.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <opencv2/core/eigen.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/status.h"
+#include "lab/config/progress.h"
+#include "lab/images/detection.h"
+#include "lab/images/image_source.h"
+#include "lab/images/photograph.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFocal = 1.2, kRollDeg = 25.0, kShift = 0.1;
+constexpr double kNearest = 0.6, kFarthest = 1.6;
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+cv::Mat ReadReduced(const std::string& path, int max_size) {
+  cv::Mat image = ReadGrayImage(path, Orientation::kUpright);
+  const int longer = std::max(image.cols, image.rows);
+  if (max_size == 0 || longer <= max_size) return image;
+  const double factor = static_cast<double>(max_size) / longer;
+  cv::Mat reduced;
+  cv::resize(image, reduced, {}, factor, factor, cv::INTER_AREA);
+  return reduced;
+}
+
+// Grey noise of the size of `like`.
+cv::Mat Noise(const cv::Mat& like, double mean, double sigma, std::uint64_t seed) {
+  cv::RNG rng(seed);
+  cv::Mat noise(like.size(), CV_32F);
+  rng.fill(noise, cv::RNG::NORMAL, mean, sigma);
+  return noise;
+}
+
+cv::Mat OutsideOf(const cv::Mat& image, const Rng& rng) {
+  return Noise(image, 128.0, 30.0, rng.Fork("outside").Seed());
+}
+
+// In other light, with a little blur and noise.
+cv::Mat Relit(const cv::Mat& warped, const cv::Mat& mask, Rng rng) {
+  cv::Mat result;
+  warped.convertTo(result, CV_32F, rng.Uniform(0.7, 1.3), rng.Uniform(-20.0, 20.0));
+  cv::GaussianBlur(result, result, {}, rng.Uniform(0.3, 1.2));
+  OutsideOf(warped, rng).copyTo(result, mask == 0);
+  result += Noise(warped, 0.0, rng.Uniform(1.0, 6.0), rng.Fork("noise").Seed());
+  result.convertTo(result, CV_8U);
+  return result;
+}
+
+cv::Mat Photographed(cv::Mat warped, const cv::Mat& mask, const Rng& rng) {
+  cv::Mat outside;
+  OutsideOf(warped, rng).convertTo(outside, CV_8U);
+  outside.copyTo(warped, mask == 0);
+  return Photograph(warped, rng);
+}
+
+cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, bool photograph, const Rng& rng) {
+  cv::Mat matrix, warped, mask;
+  cv::eigen2cv(view, matrix);
+  cv::warpPerspective(image, warped, matrix, image.size(), cv::INTER_AREA);
+  cv::warpPerspective(cv::Mat(image.size(), CV_8U, cv::Scalar(255)), mask, matrix, image.size(), cv::INTER_NEAREST);
+  return photograph ? Photographed(warped, mask, rng) : Relit(warped, mask, rng);
+}
+
+void WriteImage(const fs::path& path, const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(path.extension().string(), image, bytes);
+  WriteFileAtomically(path.string(), std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
+  std::ostringstream text;
+  text.precision(12);
+  text << matrix << "\n";
+  WriteFileAtomically(path.string(), text.str());
+}
+
+}  // namespace
+
+Eigen::Matrix3d RandomView(int width, int height, double least_tilt, double greatest_tilt, Rng rng) {
+  const double f = kFocal * std::max(width, height);
+  Eigen::Matrix3d K;
+  K << f, 0, 0.5 * width, 0, f, 0.5 * height, 0, 0, 1;
+  // The plane is Z = 0, at unit distance from the first camera.
+  const double side = rng.Uniform(0.0, 2.0 * std::numbers::pi);
+  const double tilt = Radians(rng.Uniform(least_tilt, greatest_tilt));
+  const double distance = kNearest * std::pow(kFarthest / kNearest, rng.Uniform());
+  const Eigen::Matrix3d R = (Eigen::AngleAxisd(Radians(kRollDeg) * rng.Normal(), Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(side), std::sin(side), 0.0)))
+                                .toRotationMatrix();
+  const Eigen::Vector3d centre(rng.Uniform(-kShift, kShift) * width / f, rng.Uniform(-kShift, kShift) * height / f,
+                               0.0);
+  Eigen::Matrix3d plane;
+  plane << R.leftCols<2>(), Eigen::Vector3d(0, 0, distance) - R * centre;
+  return K * plane * K.inverse();
+}
+
+bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
+  const std::vector<std::string> paths = ListImages(request.input);
+  const auto size = static_cast<std::int64_t>(paths.size());
+  const std::int64_t count = request.images > 0 ? std::min<std::int64_t>(request.images, size) : size;
+  Progress progress("warp", count);
+  int unreadable = 0;
+  for (std::int64_t i = 0; i < count && !stop; ++i) {
+    const std::string& path = paths[i * size / count];
+    cv::Mat image;
+    progress.Advance();
+    try {
+      image = ReadReduced(path, request.max_image_size);
+    } catch (const Error& error) {
+      LogWarning(std::string("left out: ") + error.what());
+      ++unreadable;
+      continue;
+    }
+    const fs::path folder = fs::path(request.output) / ImageName(path);
+    MakeWritableFolder(folder.string());
+    WriteImage(folder / "1.png", image);
+    for (int view = 2; view <= request.views + 1; ++view) {
+      const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
+      const Eigen::Matrix3d homography =
+          RandomView(image.cols, image.rows, request.least_tilt, request.greatest_tilt, rng.Fork("view"));
+      WriteImage(folder / (std::to_string(view) + ".png"),
+                 Seen(image, homography, request.photograph, rng.Fork("light")));
+      WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);
+    }
+  }
+  if (unreadable == count) throw Error(request.input + ": none of its images can be read");
+  return !stop;
+}
+
+}  // namespace diffsac

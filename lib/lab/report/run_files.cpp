@@ -1,0 +1,268 @@
+#include "lab/report/run_files.h"
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <concepts>
+#include <cstdio>
+
+#include "diffsac/core/files.h"
+#include "lab/eval/format.h"
+#include "lab/eval/record_fields.h"
+#include "lab/report/long_lines.h"
+#include "lab/report/markdown_report.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json KnownJson(const std::optional<double>& value) { return value ? NumberJson(*value) : Json(nullptr); }
+
+Json IntervalJson(const ConfidenceInterval& interval) {
+  return {{"mean", NumberJson(interval.mean)}, {"low", NumberJson(interval.low)}, {"high", NumberJson(interval.high)}};
+}
+
+// How much better the reference is on the same problems; null for itself and without ground truth.
+Json DifferenceJson(const ExperimentOptions& experiment, const CellReport& cell) {
+  if (!cell.reference_minus_this) return nullptr;
+  Json json = {{"reference", experiment.methods[ReferenceRow(experiment)].name}};
+  json.update(IntervalJson(*cell.reference_minus_this));
+  return json;
+}
+
+// The experiment's comparisons, each condition's.
+void AddComparisons(const Report& report, const std::string& metric, const Differences& differences, Json* list) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i) {
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c) {
+      const auto& difference = differences[i][c];
+      if (!difference) continue;
+      Json json = {{"a", experiment.compare[i].a},
+                   {"b", experiment.compare[i].b},
+                   {"condition", experiment.conditions[c].name},
+                   {"metric", metric}};
+      json.update(IntervalJson(*difference));
+      list->push_back(std::move(json));
+    }
+  }
+}
+
+Json ComparisonsJson(const Report& report) {
+  Json list = Json::array();
+  AddComparisons(report, AccuracyMetric(report.results), report.differences, &list);
+  AddComparisons(report, kSetsMetric, report.set_differences, &list);
+  return list;
+}
+
+Json CellJson(const ExperimentResults& results, const Cell& cell, const CellReport& report) {
+  const ExperimentOptions& experiment = results.experiment;
+  Json scenes = Json::object();
+  for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
+  const EstimatorRow& row = experiment.methods[cell.method];
+  Json json = {{"condition", experiment.conditions[cell.condition].name},
+               {"method", row.name},
+               {"type", row.type},
+               {"label", row.label},
+               {"metrics", scenes},
+               {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
+               {"reference_minus_this", DifferenceJson(experiment, report)}};
+  if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
+  return json;
+}
+
+Json PaperJson(const ExperimentResults& results) {
+  Json rows = Json::object();
+  for (const auto& [label, row] : results.experiment.paper)
+    for (const auto& [condition, value] : row.values) {
+      Json& json =
+          rows[label][condition] = {{"mAA", KnownJson(value.accuracy)}, {"median_deg", KnownJson(value.median_deg)}};
+      if (!value.rotation && !value.translation) continue;
+      json["mAA_R"] = KnownJson(value.rotation);
+      json["mAA_t"] = KnownJson(value.translation);
+      json["median_R_deg"] = KnownJson(value.median_rotation_deg);
+      json["median_t_deg"] = KnownJson(value.median_translation_deg);
+    }
+  return rows;
+}
+
+Json FactsJson(const RunFacts& facts) {
+  Json networks = Json::object();
+  for (const auto& [path, digest] : facts.networks) networks[path] = digest;
+  return {{"seconds", facts.seconds},
+          {"peak_memory_mib", facts.peak_memory_mib},
+          {"data_sha256", facts.data_digest},
+          {"networks_sha256", networks}};
+}
+
+Json LearnedJson(const ExperimentResults& results) {
+  Json rows = Json::object();
+  for (const LearnedRow& row : results.learned)
+    rows[results.experiment.methods[row.method].name] = {{"parameters", row.facts.parameters},
+                                                         {"samples", row.facts.samples},
+                                                         {"run_samples", row.facts.run_samples},
+                                                         {"start", row.facts.start}};
+  return rows;
+}
+
+// An error that is unknown is empty, one of no end is "inf".
+std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
+
+/// Appends ",VALUE" for each number that is visited.
+struct AppendValues {
+  std::string* text;
+  void operator()(const char*, double value) const { *text += "," + ErrorText(value); }
+  template <std::integral Count>
+  void operator()(const char*, Count value) const {
+    *text += "," + std::to_string(value);
+  }
+  void operator()(const char*, const std::vector<double>& values) const {
+    *text += ",";
+    for (std::size_t i = 0; i < values.size(); ++i) *text += (i == 0 ? "" : " ") + NumberText(values[i]);
+  }
+};
+
+/// Appends ",NAME".
+struct AppendNames {
+  std::string* text;
+  template <class Value>
+  void operator()(const char* name, const Value&) const {
+    *text += std::string(",") + name;
+  }
+};
+
+// σ, the pose and the model; empty values for what is not known.
+constexpr const char* kNoPose = ",,,,,,,";
+constexpr const char* kNoEstimate = ",,,,,,,,";
+
+std::string PoseValues(const RigidMotion& pose, Translation translation) {
+  Eigen::Quaterniond q(pose.rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  std::string text;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
+  for (const double value : pose.translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
+  return text;
+}
+
+// All digits: far from the origin, nine of a normal are not enough.
+std::string ModelValues(const ModelParameters& model) {
+  std::string text;
+  for (const double value : model) text += (text.empty() ? "" : " ") + ShortestNumber(value);
+  return text;
+}
+
+std::string EstimateText(const EstimateRecord& estimate) {
+  const std::string noise = NumberText(estimate.noise_scale);
+  return noise + (estimate.pose ? PoseValues(*estimate.pose, estimate.translation) : kNoPose) + "," +
+         ModelValues(estimate.model);
+}
+
+std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
+  std::vector<std::string> names;
+  for (const Condition& condition : experiment.conditions) names.push_back(condition.name);
+  return names;
+}
+
+}  // namespace
+
+std::string ResultsCsv(const Report& report) {
+  const ExperimentResults& results = report.results;
+  LongLines lines(results);
+  for (const Cell& cell : results.cells)
+    for (const MetricValue& value : report.Of(cell).metrics)
+      lines.Add(value.scene, cell.condition, results.experiment.methods[cell.method].name, value.metric, value.value);
+  AddEffectLines(report.effects, "mean", &lines);
+  AddStrataLines(report, &lines);
+  return lines.text();
+}
+
+std::string ProblemsCsv(const ExperimentResults& results) {
+  const bool structures = JudgesStructures(results);
+  std::string text = "id,scene,condition,method,status";
+  const ProblemRecord any;
+  VisitRecord(any, AppendNames{&text});
+  text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz,model";
+  VisitChance(any, AppendNames{&text});
+  VisitQuantities(any, AppendNames{&text});
+  VisitLevels(any, AppendNames{&text});
+  if (structures) VisitStructures(any, AppendNames{&text});
+  text += "\n";
+  for (const Cell& cell : results.cells) {
+    const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
+                              CsvText(results.experiment.methods[cell.method].name) + ",";
+    for (std::size_t i = 0; i < cell.records.size(); ++i) {
+      const ProblemRecord& record = cell.records[i];
+      text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status));
+      VisitRecord(record, AppendValues{&text});
+      text += "," + (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i]));
+      VisitChance(record, AppendValues{&text});
+      VisitQuantities(record, AppendValues{&text});
+      VisitLevels(record, AppendValues{&text});
+      if (structures) VisitStructures(record, AppendValues{&text});
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+std::string ResultsJson(const Report& report) {
+  const ExperimentResults& results = report.results;
+  const ExperimentOptions& experiment = results.experiment;
+  const Tolerance c = experiment.tolerance();
+  Json cells = Json::array();
+  for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell, report.Of(cell)));
+  const Json json = {{"experiment", experiment.name},
+                     {"title", experiment.title},
+                     {"task", ToString(experiment.task)},
+                     {"dataset", results.dataset},
+                     {"seed", experiment.seed},
+                     {"seeds", results.seeds},
+                     {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+                     {"partial", results.partial},
+                     {"left_out", experiment.left_out},
+                     {"git_revision", results.git_revision},
+                     {"machine", results.machine},
+                     {"learned", LearnedJson(results)},
+                     {"facts", FactsJson(results.facts)},
+                     {"results", cells},
+                     {"differences", ComparisonsJson(report)},
+                     {"paper", PaperJson(results)}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string TablesCsv(const std::vector<Table>& tables) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      text += (i == 0 ? "" : ",") + (cells[i] == kUnknown ? std::string() : CsvText(cells[i]));
+    return text + "\n";
+  };
+  std::string text;
+  for (const Table& table : tables) {
+    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
+    for (const Table::Row& row : table.rows) text += line(row.cells);
+  }
+  return text;
+}
+
+void WriteResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
+  WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
+  if (!report.results.reliability.empty())
+    WriteFileAtomically(folder + "/reliability.csv", ReliabilityCsv(DistinctCurves(report.results.reliability),
+                                                                    ConditionNames(report.results.experiment)));
+  WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
+  WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
+  WriteFileAtomically(folder + "/table.tex", LatexReport(report));
+}
+
+void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }
+
+void EndResults(const Report& report, const std::string& folder) {
+  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
+}
+
+}  // namespace diffsac

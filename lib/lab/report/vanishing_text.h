@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diffsac/diffsac.h"
+#include "lab/files/segment_files.h"
+
+namespace diffsac {
+
+/// A photograph and its vanishing points.
+struct VanishingImage {
+  ImageSegments image;  ///< K: that was given, or EXIF's.
+  bool exif = false;    ///< It is EXIF's.
+  VanishingPointsEstimate estimate;
+  double ms_segments = 0.0;  ///< Milliseconds of finding them.
+};
+
+/// Where a vanishing point is in the image: "(1200.5, 300.0)", or "at infinity along (0.00, 1.00)".
+std::string PlaceText(const Eigen::Vector3d& point, const ImageSize& size);
+
+/// Segments of each vanishing point, in their order.
+std::vector<int> SegmentCounts(const VanishingPointsEstimate& estimate);
+
+/// For a terminal: the vanishing points, focal length, horizon, milliseconds. Without vanishing points, why.
+std::string VanishingText(const VanishingImage& found);
+
+/// A line for each segment: x1 y1 x2 y2, with all digits, and the number of its vanishing point, 0 for none.
+std::string SegmentsText(const VanishingImage& found);
+
+/// One JSON object, `images`, with everything.
+std::string VanishingJson(const std::vector<VanishingImage>& images);
+
+}  // namespace diffsac

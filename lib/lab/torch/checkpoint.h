@@ -1,0 +1,25 @@
+#pragma once
+
+#include <torch/nn/module.h>
+#include <torch/optim/adam.h>
+
+#include <string>
+
+#include "diffsac/network/engine/checkpoint_info.h"
+#include "lab/torch/exponential_moving_average.h"
+
+namespace diffsac {
+
+/// Writes weights, average, optimiser (may be null) and info, whole or not at all. Throws Error naming the path.
+void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
+                    const ExponentialMovingAverage& average, const torch::optim::Adam* optimizer);
+
+/// Reads everything into existing objects (average and optimizer may be null). Throws Error naming the first tensor
+/// whose name or shape differs when the network is another architecture.
+CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,
+                              torch::optim::Adam* optimizer);
+
+/// Reads the averaged weights into `network`, for inference.
+CheckpointInfo LoadAverage(const std::string& path, torch::nn::Module& network);
+
+}  // namespace diffsac

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/network/diffusion/noise_schedule.h"
+#include "lab/torch/denoiser.h"
+#include "lab/torch/learned_network.h"
+#include "lab/torch/losses.h"
+
+namespace diffsac {
+
+/// A denoiser with the schedule it was trained for, computed by LibTorch: for training, for GPUs and for architectures
+/// that FusedDiffsac has not.
+struct DiffsacNetwork : LearnedNetwork, DiffsacModel {
+  NetworkOptions options;
+  NoiseSchedule schedule;
+  std::shared_ptr<Denoiser> denoiser;
+
+  DiffsacNetwork(Task task, const NetworkOptions& options, Rng rng);
+  /// ĉ_0 in about [−1, 1] from the network's raw output.
+  torch::Tensor Confidence(const torch::Tensor& output) const;
+
+  const LearnedModel& learned() const override { return *this; }
+  const NetworkOptions& network_options() const override { return options; }
+  /// Borrows the network.
+  std::unique_ptr<DiffsacInference> Prepare(const DenoisingOptions& denoising) const override;
+};
+
+/// The network of a checkpoint that the method trained, with its averaged weights. Throws Error naming the file.
+std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const torch::Device& device);
+
+}  // namespace diffsac

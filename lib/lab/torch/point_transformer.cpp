@@ -1,0 +1,77 @@
+#include "lab/torch/point_transformer.h"
+
+#include <torch/torch.h>
+
+#include <cmath>
+
+#include "lab/torch/initialize.h"
+
+namespace diffsac {
+namespace nn = torch::nn;
+
+TransformerMlp::TransformerMlp(std::int64_t width, double standard_deviation, Rng rng) {
+  c_fc_ = register_module("c_fc", nn::Linear(width, 4 * width));
+  c_proj_ = register_module("c_proj", nn::Linear(4 * width, width));
+  InitializeLinear(*c_fc_, LinearStart::kScaled, standard_deviation, rng.Fork("c_fc"));
+  InitializeLinear(*c_proj_, LinearStart::kScaled, standard_deviation, rng.Fork("c_proj"));
+}
+
+torch::Tensor TransformerMlp::Forward(const torch::Tensor& x) { return c_proj_(torch::gelu(c_fc_(x))); }
+
+PointAttention::PointAttention(std::int64_t width, std::int64_t heads, double standard_deviation, Rng rng)
+    : heads_(heads) {
+  c_qkv_ = register_module("c_qkv", nn::Linear(width, 3 * width));
+  c_proj_ = register_module("c_proj", nn::Linear(width, width));
+  InitializeLinear(*c_qkv_, LinearStart::kScaled, standard_deviation, rng.Fork("c_qkv"));
+  InitializeLinear(*c_proj_, LinearStart::kScaled, standard_deviation, rng.Fork("c_proj"));
+}
+
+torch::Tensor PointAttention::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
+  const std::int64_t sets = x.size(0), points = x.size(1), width = x.size(2), head_width = width / heads_;
+  // [S, N, H, 3·C] → [S, H, N, 3·C]: each head's q, k and v stand side by side.
+  const auto qkv = c_qkv_(x).view({sets, points, heads_, 3 * head_width}).transpose(1, 2);
+  const auto parts = qkv.split(head_width, -1);
+  const auto key_mask = mask.defined() ? mask.view({sets, 1, 1, points}) : torch::Tensor();
+  const auto mixed = torch::scaled_dot_product_attention(
+      parts[0], parts[1], parts[2], mask.defined() ? std::optional<torch::Tensor>(key_mask) : std::nullopt);
+  return c_proj_(mixed.transpose(1, 2).reshape({sets, points, width}));
+}
+
+ResidualAttentionBlock::ResidualAttentionBlock(std::int64_t width, std::int64_t heads, double standard_deviation,
+                                               Rng rng) {
+  attn_ = register_module("attn", std::make_shared<PointAttention>(width, heads, standard_deviation, rng.Fork("attn")));
+  ln_1_ = register_module("ln_1", nn::LayerNorm(nn::LayerNormOptions({width})));
+  mlp_ = register_module("mlp", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("mlp")));
+  ln_2_ = register_module("ln_2", nn::LayerNorm(nn::LayerNormOptions({width})));
+}
+
+torch::Tensor ResidualAttentionBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
+  const auto h = x + attn_->Forward(ln_1_(x), mask);
+  return h + mlp_->Forward(ln_2_(h));
+}
+
+PointTransformer::PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
+    : DenoiserBase(options, columns) {
+  const std::int64_t width = options.width;
+  const double standard_deviation = 0.25 * std::sqrt(1.0 / options.width);
+  const auto make = [&](Rng block_rng) {
+    return std::make_shared<ResidualAttentionBlock>(width, options.heads, standard_deviation, block_rng);
+  };
+  input_points_ = AddLinear("input_points", columns.width, width, rng);
+  AddConfidenceInput(rng);
+  const auto time = register_module(
+      "time_embed", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("time_embed")));
+  time_mlp_ = [time](const torch::Tensor& embedding) { return time->Forward(embedding); };
+  if (options.encoder_layers > 0) {
+    ln_encoder_pre_ = AddNorm("ln_encoder_pre");
+    encoder_ = AddBlocks("encoder", options.encoder_layers, rng, make);
+    ln_encoder_post_ = AddNorm("ln_encoder_post");
+  }
+  if (options.inlier_head) inlier_proj_ = AddLinear("inlier_proj", width, 1, rng, true);
+  ln_pre_ = AddNorm("ln_pre");
+  decoder_ = AddBlocks("block", options.layers, rng, make);
+  ln_post_ = AddNorm("ln_post");
+  output_proj_ = AddLinear("output_proj", width, 1, rng, true);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,91 @@
+#include "lab/train/distributed.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "diffsac/core/parallel.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+
+TrainingTeam::TrainingTeam(ProcessGroup* group, int batch_size)
+    : group_(group), batch_size_(batch_size), last_(batch_size) {
+  if (group_ == nullptr) return;
+  if (group_->size() > batch_size_)
+    throw Error("train.batch_size: " + std::to_string(batch_size_) + " problems a step for " +
+                std::to_string(group_->size()) + " processes; expected at least one for each");
+  const auto bound = [&](std::int64_t rank) { return static_cast<int>(rank * batch_size_ / group_->size()); };
+  first_ = bound(group_->rank());
+  last_ = bound(group_->rank() + 1);
+}
+
+std::uint64_t TrainingTeam::ItemIndex(std::uint64_t k) const {
+  const auto mine = static_cast<std::uint64_t>(batch());
+  return k / mine * static_cast<std::uint64_t>(batch_size_) + static_cast<std::uint64_t>(first_) + k % mine;
+}
+
+int TrainingTeam::threads() const { return group_ == nullptr ? HardwareThreads() : DefaultThreads(group_->place()); }
+
+std::string TrainingTeam::Device(const std::string& device) const {
+  return group_ == nullptr ? device : LocalDevice(group_->place(), device);
+}
+
+bool TrainingTeam::Any(bool value) const { return Sum({value ? 1.0 : 0.0}).front() > 0.0; }
+
+std::vector<double> TrainingTeam::Shares(std::vector<double> weights) const {
+  std::vector<double> totals = Sum(weights);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = totals[i] > 0.0 ? weights[i] / totals[i] : 0.0;
+  return weights;
+}
+
+std::vector<double> TrainingTeam::Sum(std::vector<double> values) const {
+  if (group_ != nullptr) group_->Sum(&values);
+  return values;
+}
+
+void TrainingTeam::SumGradients(const std::vector<torch::Tensor>& parameters) const {
+  if (group_ == nullptr) return;
+  std::vector<torch::Tensor> gradients;
+  for (const auto& parameter : parameters)
+    if (parameter.grad().defined()) gradients.push_back(parameter.grad());
+  group_->Sum(gradients);
+}
+
+void TrainingTeam::CheckSame(const std::string& what, const std::string& text) const {
+  if (group_ == nullptr) return;
+  const auto texts = group_->Gather(text);
+  std::int64_t other = -1;
+  for (std::size_t r = 1; r < texts.size() && other < 0; ++r)
+    if (texts[r] != texts[0]) other = static_cast<std::int64_t>(r);
+  // Only rank 0 has compared: the others learn of it through a sum.
+  const auto found = static_cast<std::int64_t>(Sum({static_cast<double>(std::max<std::int64_t>(other, 0))}).front());
+  if (found > 0)
+    throw Error("processes 0 and " + std::to_string(found) + " have different " + what +
+                "; all must see the same files and be started with the same options");
+}
+
+std::vector<double> LossWeights(const std::vector<TrainingItem>& items, double positive_weight) {
+  double diffusion = 0.0, points = 0.0;
+  for (const TrainingItem& item : items) {
+    const auto positives = std::count_if(item.labels.begin(), item.labels.end(), [](float x) { return x > 0.0f; });
+    diffusion += static_cast<double>(item.labels.size()) + (positive_weight - 1.0) * static_cast<double>(positives);
+    points += static_cast<double>(item.inliers.size());
+  }
+  return {diffusion, points};
+}
+
+std::string WeightsText(const std::vector<torch::Tensor>& parameters) {
+  const torch::NoGradGuard no_grad;
+  double sum = 0.0, magnitude = 0.0;
+  for (const auto& parameter : parameters) {
+    sum += parameter.sum(torch::kDouble).item<double>();
+    magnitude += parameter.abs().sum(torch::kDouble).item<double>();
+  }
+  char text[64];
+  std::snprintf(text, sizeof text, "%.17g %.17g", sum, magnitude);
+  return text;
+}
+
+}  // namespace diffsac

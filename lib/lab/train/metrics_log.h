@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "lab/files/event_file.h"
+
+namespace diffsac {
+
+/// Leaves a cell of metrics.csv empty.
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+/// What a column of validation measures, "mAA" or, of several structures, "recall"; empty for other columns.
+std::string ValidationMeasure(const std::string& column);
+
+/// The file of a training run's folder that TensorBoard reads.
+inline constexpr const char* kEventFile = "events.out.tfevents.diffsac";
+
+/// metrics.csv of a training run, the same for TensorBoard (kEventFile), a picture of it (training_curve.png, through
+/// gnuplot when it is there), and a page (report.html).
+class MetricsLog {
+ public:
+  /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder, of which nothing is written
+  /// yet. Throws Error where that one's columns are others.
+  MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration);
+  /// values: one for each column, `kNotMeasured` where there is none.
+  void Append(std::int64_t iteration, const std::vector<double>& values);
+  /// Writes metrics.csv, and TensorBoard's file, with the rows so far.
+  void Write();
+  /// Redraws the picture. Does nothing when gnuplot is missing, or nothing has been measured.
+  void Draw() const;
+  /// Rewrites the page, with the folder's config.yaml; `running`: a browser is to load it again and again. That it
+  /// cannot be made is a warning in the log; throws Error when it cannot be written.
+  void WriteReport(bool running) const;
+
+ private:
+  std::string Header() const;
+  void WriteTable() const;
+  /// Whether a column has a value; `positive`: one that a logarithmic axis shows.
+  bool HasValue(std::size_t column, bool positive) const;
+
+  std::string folder_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> rows_;
+  EventFile events_;
+};
+
+}  // namespace diffsac

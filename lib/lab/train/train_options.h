@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/problem/labels.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/problem.h"
+#include "lab/eval/metrics.h"
+#include "lab/train/training_source.h"
+
+namespace diffsac {
+
+/// The group `train`, as every method has it.
+struct TrainOptions {
+  std::int64_t iterations = 20000;  ///< optimiser steps
+  int batch_size = 64;              ///< problems a step
+  double learning_rate = 1e-4;      ///< peak; cosine to 0
+  std::int64_t warmup_iterations = 200;
+  double clip_norm = 1.0;  ///< largest gradient norm; 0 does not clip
+  double ema_decay = 0.999;
+  std::int64_t log_every = 100;
+  std::int64_t validate_every = 1000;
+  std::int64_t checkpoint_every = 1000;
+  int workers = 1;  ///< data threads
+  /// A checkpoint of the same architecture, of any task, whose averaged weights training starts from. Empty: none.
+  std::string start_from;
+  TwoViewTrainingOptions two_view;
+  std::uint64_t seed = 1;
+  void Bind(OptionsBinder& b, Task task);
+};
+
+/// The group `validation`.
+struct ValidationOptions {
+  int problems = 256;                                    ///< for each group; fewer when there are fewer
+  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};  ///< a group each; empty: one group of the data as it is
+  double threshold_deg = 0.5;                            ///< mAA threshold
+  double threshold_px = 20.0;                            ///< the same for tasks whose errors are in pixels
+  /// What its data changes in the training data, or, with a `type`, other data altogether; a mixture is validated on
+  /// its first part unless there is such data. Generated data is of split "validation".
+  std::optional<Config> data;
+  Tolerance ToleranceOf(Task task) const;
+  void Bind(OptionsBinder& b, Task task);
+};
+
+/// What a method that learns has for itself in a training configuration: the groups `network` and `inference`, others
+/// of its own, and keys in `train`. See RegisteredLearner (lab/train/learner.h).
+class LearnerOptions {
+ public:
+  virtual ~LearnerOptions() = default;
+  virtual void Bind(OptionsBinder& b) = 0;
+  virtual void BindTrain(OptionsBinder&) {}
+  /// What its network sees.
+  virtual const PointFeaturesOptions& features() const = 0;
+  /// Of the labels that training items get; for methods whose learner asks for none the default.
+  virtual LabelOptions labels() const { return {}; }
+  /// The configuration's `model`, set before Bind: by which of the task's models minimal sets are solved, those of
+  /// labels, of training and of inference.
+  std::string model;
+};
+
+/// A whole training configuration (configs/line.yaml). Defaults depend on method and task, which are read first.
+struct TrainConfig {
+  /// Throws Error for a method that nobody registered.
+  TrainConfig(const std::string& method, Task task);
+
+  std::string name = "run";
+  std::string method;  ///< What is learned: "diffsac", "ng_ransac", ... (Registry<LearnerEntry>).
+  Task task;
+  std::string model;  ///< One of the task's models; empty: its own.
+  Config data;        ///< The dataset factory's, or a mixture (MakeTrainingParts).
+  TrainOptions train;
+  ValidationOptions validation;
+  std::shared_ptr<LearnerOptions> learner;  ///< Of the method's own type; shared by copies, so not to be changed.
+  void Bind(OptionsBinder& b);
+};
+
+/// Reads a configuration: first `method` and `task`, then the whole with their defaults. Throws Error.
+TrainConfig ReadTrainConfig(const Config& config);
+
+/// The resolved configuration as YAML, that of the data included; reads back to the same.
+std::string WriteTrainConfig(TrainConfig options);
+
+}  // namespace diffsac

@@ -1,0 +1,187 @@
+#include "lab/config/compose.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "lab/config/yaml.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+
+std::string Composed(const std::string& text) { return ToYaml(ComposeExperiment(ConfigFromYaml(text, "x.yaml"))); }
+
+Config Row(const std::string& text, int index) {
+  return ComposeExperiment(ConfigFromYaml(text, "x.yaml")).Sub("methods." + std::to_string(index));
+}
+
+TEST_CASE("a plain experiment stays as it is, but for the folder of data") {
+  const std::string plain = "name: \"a\"\nmethods:\n  - name: \"b\"\n    type: ransac\n";
+  CHECK(Composed(plain) == plain + "data_root: \"data\"\n");
+  CHECK(Composed(Composed(plain)) == Composed(plain));
+  CHECK(Composed("") == "data_root: \"data\"\n");
+}
+
+TEST_CASE("rows are put on the settings that they use: later ones override, their own keys all of them") {
+  const std::string text = R"(
+settings:
+  plain: {consensus: {score: msac, refit: none}}
+  network: {type: diffsac, copies: 20, use: plain}
+methods:
+  a: {use: network, label: A}
+  b: {use: [network, plain], copies: 5, consensus: {refit: em}}
+)";
+  CHECK(Row(text, 0).Text("name") == "a");
+  CHECK(Row(text, 0).Text("type") == "diffsac");
+  CHECK(Row(text, 0).Text("consensus.score") == "msac");
+  CHECK(Row(text, 1).Text("copies") == "5");
+  CHECK(Row(text, 1).Text("consensus.refit") == "em");
+  CHECK(Row(text, 1).Text("consensus.score") == "msac");
+  CHECK_THAT(Composed(text), !Contains("settings") && !Contains("use:"));
+}
+
+TEST_CASE("rows and settings of several files come together by name") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("rows.yaml"),
+                      "settings: {net: {type: diffsac}}\n"
+                      "methods:\n  a: {use: net, checkpoint: m.safetensors}\n  o: {type: oracle}\n");
+  WriteFileAtomically(folder.File("more.yaml"), "methods:\n  b: {type: ransac}\n");
+  WriteFileAtomically(folder.File("table.yaml"),
+                      "include: [rows.yaml, more.yaml]\n"
+                      "settings: {net: {copies: 3}}\nmethods: {a: {label: Mine}}\n");
+  Config config = ConfigFromFile(folder.File("table.yaml"));
+  SetYaml(&config, "methods.b.max_iterations=7");
+  const auto rows = ComposeExperiment(config).Sequence("methods");
+  REQUIRE(rows.size() == 3);
+  CHECK(rows[0].Text("label") == "Mine");
+  CHECK(rows[0].Text("checkpoint") == "m.safetensors");
+  CHECK(rows[0].Text("copies") == "3");
+  CHECK(rows[1].Text("max_iterations") == "7");
+  CHECK(rows[2].Text("name") == "o");  // The ceiling is last, whichever file it comes from.
+}
+
+TEST_CASE("a list of budgets is a row each, in one series") {
+  const std::string text =
+      "methods:\n  ransac_to: {type: ransac, label: RANSAC to, series: RANSAC, max_iterations: [10, 200]}\n"
+      "  lo: {type: lo_ransac, label: LO, max_iterations: [10]}\n  one: {type: ransac, max_iterations: 3}\n";
+  CHECK(Row(text, 0).Text("name") == "ransac_to_10");
+  CHECK(Row(text, 1).Text("name") == "ransac_to_200");
+  CHECK(Row(text, 1).Text("label") == "RANSAC to 200");
+  CHECK(Row(text, 1).Text("series") == "RANSAC");
+  CHECK(Row(text, 1).Text("max_iterations") == "200");
+  CHECK(Row(text, 2).Text("series") == "LO");
+  CHECK_FALSE(Row(text, 3).Has("series"));
+}
+
+TEST_CASE("rows are chosen and ordered by name") {
+  const std::string text =
+      "methods: {o: {type: oracle}, a: {type: ransac, max_iterations: [1, 2]}, b: {type: ransac}}\n";
+  CHECK(Row(text + "rows: [b, o, a]\n", 0).Text("name") == "b");
+  CHECK(Row(text + "rows: [b, o, a]\n", 1).Text("name") == "o");
+  CHECK(Row(text + "rows: [b, o, a]\n", 3).Text("name") == "a_2");
+  CHECK_THROWS_WITH(Composed(text + "rows: [b, aa]\n"), Contains("x.yaml:2") && Contains("did you mean 'a'"));
+}
+
+TEST_CASE("values of the experiment stand in texts") {
+  const std::string text =
+      "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
+      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.safetensors\"}}\n";
+  const Config config = ComposeExperiment(ConfigFromYaml(text, "x.yaml"));
+  CHECK(config.Text("notes") == "true");
+  CHECK(config.Text("data.paths.0") == "data/a");
+  CHECK(config.Text("methods.0.checkpoint") == "models/essential/essential.safetensors");
+  Config set = ConfigFromYaml(text, "x.yaml");
+  SetYaml(&set, "data_root='/my data'");
+  CHECK(ComposeExperiment(set).Text("data.paths.0") == "/my data/a");
+  CHECK_THROWS_WITH(Composed("name: a\nnotes: ${nmae}\n"), Contains("x.yaml:2") && Contains("${nmae}"));
+  CHECK_THROWS_WITH(Composed("name: a${name}\n"), Contains("x.yaml:1"));
+  CHECK_THROWS_WITH(Composed("notes: ${name\n"), Contains("x.yaml:1") && Contains("'}'"));
+}
+
+TEST_CASE("the first alternative that is there is put under the experiment") {
+  const TemporaryFolder folder;
+  const std::string text = "title: \"\"\nalternatives:\n  - {needs: [" + folder.File("b") +
+                           "], title: B, data: {root: b}}\n"
+                           "  - {needs: [" +
+                           folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
+  const auto root = [](const std::string& yaml) { return ComposeExperiment(ConfigFromYaml(yaml)).Text("data.root"); };
+  CHECK(root(text) == "b");  // None is there: the first, whose absence is then reported.
+  WriteFileAtomically(folder.File("c"), "x");
+  CHECK(root(text) == "c");
+  WriteFileAtomically(folder.File("b"), "x");
+  CHECK(root(text) == "b");
+  CHECK(ComposeExperiment(ConfigFromYaml(text)).Text("title").empty());  // The experiment's own key wins.
+  CHECK(root(text + "data: {root: mine}\n") == "mine");
+  CHECK_FALSE(ComposeExperiment(ConfigFromYaml(text + "data: {paths: [mine]}\n")).Has("data.root"));
+  CHECK_THAT(Composed(text), !Contains("needs"));
+}
+
+TEST_CASE("a sweep is a condition for each value") {
+  const Config config = ComposeExperiment(ConfigFromYaml("sweep: {outlier_ratio: [0.1, 0.25]}\n"));
+  REQUIRE(config.Sequence("conditions").size() == 2);
+  CHECK(config.Text("conditions.1.name") == "0.25");
+  CHECK(config.Text("conditions.1.value") == "0.25");
+  CHECK(config.Text("conditions.1.data.outlier_ratio") == "0.25");
+}
+
+TEST_CASE("comparisons are listed by their first row") {
+  const Config config = ComposeExperiment(ConfigFromYaml("compare: {a: [b, c], d: a}\n"));
+  REQUIRE(config.Sequence("compare").size() == 3);
+  CHECK(config.Text("compare.1.0") == "a");
+  CHECK(config.Text("compare.1.1") == "c");
+  CHECK(config.Text("compare.2.0") == "d");
+}
+
+TEST_CASE("mistakes in what is put together name the file, the line and the nearest name") {
+  const std::string row = "\n  a: {use: plian, type: ransac}\n";
+  CHECK_THROWS_WITH(Composed("settings: {plain: {copies: 2}}\nmethods:" + row),
+                    Contains("x.yaml:3") && Contains("did you mean 'plain'"));
+  CHECK_THROWS_WITH(Composed("methods:" + row), Contains("x.yaml:2") && Contains("plian"));
+  CHECK_THROWS_WITH(Composed("settings: {plian: {use: b}, b: {use: plian}}\nmethods:" + row), Contains("circle"));
+  CHECK_THROWS_WITH(Composed("settings: [a]\nmethods:" + row), Contains("x.yaml:1") && Contains("expected a map"));
+  CHECK_THROWS_WITH(Composed("methods: {a: ransac}\n"), Contains("x.yaml:1: methods.a"));
+  CHECK_THROWS_WITH(Composed("methods: {a: {name: b}}\n"), Contains("its name already"));
+  CHECK_THROWS_WITH(Composed("sweep: [0.1]\n"), Contains("x.yaml:1: sweep") && Contains("outlier_ratio"));
+  CHECK_THROWS_WITH(Composed("sweep: {a: [1]}\nconditions: []\n"), Contains("x.yaml:1") && Contains("already"));
+  CHECK_THROWS_WITH(Composed("alternatives: {data: a}\n"), Contains("x.yaml:1") && Contains("list of maps"));
+}
+
+TEST_CASE("what refers to rows that are not chosen goes with them, what refers to none stays to be found") {
+  const std::string text = R"(
+methods: {a: {type: ransac}, b: {type: ransac, max_iterations: [5, 50]}, c: {type: ransac}}
+rows: [a]
+reference: c
+compare: {a: [b_5, c], c: [a]}
+figures: {bars: [a, b_5, c], qualitative_method: c, qualitative_methods: [b_50, a]}
+paper: {Theirs: {ours: c, "0.1": 0.5}, Other: {ours: a}}
+)";
+  const std::string composed = Composed(text);
+  CHECK_THAT(composed, !Contains("b_5") && !Contains("reference") && !Contains("qualitative_method:") &&
+                           !Contains("\"c\"") && Contains("bars: [a]") && Contains("ours: a") && !Contains("ours: c"));
+  CHECK_THAT(Composed("methods: {a: {}}\nrows: [a]\nfigures: {bars: [x]}"), Contains("x"));
+}
+
+TEST_CASE("paths of an experiment are relative to its file, but not what --data-root begins") {
+  const TemporaryFolder folder;
+  for (const char* name : {"data/set", "scenes"}) std::filesystem::create_directories(folder / name);
+  WriteFileAtomically(folder / "net.safetensors", "");
+  WriteFileAtomically(folder / "table.yaml",
+                      "methods: [{type: diffsac, checkpoint: net.safetensors}]\n"
+                      "alternatives: [{name: none, needs: absent}, {name: here, needs: [scenes]}]\n"
+                      "conditions: [{name: a, data: {paths: [\"${data_root}/set\", absent]}}]\n");
+  Config config = ConfigFromFile(folder / "table.yaml");
+  const Config found = ComposeExperiment(config);
+  CHECK(found.Text("name") == "here");
+  CHECK(found.Text("methods.0.checkpoint") == folder / "net.safetensors");
+  CHECK(found.Text("conditions.0.data.paths.0") == folder / "data/set");
+  CHECK(found.Text("conditions.0.data.paths.1") == "absent");
+  SetYaml(&config, "data_root=data");
+  CHECK(ComposeExperiment(config).Text("conditions.0.data.paths.0") == "data/set");
+}
+
+}  // namespace
+}  // namespace diffsac

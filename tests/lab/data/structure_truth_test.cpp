@@ -1,0 +1,178 @@
+#include "lab/data/structure_truth.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "data_test_util.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/structures_test_util.h"
+#include "lab/data/synthetic_plane_views.h"
+#include "lab/files/correspondence_files.h"
+
+namespace diffsac {
+namespace {
+
+// Three planes with exact matches of which the file's labels are 7, 2 and 4, from the largest to the smallest, and
+// three outliers that are called a plane of their own, 1.
+Example PlanesPair() {
+  SyntheticPlaneViewsOptions options;
+  options.structures.structures = 3;
+  options.structures.size_ratio = 4.0;
+  options.matches.noise_px = 0.0;
+  options.matches.num_points = 120;
+  options.matches.outlier_ratio = 0.3;
+  Example pair = MakeSyntheticPlaneViews(options, 2)->Get(0);
+  pair.id = "a-b";
+  pair.image1 = "a";
+  pair.image2 = "b";
+  pair.problem.match_ratio.resize(0);
+  int strays = 0;
+  for (std::int32_t& label : pair.truth.assignment) label = label > 0 ? std::vector{7, 2, 4}[label - 1] : strays++ < 3;
+  return pair;
+}
+
+void Write(const std::string& folder, Example pair) {
+  pair.truth.homography.reset();
+  CorrespondenceSet set;
+  set.pairs = {std::move(pair)};
+  WriteCorrespondences(folder, set);
+}
+
+std::unique_ptr<Dataset> Read(const std::string& folder, const std::string& more) {
+  return MakeDataset(ConfigFromYaml("type: correspondences\npaths: [\"" + folder + "\"]\n" + more, "my.yaml"), 1);
+}
+
+constexpr const char* kStructures = "task: homography\nstructures: true\ninlier_threshold_px: 2\n";
+
+double Distance(const Example& example, Eigen::Index i) {
+  return Homography::Residual(Matrix3Parameters(example.truth.structures[example.truth.assignment[i] - 1]),
+                              example.problem.points.data() + 4 * i);
+}
+
+}  // namespace
+
+TEST_CASE("labelled pairs become problems of several structures") {
+  const TemporaryFolder folder;
+  const Example written = PlanesPair();
+  Write(folder / "scene", written);
+  const Example read = Read(folder / "scene", kStructures)->Get(0);
+  CHECK(read.problem.points == written.problem.points);
+  REQUIRE(read.truth.structures.size() == 3);
+  for (std::size_t i = 0; i < read.truth.assignment.size(); ++i) {
+    const int as_written = written.truth.assignment[i], label = read.truth.assignment[i];
+    CHECK(label == (as_written == 7 ? 1 : as_written == 2 ? 2 : as_written == 4 ? 3 : 0));
+    CHECK(read.truth.inliers[i] == (label > 0));
+    if (label > 0) CHECK(Distance(read, static_cast<Eigen::Index>(i)) < 1e-4);
+  }
+  for (int k = 0; k < 3; ++k)
+    CHECK(std::abs(read.truth.structures[k].dot(written.truth.structures[k])) == Approx(1.0).margin(1e-6));
+  CHECK(read.truth.model == read.truth.structures[0]);
+  CHECK(AsParameters(*read.truth.homography).isApprox(read.truth.model));
+  // Without the key labels stay what the file says.
+  const Example plain = Read(folder / "scene", "task: homography\n")->Get(0);
+  CHECK(plain.truth.assignment == written.truth.assignment);
+  CHECK(plain.truth.structures.empty());
+  CHECK(plain.truth.model.size() == 0);
+}
+
+TEST_CASE("structures of a pair follow its filter: renumbered by what is left") {
+  const TemporaryFolder folder;
+  Example pair = PlanesPair();
+  // The largest plane has the worst ratios but for three of its matches, and the smallest the best.
+  pair.problem.match_ratio.resize(pair.problem.points.rows());
+  int of_largest = 0;
+  for (Eigen::Index i = 0; i < pair.problem.match_ratio.size(); ++i) {
+    const int label = pair.truth.assignment[i];
+    pair.problem.match_ratio[i] = label == 7 && of_largest++ >= 3 ? 0.9 : 0.5;
+  }
+  Write(folder / "scene", pair);
+  const Example all = Read(folder / "scene", kStructures)->Get(0);
+  const Example part = Read(folder / "scene", std::string(kStructures) + "max_ratio: 0.8\n")->Get(0);
+  REQUIRE(part.truth.structures.size() == 2);
+  CHECK(part.truth.structures[0] == all.truth.structures[1]);
+  CHECK(part.truth.structures[1] == all.truth.structures[2]);
+  CHECK(part.truth.model == all.truth.structures[1]);
+  const std::vector<int> sizes = StructureSizes(part);
+  CHECK(sizes == std::vector<int>{StructureSizes(all)[1], StructureSizes(all)[2]});
+  CHECK(CountLabelled(part) == sizes[0] + sizes[1]);
+  CHECK(std::count(part.truth.inliers.begin(), part.truth.inliers.end(), 1) == CountLabelled(part));
+}
+
+TEST_CASE("a single wrong label hardly moves its plane, and labels without a homography are outliers") {
+  Example pair = PlanesPair();
+  const auto stray = std::find(pair.truth.assignment.begin(), pair.truth.assignment.end(), 0);
+  *stray = 7;
+  FitStructures(Task::kHomography, pair.problem, 0.5, &pair.truth);
+  REQUIRE(pair.truth.structures.size() == 3);
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < pair.truth.assignment.size(); ++i)
+    if (pair.truth.assignment[i] == 1) distances.push_back(Distance(pair, static_cast<Eigen::Index>(i)));
+  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
+  CHECK(distances[distances.size() / 2] < 1.0);
+
+  Example line = PlanesPair();
+  for (Eigen::Index i = 0; i < line.problem.points.rows(); ++i)
+    if (line.truth.assignment[i] == 7) line.problem.points.row(i) << 3.0 * i, 2.0 * i, 3.0 * i + 5.0, 2.0 * i;
+  FitStructures(Task::kHomography, line.problem, 2.0, &line.truth);
+  CHECK(line.truth.structures.size() == 2);
+  Example none = PlanesPair();
+  std::fill(none.truth.assignment.begin(), none.truth.assignment.end(), 0);
+  FitStructures(Task::kHomography, none.problem, 2.0, &none.truth);
+  CHECK(none.truth.structures.empty());
+  CHECK(none.truth.model.size() == 0);
+  CHECK(!none.truth.homography);
+}
+
+TEST_CASE("labelled motions become several fundamental matrices; of too few matches none") {
+  // Two rigid motions of general points, the second turned further, and seven matches of a third.
+  Rng rng(4);
+  Example pair;
+  pair.id = "a-b";
+  pair.image1 = "a";
+  pair.image2 = "b";
+  pair.problem.size1 = pair.problem.size2 = {640, 480};
+  pair.problem.points.resize(107, 4);
+  for (int i = 0; i < 107; ++i) {
+    const int motion = i < 60 ? 1 : i < 100 ? 2 : 3;
+    pair.truth.assignment.push_back(motion);
+    const Eigen::Vector3d here(rng.Uniform(-1.0, 1.0), rng.Uniform(-1.0, 1.0), rng.Uniform(4.0, 7.0));
+    const Eigen::AngleAxisd turn(0.05 * motion, Eigen::Vector3d(0.2, 1.0, 0.1 * motion).normalized());
+    const Eigen::Vector3d there = turn * here + Eigen::Vector3d(0.4, 0.3 - 0.2 * motion, 0.1);
+    pair.problem.points.row(i) << 500.0 * here.head<2>().transpose() / here.z() + Eigen::RowVector2d(320.0, 240.0),
+        500.0 * there.head<2>().transpose() / there.z() + Eigen::RowVector2d(320.0, 240.0);
+  }
+  const TemporaryFolder folder;
+  Write(folder / "scene", pair);
+  const Example read = Read(folder / "scene", "task: fundamental\nstructures: true\ninlier_threshold_px: 2\n")->Get(0);
+  REQUIRE(read.truth.structures.size() == 2);
+  for (int i = 0; i < 107; ++i) {
+    const int label = read.truth.assignment[i];
+    CHECK(label == (i < 60 ? 1 : i < 100 ? 2 : 0));
+    if (label == 0) continue;
+    const Matrix3Parameters model = read.truth.structures[label - 1];
+    CHECK(Fundamental::Residual(model, pair.problem.points.data() + 4 * i) < 1e-4);
+  }
+  CHECK(AsParameters(*read.truth.fundamental).isApprox(read.truth.model));
+}
+
+TEST_CASE("structures of pairs: mistakes are named") {
+  const TemporaryFolder folder;
+  Example pair = PlanesPair();
+  Write(folder / "labelled", pair);
+  pair.truth.assignment.clear();
+  Write(folder / "bare", pair);
+  const auto error = [&](const std::string& scene, const std::string& more) {
+    return ErrorOf([&] { Read(folder / scene, more)->Get(0); });
+  };
+  CHECK(Has(error("bare", kStructures), "a-b: no labels (labels.h5)"));
+  CHECK(Has(error("labelled", "task: shared_focal\nstructures: true\n"), "task: homography or fundamental"));
+  CHECK(Has(error("labelled", std::string(kStructures) + "dominant_plane: true\n"), "dominant_plane"));
+}
+
+}  // namespace diffsac

@@ -1,0 +1,176 @@
+#include "lab/data/synthetic_structures.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
+#include "lab/data/data_test_util.h"
+#include "lab/data/structures_test_util.h"
+
+namespace diffsac {
+namespace {
+
+constexpr Task kTasks[] = {Task::kLine, Task::kPlane};
+
+SyntheticStructuresOptions Fixed(Task task, Range structures) {
+  SyntheticStructuresOptions options;
+  options.task = task;
+  options.structures.structures = structures;
+  return options;
+}
+
+double Distance(const Example& example, Eigen::Index i, int structure) {
+  const ModelParameters& model = example.truth.structures[structure];
+  const Eigen::Index d = example.problem.points.cols();
+  return std::abs(example.problem.points.row(i).dot(model.head(d)) + model[d]);
+}
+
+}  // namespace
+
+TEST_CASE("structures: labels, models and inliers agree, for lines and planes") {
+  for (const Task task : kTasks)
+    for (int k = 1; k <= 6; ++k) {
+      const auto dataset = MakeSyntheticStructures(Fixed(task, k), 3);
+      for (int index = 0; index < 10; ++index) {
+        const Example example = dataset->Get(index);
+        CAPTURE(ToString(task), k, index);
+        CHECK(CheckProblem(example.problem) == Status::kOk);
+        REQUIRE(example.problem.points.rows() == 100);
+        REQUIRE(example.truth.structures.size() == static_cast<std::size_t>(k));
+        CHECK(CountLabelled(example) == 70);
+        CHECK(example.truth.model == example.truth.structures[0]);
+        const std::vector<int> sizes = StructureSizes(example);
+        CHECK(std::is_sorted(sizes.rbegin(), sizes.rend()));
+        CHECK(sizes.back() >= MinimalSetSize(task) + 2);
+        int close = 0;
+        for (Eigen::Index i = 0; i < 100; ++i) {
+          const int label = example.truth.assignment[i];
+          CHECK(example.truth.inliers[i] == (label > 0));
+          if (label == 0) continue;
+          CHECK(Distance(example, i, label - 1) < 5.0 * 0.1 / 3.0);
+          close += Distance(example, i, label - 1) < 2.0 * 0.1 / 3.0;
+        }
+        CHECK(close > 55);  // 95 % of 70 within 2 σ
+      }
+    }
+}
+
+TEST_CASE("structures: two of a problem are told apart") {
+  for (const Task task : kTasks) {
+    SyntheticStructuresOptions options = Fixed(task, 6);
+    options.num_points = 600;
+    options.noise_scale = 1e-9;
+    const auto dataset = MakeSyntheticStructures(options, 4);
+    for (int index = 0; index < 20; ++index) {
+      const Example example = dataset->Get(index);
+      const std::vector<int> sizes = StructureSizes(example);
+      for (int a = 0; a < 6; ++a)
+        for (int b = 0; b < 6; ++b) {
+          int near = 0;
+          for (Eigen::Index i = 0; i < 600; ++i)
+            near += a != b && example.truth.assignment[i] == a + 1 && Distance(example, i, b) <= 0.2;
+          CHECK(near < 0.7 * sizes[a]);  // half of it, on other points
+        }
+    }
+  }
+}
+
+TEST_CASE("structures: their number and sizes are drawn over the whole ranges") {
+  SyntheticStructuresOptions options = Fixed(Task::kLine, {2, 5});
+  options.structures.size_ratio = Range(1.0, 6.0);
+  options.num_points = 400;
+  options.outlier_ratio = Range(0.1, 0.6);
+  const auto dataset = MakeSyntheticStructures(options, 5);
+  std::set<std::size_t> counts;
+  double largest = 1.0, smallest = 10.0, low = 1.0, high = 0.0;
+  for (int index = 0; index < 300; ++index) {
+    const Example example = dataset->Get(index);
+    const std::vector<int> sizes = StructureSizes(example);
+    counts.insert(sizes.size());
+    const double ratio = static_cast<double>(sizes.front()) / sizes.back();
+    largest = std::max(largest, ratio), smallest = std::min(smallest, ratio);
+    const double outliers = 1.0 - CountLabelled(example) / 400.0;
+    low = std::min(low, outliers), high = std::max(high, outliers);
+  }
+  CHECK(counts == std::set<std::size_t>{2, 3, 4, 5});
+  CHECK((largest > 5.0 && largest < 7.5));
+  CHECK(smallest < 1.15);
+  CHECK((low > 0.098 && low < 0.13 && high < 0.602 && high > 0.57));  // up to rounding
+  options.structures.size_ratio = 4.0;
+  const std::vector<int> sizes = StructureSizes(MakeSyntheticStructures(options, 5)->Get(0));
+  CHECK(static_cast<double>(sizes.front()) / sizes.back() == Approx(4.0).epsilon(0.15));
+}
+
+TEST_CASE("structures: with more of them the first models stay, and crowded problems keep the fewest points") {
+  for (int index = 0; index < 5; ++index) {
+    const Example two = MakeSyntheticStructures(Fixed(Task::kLine, 2), 6)->Get(index);
+    const Example four = MakeSyntheticStructures(Fixed(Task::kLine, 4), 6)->Get(index);
+    for (int k = 0; k < 2; ++k) CHECK(two.truth.structures[k] == four.truth.structures[k]);
+  }
+  SyntheticStructuresOptions crowded = Fixed(Task::kPlane, 6);
+  crowded.num_points = 30;
+  crowded.outlier_ratio = 0.9;
+  crowded.structures.size_ratio = 20.0;
+  CHECK(StructureSizes(MakeSyntheticStructures(crowded, 6)->Get(0)) == std::vector<int>(6, 5));
+}
+
+TEST_CASE("structures depend on seed, split and index alone") {
+  for (const Task task : kTasks) {
+    const auto dataset = MakeSyntheticStructures(Fixed(task, {1, 6}), 7);
+    const Example late = MakeSyntheticStructures(Fixed(task, {1, 6}), 7)->Get(9);
+    dataset->Get(3);
+    CHECK(dataset->Get(9).problem.points == late.problem.points);
+    CHECK(dataset->Get(9).truth.assignment == late.truth.assignment);
+    CHECK(dataset->Get(9).truth.structures == late.truth.structures);
+    CHECK(dataset->Get(9).id == late.id);
+    CHECK(dataset->Get(8).problem.points != late.problem.points);
+    CHECK(MakeSyntheticStructures(Fixed(task, {1, 6}), 8)->Get(9).problem.points != late.problem.points);
+    SyntheticStructuresOptions other = Fixed(task, {1, 6});
+    other.split = "test";
+    CHECK(MakeSyntheticStructures(other, 7)->Get(9).problem.points != late.problem.points);
+    int changes = 0;
+    for (int i = 1; i < 100; ++i) changes += late.truth.assignment[i] != late.truth.assignment[i - 1];
+    CHECK(changes > 25);
+  }
+}
+
+TEST_CASE("structures are made by the factory, and mistakes are named") {
+  const auto make = [](const std::string& more) {
+    return MakeDataset(ConfigFromYaml("type: synthetic_structures\n" + more, "my.yaml"), 1);
+  };
+  CHECK(make("task: plane\nstructures: 3\nsize: 2\n")->size() == 2);
+  CHECK(make("split: validation\n")->Get(0).id == "structures_line/validation/0");
+  const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
+  CHECK(Has(error("task: homography\n"), "my.yaml:2"));
+  CHECK(Has(error("structures: 0\n"), "structures"));
+  CHECK(Has(error("structures: [1.5, 3]\n"), "whole"));
+  CHECK(Has(error("size_ratio: 0.5\n"), "size_ratio"));
+  CHECK(Has(error("num_points: 23\n"), "at least 24, 4 for each of up to 6 structures"));
+  CHECK(Has(error("num_points: [50.5, 60]\n"), "whole"));
+  CHECK(Has(error("inlier_threshold: 2\n"), "inlier_threshold"));
+  CHECK(Has(error("noise: uniform\n"), "noise"));
+  CHECK_THROWS(make("size: 2\n")->Get(2));
+}
+
+TEST_CASE("structures are arranged by size, and small ones become outliers") {
+  GroundTruth truth;
+  truth.assignment = {1, 3, 3, 0, 2, 2, 2, 4, 4, 0};
+  for (int k = 1; k <= 4; ++k) truth.structures.push_back(ModelParameters::Constant(3, k));
+  ArrangeStructures(2, &truth);
+  CHECK(truth.assignment == std::vector<std::int32_t>{0, 2, 2, 0, 1, 1, 1, 3, 3, 0});
+  CHECK(truth.inliers == std::vector<std::uint8_t>{0, 1, 1, 0, 1, 1, 1, 1, 1, 0});
+  REQUIRE(truth.structures.size() == 3);
+  CHECK(truth.structures[0][0] == 2.0);
+  CHECK(truth.structures[1][0] == 3.0);
+  CHECK(truth.structures[2][0] == 4.0);
+  CHECK(truth.model[0] == 2.0);
+  ArrangeStructures(10, &truth);
+  CHECK(truth.structures.empty());
+  CHECK(truth.model.size() == 0);
+  CHECK(std::count(truth.assignment.begin(), truth.assignment.end(), 0) == 10);
+}
+
+}  // namespace diffsac

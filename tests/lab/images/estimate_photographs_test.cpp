@@ -1,0 +1,224 @@
+#include "lab/images/estimate_photographs.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <sstream>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/pair_truth.h"
+#include "lab/config/make_estimator.h"
+#include "lab/config/yaml.h"
+#include "lab/files/colmap_database.h"
+#include "lab/images/image_test_util.h"
+#include "lab/images/match_two_images.h"
+#include "lab/images/photograph_results.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+const Task kEssential = TaskFromString("essential");
+
+// Four views of a textured plane, and what a run on them needs.
+struct Run {
+  TemporaryFolder folder;
+  std::string photos = folder / "photos", output = folder / "out";
+  std::atomic<bool> stop{false};
+  GivenCalibration calibration{"", 300.0, {}};
+  ExperimentOptions experiment;
+
+  Run() {
+    fs::create_directories(photos);
+    LensCamera camera;
+    camera.K << 300.0, 0.0, 159.5, 0.0, 300.0, 119.5, 0.0, 0.0, 1.0;
+    const cv::Mat texture = Texture(900, 700, 3);
+    for (int i = 0; i < 4; ++i)
+      WriteImage(photos + "/v-" + std::to_string(i) + ".png", Render(texture, camera, NearbyPose(i), {320, 240}));
+    const std::string row = "{name: prosac, type: prosac, max_iterations: 200}";
+    experiment = ReadExperiment(ConfigFromYaml("name: photos\ntask: essential\nseed: 5\nmethods: [" + row + "]\n"));
+  }
+
+  std::unique_ptr<RobustEstimator> Method() const {
+    return MakeEstimator(experiment.methods.at(0).config, kEssential, {});
+  }
+
+  // What a run says; `estimated`: its pairs.
+  std::string Go(int threads = 2, std::vector<EstimatedPair>* estimated = nullptr) {
+    Photographs photographs = ListPhotographs({photos}, "");
+    std::vector<std::string> paths;
+    for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
+    const ImageCameras cameras(calibration, paths);
+    FeatureStore store(photographs.source, {}, "", output + "/.keypoints");
+    fs::create_directories(output);
+    REQUIRE(PreparePhotographs(cameras, threads, stop, &store, &photographs.source));
+    const auto method = Method();
+    std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, cameras.given(),
+                                                     {*method, kEssential, 1.0, experiment.seed, threads}, stop);
+    if (estimated != nullptr) *estimated = pairs;
+    std::ostringstream out;
+    WritePhotographResults(photographs, store, std::move(pairs), experiment, 1.0, output, out);
+    return out.str();
+  }
+};
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// A line without its milliseconds.
+std::string WithoutTimes(const std::string& line) {
+  std::string kept;
+  std::istringstream fields(line);
+  int column = 0;
+  for (std::string field; std::getline(fields, field, ','); ++column)
+    if (column != 18 && column != 19) kept += field + ",";
+  return kept;
+}
+
+// t had six digits in poses.csv.
+TEST_CASE("photographs: of an image and its copy no motion is told, and no t") {
+  Run run;
+  for (const char* other : {"/v-2.png", "/v-3.png"}) fs::remove(run.photos + other);
+  fs::copy_file(run.photos + "/v-0.png", run.photos + "/v-1.png", fs::copy_options::overwrite_existing);
+  run.Go();
+  const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[1].ends_with(",static"));
+  std::vector<std::string> fields;
+  std::istringstream line(lines[1]);
+  for (std::string field; std::getline(line, field, ',');) fields.push_back(field);
+  REQUIRE(fields.size() > 13);
+  CHECK_FALSE(fields[6].empty());
+  for (int i = 10; i < 13; ++i) CHECK(fields[i].empty());
+}
+
+TEST_CASE("photographs: every pair is what two images alone give, whatever the threads") {
+  Run run;
+  std::vector<EstimatedPair> pairs;
+  const std::string said = run.Go(2, &pairs);
+  CHECK_THAT(said, Contains("photos: 6 pairs, "));
+  CHECK_THAT(said, Contains("colmap mapper --database_path " + run.output + "/database.db --image_path "));
+  REQUIRE(pairs.size() == 6);
+  MatchedImages alone = MatchTwoImages(run.photos + "/v-1.png", run.photos + "/v-2.png", {}, run.calibration);
+  SetTask(kEssential, 1.0, &alone.pair);
+  const Estimate expected = run.Method()->Run(alone.pair.problem, 5);
+  const auto same =
+      std::find_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.example.id == "v_1-v_2"; });
+  REQUIRE(same != pairs.end());
+  CHECK(same->example.problem.points == alone.pair.problem.points);
+  CHECK(same->estimate.model == expected.model);
+  CHECK(same->estimate.inliers == expected.inliers);
+
+  const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
+  REQUIRE(lines.size() == 7);
+  CHECK(lines[0].ends_with(",m33,translation"));
+  CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
+  CHECK(lines[1].ends_with(",determined"));
+  run.Go(1);
+  const std::vector<std::string> again = Lines(ReadFile(run.output + "/poses.csv"));
+  REQUIRE(again.size() == lines.size());
+  for (std::size_t i = 1; i < lines.size(); ++i) CHECK(WithoutTimes(again[i]) == WithoutTimes(lines[i]));
+}
+
+TEST_CASE("photographs: the files agree with each other") {
+  Run run;
+  std::vector<EstimatedPair> pairs;
+  run.Go(2, &pairs);
+  const EstimateFile estimates = ReadEstimates(run.output + "/estimates.h5");
+  const ColmapDatabase database(run.output + "/database.db");
+  REQUIRE(estimates.groups.at(0).records.size() == 6);
+  CHECK(database.images().at(1).name == "v-0.png");
+  CHECK(database.MatchedPairs().size() == 6);
+  // One camera took them all.
+  CHECK(database.images().at(1).camera == database.images().at(4).camera);
+  CHECK(database.CameraOf(1).parameters == std::vector<double>{300.0, 300.0, 160.0, 120.0});
+  CHECK(database.CameraOf(1).has_prior_focal_length);
+  for (const EstimateRecord& record : estimates.groups[0].records) {
+    const auto pair = std::find_if(pairs.begin(), pairs.end(),
+                                   [&](const EstimatedPair& p) { return "photos/" + p.example.id == record.id; });
+    REQUIRE(pair != pairs.end());
+    CHECK(record.points == pair->example.problem.points.rows());
+    CHECK(record.model == pair->estimate.model);
+    const std::int64_t id1 = pair->example.image1.back() - '0' + 1, id2 = pair->example.image2.back() - '0' + 1;
+    const MatchIndices matches = database.Matches({id1, id2});
+    CHECK(matches == pair->matches);
+    const PointMatrix keypoints = database.Keypoints(id1);
+    CHECK((keypoints.row(matches(0, 0)).array() - 0.5 - pair->example.problem.points.row(0).leftCols<2>().array())
+              .abs()
+              .maxCoeff() < 1e-4);
+  }
+  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("photos/v_0-v_1"));
+  const ExperimentOptions again = ReadExperiment(ConfigFromFile(run.output + "/config.yaml"));
+  CHECK(again.methods.at(0).name == "prosac");
+}
+
+TEST_CASE("photographs: an image that cannot be read is left out, and one of another size than its camera") {
+  Run run;
+  WriteFileAtomically(run.photos + "/text.jpg", "no image");
+  // Of the same name but for its extension: those that are left are named by the database.
+  WriteFileAtomically(run.photos + "/v-0.jpg", "no image");
+  CHECK_THAT(run.Go(), Contains("photos: 6 pairs, "));
+  CHECK_THAT(ReadFile(run.output + "/poses.csv"), Contains("v-0.png,v-1.png,ok"));
+  run.calibration = {};
+  run.calibration.cameras = run.folder / "cameras.txt";
+  WriteFileAtomically(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");
+  WriteImage(run.photos + "/v-3.png", Texture(200, 240, 1));
+  std::vector<EstimatedPair> pairs;
+  CHECK_THAT(run.Go(2, &pairs), Contains("photos: 3 pairs, "));
+  for (const EstimatedPair& pair : pairs) CHECK(pair.example.image2 != "v_3");
+  CHECK(ColmapDatabase(run.output + "/database.db").CameraOf(1).parameters ==
+        std::vector<double>{300.0, 160.0, 120.0, -0.05});
+}
+
+TEST_CASE("photographs: without a calibration the cameras of the database are guesses") {
+  Run run;
+  run.calibration = {};
+  run.experiment = ReadExperiment(
+      ConfigFromYaml("name: photos\ntask: fundamental\nmethods: [{name: ransac, type: ransac, max_iterations: 50}]\n"));
+  Photographs photographs = ListPhotographs({run.photos}, "");
+  FeatureStore store(photographs.source, {}, "", run.output + "/.keypoints");
+  fs::create_directories(run.output);
+  REQUIRE(PreparePhotographs(ImageCameras({}, {"", "", "", ""}), 2, run.stop, &store, &photographs.source));
+  const Task task = TaskFromString("fundamental");
+  const auto method = MakeEstimator(run.experiment.methods.at(0).config, task, {});
+  std::ostringstream out;
+  WritePhotographResults(photographs, store,
+                         EstimatePairs(photographs.source, store, false, {*method, task, 1.0, 0, 2}, run.stop),
+                         run.experiment, 1.0, run.output, out);
+  const ColmapDatabase database(run.output + "/database.db");
+  CHECK_FALSE(database.CameraOf(1).has_prior_focal_length);
+  CHECK(database.CameraOf(1).parameters == std::vector<double>{384.0, 160.0, 120.0, 0.0});
+  CHECK(database.images().at(1).camera != database.images().at(2).camera);
+}
+
+TEST_CASE("photographs: what was done before an interruption is kept") {
+  Run run;
+  Photographs photographs = ListPhotographs({run.photos}, "");
+  FeatureStore store(photographs.source, {}, "", run.output + "/.keypoints");
+  fs::create_directories(run.output);
+  const ImageCameras cameras(run.calibration, {"", "", "", ""});
+  REQUIRE(PreparePhotographs(cameras, 1, run.stop, &store, &photographs.source));
+  const auto method = run.Method();
+  std::vector<EstimatedPair> pairs =
+      EstimatePairs(photographs.source, store, true, {*method, kEssential, 1.0, 5, 1}, run.stop);
+  pairs[1].done = pairs[4].done = false;
+  std::ostringstream out;
+  WritePhotographResults(photographs, store, pairs, run.experiment, 1.0, run.output, out);
+  CHECK(Lines(ReadFile(run.output + "/poses.csv")).size() == 5);
+  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("Partial results"));
+  run.stop = true;
+  const std::vector<EstimatedPair> none =
+      EstimatePairs(photographs.source, store, true, {*method, kEssential, 1.0, 5, 1}, run.stop);
+  CHECK(std::none_of(none.begin(), none.end(), [](const EstimatedPair& pair) { return pair.done; }));
+}
+
+}  // namespace
+}  // namespace diffsac

@@ -1,0 +1,231 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "lab/data/data_test_util.h"
+#include "lab/files/correspondence_files.h"
+#include "lab/images/feature_file_test_util.h"
+#include "lab/images/hloc_files.h"
+#include "lab/images/run_pairs.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+using Vector = Eigen::VectorXd;
+
+const std::atomic<bool> kNeverStop{false};
+
+Vector Values(const std::vector<double>& values) { return Eigen::Map<const Vector>(values.data(), values.size()); }
+
+Eigen::MatrixXd Keypoints(int count, double first) {
+  Eigen::MatrixXd points(count, 2);
+  for (int i = 0; i < count; ++i) points.row(i) << first + 10 * i, 5.5 + i;
+  return points;
+}
+
+void PutFeatures(FeatureFile& file, const std::string& name, const Eigen::MatrixXd& keypoints) {
+  file.Put(name + "/keypoints", keypoints);
+  file.Put(name + "/scores", Vector::Ones(keypoints.rows()), true);
+  file.Put(name + "/image_size", Eigen::Vector2d(320, 240), true);
+}
+
+void PutPair(FeatureFile& file, const std::string& pair, const std::vector<double>& partners,
+             const std::vector<double>& scores) {
+  file.Put(pair + "/matches0", Values(partners), true);
+  file.Put(pair + "/matching_scores0", Values(scores), true);
+}
+
+// features.h5 with three images.
+void WriteFeatures(const TemporaryFolder& folder) {
+  WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
+    PutFeatures(file, "db/a_1.jpg", Keypoints(3, 1));
+    PutFeatures(file, "db/b.jpg", Keypoints(4, 2));
+    PutFeatures(file, "q.jpg", Keypoints(5, 3));
+  });
+}
+
+PairsRequest RequestFor(const TemporaryFolder& folder, const char* input = "matches.h5") {
+  PairsRequest request;
+  request.format = "hloc";
+  request.input = folder / input;
+  request.output = folder / "pairs";
+  return request;
+}
+
+// What reading matches says that `fill` has written.
+template <class Fill>
+std::string MatchesError(Fill fill) {
+  TemporaryFolder folder;
+  WriteFeatures(folder);
+  WriteFeatureFile(folder / "matches.h5", fill);
+  return ErrorOf([&] { RunPairs(RequestFor(folder), kNeverStop); });
+}
+
+}  // namespace
+
+TEST_CASE("hloc: sizes and angles of keypoints, where all images have them") {
+  for (const bool all : {true, false}) {
+    TemporaryFolder folder;
+    WriteFeatureFile(folder / "features.h5", [all](FeatureFile& file) {
+      for (const std::string name : {"a.jpg", "b.jpg", "c.jpg"}) {
+        PutFeatures(file, name, Keypoints(2, 1));
+        if (!all && name == "c.jpg") continue;
+        file.Put(name + "/scales", name == "a.jpg" ? Values({2, 3}) : Values({4, 5}), true);
+        file.Put(name + "/oris", name == "a.jpg" ? Values({10, 350}) : Values({55, 10}), true);
+      }
+    });
+    WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+      PutPair(file, "a.jpg/b.jpg", {1, 0}, {1, 1});
+      PutPair(file, "b.jpg/c.jpg", {0, 1}, {1, 1});
+    });
+    REQUIRE(RunPairs(RequestFor(folder), kNeverStop).written == 1);
+    const CorrespondenceScene scene(folder / "pairs/matches");
+    const PointMatrix found = scene.Read(0).problem.similarities;
+    REQUIRE(found.rows() == (all ? 2 : 0));
+    if (!all) continue;
+    CHECK(found(0, 0) == Approx(std::log(5.0 / 2.0)));
+    CHECK(found(0, 1) == Approx(0.0).margin(1e-6));
+    CHECK(found(1, 0) == Approx(std::log(4.0 / 3.0)));
+    CHECK(found(1, 1) == Approx(65.0 * std::numbers::pi / 180.0));
+    CHECK(scene.Read(1).problem.similarities.isZero());
+  }
+  TemporaryFolder folder;
+  WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
+    PutFeatures(file, "a.jpg", Keypoints(2, 1));
+    file.Put("a.jpg/scales", Values({2}), true);
+    file.Put("a.jpg/oris", Values({10, 20}), true);
+  });
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) { PutPair(file, "a.jpg/a.jpg", {1, 0}, {1, 1}); });
+  CHECK(Has(ErrorOf([&] { RunPairs(RequestFor(folder), kNeverStop); }), "a.jpg/scales: expected 2 values"));
+}
+
+TEST_CASE("hloc: pairs in both forms of names, scores, sizes, a calibration") {
+  TemporaryFolder folder;
+  WriteFeatures(folder);
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+    PutPair(file, "q.jpg/db-a_1.jpg", {-1, 2, -1, 0, 1}, {0, 0.75, 0, 1, 0.5});
+    PutPair(file, "db-a_1.jpg/q.jpg", {3, 4, 1}, {1, 1, 1});  // the same once more
+    PutPair(file, "db-a_1.jpg_db-b.jpg", {3, -1, 0}, {0.25, 0, 0.125});
+  });
+  PairsRequest request = RequestFor(folder);
+  request.calibration.focal = 300;
+  request.calibration.center = {160, 120};
+  REQUIRE(RunPairs(request, kNeverStop).written == 1);
+  const CorrespondenceScene scene(folder / "pairs/matches");
+  REQUIRE(scene.pairs() == std::vector<std::string>{"db_a_1-db_b", "db_a_1-q"});
+  const Problem old = scene.Read(0).problem;
+  REQUIRE(old.points.rows() == 2);
+  CHECK(old.points.row(0) == Eigen::RowVector4d(1, 5.5, 32, 8.5));
+  CHECK(old.points.row(1) == Eigen::RowVector4d(21, 7.5, 2, 5.5));
+  CHECK(old.match_ratio == Eigen::Vector2d(0.75, 0.875));
+  CHECK(old.size1 == ImageSize{320, 240});
+  REQUIRE(old.cameras);
+  CHECK(old.cameras->K2(0, 2) == 160.0);
+  CHECK(scene.ReadMatchIndices("db_a_1-db_b", 2) == (MatchIndices(2, 2) << 0, 3, 2, 0).finished());
+  CHECK(scene.Read(1).problem.points.rows() == 3);
+}
+
+TEST_CASE("hloc: a folder with one file of each kind") {
+  TemporaryFolder folder;
+  fs::create_directory(folder / "outputs");
+  const TemporaryFolder other;
+  WriteFeatures(other);
+  fs::copy_file(other / "features.h5", folder / "outputs/feats.h5");
+  WriteFeatureFile(folder / "outputs/pairs-all.h5", [](FeatureFile& file) {
+    file.Put("q.jpg/db-b.jpg/matches0", Values({-1, 2, -1, 0, 1}), true);
+  });
+  REQUIRE(RunPairs(RequestFor(folder, "outputs"), kNeverStop).written == 1);
+  const Problem problem = CorrespondenceScene(folder / "pairs/outputs").Read(0).problem;
+  CHECK(problem.points.rows() == 3);
+  CHECK(problem.match_ratio.size() == 0);
+  fs::copy_file(other / "features.h5", folder / "outputs/others.h5");
+  PairsRequest request = RequestFor(folder, "outputs");
+  request.scene = "again";
+  CHECK(Has(
+      ErrorOf([&] { RunPairs(request, kNeverStop); }),
+      "expected one .h5 file with hloc's features, found 2 (feats.h5, others.h5); name it with --import-descriptors"));
+  request.options.import_descriptors = folder / "outputs/others.h5";
+  CHECK(RunPairs(request, kNeverStop).written == 1);
+  fs::create_directory(folder / "empty");
+  CHECK(Has(ErrorOf([&] { RunPairs(RequestFor(folder, "empty"), kNeverStop); }), "hloc's matches, found none"));
+  CHECK(Has(ErrorOf([&] { RunPairs(RequestFor(folder, "absent.h5"), kNeverStop); }), "absent.h5: no such file"));
+}
+
+TEST_CASE("hloc: an image whose keypoints are not finite, or a bad pair, costs no other") {
+  TemporaryFolder folder;
+  WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
+    Eigen::MatrixXd bad = Keypoints(3, 1);
+    bad(1, 0) = std::nan("");
+    PutFeatures(file, "a.jpg", Keypoints(3, 1));
+    PutFeatures(file, "b.jpg", Keypoints(3, 2));
+    PutFeatures(file, "c.jpg", bad);
+    PutFeatures(file, "d.jpg", Keypoints(3, 3));
+  });
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+    for (const char* pair : {"a.jpg/b.jpg", "a.jpg/c.jpg", "b.jpg/c.jpg"}) PutPair(file, pair, {0, 1, -1}, {1, 1, 1});
+    PutPair(file, "a.jpg/d.jpg", {0, 7, -1}, {1, 1, 1});
+  });
+  const HlocFiles files = ReadHlocFiles(folder / "features.h5", folder / "matches.h5");
+  REQUIRE(files.pairs.size() == 1);
+  CHECK(Has(files.images[2].problem, "features.h5: c.jpg/keypoints: a value is not finite"));
+  CHECK(files.of_bad_images == 2);
+  REQUIRE(files.bad_pairs.size() == 1);
+  CHECK(Has(files.bad_pairs[0], "a.jpg/d.jpg/matches0: 7 is no keypoint of d.jpg"));
+  CHECK(RunPairs(RequestFor(folder), kNeverStop).written == 1);
+  CHECK(CorrespondenceScene(folder / "pairs/matches").pairs() == std::vector<std::string>{"a-b"});
+
+  // A scene does not replace what it is made of.
+  PairsRequest request = RequestFor(folder);
+  fs::create_directories(folder / "here");
+  fs::rename(folder / "matches.h5", folder / "here/matches.h5");
+  request.input = folder / "here/matches.h5";
+  request.options.import_descriptors = folder / "features.h5";
+  request.output = folder.path();
+  request.scene = "here";
+  request.options.overwrite = true;
+  CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "is an input"));
+}
+
+TEST_CASE("hloc: mistakes in matches") {
+  const auto one = [](const std::string& pair, const std::vector<double>& partners, const std::vector<double>& scores) {
+    return MatchesError([&](FeatureFile& file) { PutPair(file, pair, partners, scores); });
+  };
+  CHECK(one("q.jpg/db-b.jpg", {0, 1, 2, 3, -1}, {1, 1, 1, 1, 1}) == "");
+  CHECK(Has(one("q.jpg/db-b.jpg", {0, 1, 2, 4, -1}, {1, 1, 1, 1, 1}),
+            "matches.h5: q.jpg/db-b.jpg/matches0: 4 is no keypoint of db/b.jpg, which has 4"));
+  CHECK(Has(one("q.jpg/db-b.jpg", {0, 1}, {1, 1}), "expected 5 values, one a keypoint of q.jpg, found 2"));
+  CHECK(Has(one("q.jpg/db-b.jpg", {0, 1, 2, 3, -1}, {1, 1}), "matching_scores0: expected 5 values"));
+  CHECK(Has(one("q.jpg/db-b.jpg", {0, 1, 2, 3, -1}, {1, 1, 2, 1, 1}), "expected scores from 0 to 1"));
+  CHECK(Has(one("q.jpg/c.jpg", {0}, {1}), "features.h5 has no image c.jpg"));
+  CHECK(Has(one("q.jpg_c.jpg", {0}, {1}), "has no two images of this name"));
+  CHECK(Has(one("x/q.jpg/c.jpg", {0}, {1}), "expected NAME1/NAME2"));
+  CHECK(Has(MatchesError([](FeatureFile& file) { file.Put("a/other", Values({1}), true); }),
+            "no group of it holds matches0"));
+}
+
+TEST_CASE("hloc: mistakes in features, names that mean two things, no HDF5") {
+  TemporaryFolder folder;
+  WriteFeatureFile(folder / "matches.h5", [](FeatureFile& file) {
+    file.Put("a_b_c/matches0", Values({-1, -1, -1}), true);
+  });
+  const auto error = [&] { return ErrorOf([&] { ReadHlocFiles(folder / "f.h5", folder / "matches.h5"); }); };
+  WriteFeatureFile(folder / "f.h5", [](FeatureFile& file) {
+    for (const char* name : {"a", "a_b", "c", "b_c"}) PutFeatures(file, name, Keypoints(3, 1));
+  });
+  CHECK(Has(error(), "matches.h5: a_b_c: can be the name of several pairs"));
+  WriteFeatureFile(folder / "f.h5", [](FeatureFile& file) {
+    for (const char* name : {"x/y", "x-y"}) PutFeatures(file, name, Keypoints(3, 1));
+  });
+  CHECK(Has(error(), "are the same in pairs"));
+  WriteFeatureFile(folder / "f.h5", [](FeatureFile& file) { file.Put("a/keypoints", Eigen::MatrixXd::Zero(3, 3)); });
+  CHECK(Has(error(), "f.h5: a/keypoints: expected Nx2, found 3x3"));
+  WriteFeatureFile(folder / "f.h5", [](FeatureFile& file) { file.Put("a/descriptors", Eigen::MatrixXd::Zero(3, 3)); });
+  CHECK(Has(error(), "no group of it holds keypoints"));
+  WriteRaw(folder / "f.h5", "no HDF5");
+  CHECK(Has(error(), "f.h5: not a readable HDF5 file"));
+}
+
+}  // namespace diffsac

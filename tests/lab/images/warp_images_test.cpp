@@ -1,0 +1,71 @@
+#include "lab/images/warp_images.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "diffsac/core/status.h"
+#include "lab/data/data_test_util.h"
+#include "lab/images/image_source.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::atomic<bool> kNeverStop{false};
+
+}  // namespace
+
+TEST_CASE("warp: views are homographies that keep the image's centre in sight") {
+  Eigen::Matrix3d first = RandomView(640, 480, 0, 65, Rng(1));
+  CHECK(first == RandomView(640, 480, 0, 65, Rng(1)));
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Matrix3d view = RandomView(640, 480, 0, 65, Rng(2).Fork("view", i));
+    const Eigen::Vector3d centre = view * Eigen::Vector3d(320, 240, 1);
+    CHECK(view.allFinite());
+    CHECK(view.determinant() / std::pow(view.norm(), 3) != 0.0);
+    CHECK(centre.z() > 0.0);
+    CHECK((centre.hnormalized() - Eigen::Vector2d(320, 240)).norm() < 0.25 * 640);
+  }
+}
+
+TEST_CASE("warp: the written images and matrices are what the reader of homographies takes") {
+  TemporaryFolder folder;
+  fs::create_directories(folder / "in");
+  cv::Mat image(120, 160, CV_8U, cv::Scalar(40));
+  cv::rectangle(image, {70, 50}, {90, 70}, cv::Scalar(230), cv::FILLED);
+  cv::imwrite(folder / "in/square.png", image);
+  WriteRaw(folder / "in/broken.png", "no image");
+  WarpRequest request;
+  request.input = folder / "in";
+  request.output = folder / "out";
+  request.views = 3;
+  CHECK(WarpImages(request, kNeverStop));
+  CHECK_FALSE(fs::exists(folder / "out/broken"));
+  const ImageSource source = ReadHomographies(folder / "out/square");
+  REQUIRE(source.scenes[0].pairs.size() == 3);
+  for (const auto& pair : source.scenes[0].pairs) {
+    // The bright square is where the matrix says.
+    const Eigen::Vector2d at = (*pair.homography * Eigen::Vector3d(80, 60, 1)).hnormalized();
+    const cv::Mat seen = cv::imread(source.images[pair.image2].path, cv::IMREAD_GRAYSCALE);
+    REQUIRE(seen.size() == image.size());
+    CHECK(seen.at<unsigned char>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5)) > 120);
+  }
+  // As a camera sees them they are others of the same homographies.
+  const cv::Mat relit = cv::imread(folder / "out/square/2.png", cv::IMREAD_GRAYSCALE);
+  const Eigen::Matrix3d view = *source.scenes[0].pairs[0].homography;
+  request.photograph = true;
+  CHECK(WarpImages(request, kNeverStop));
+  const cv::Mat photographed = cv::imread(folder / "out/square/2.png", cv::IMREAD_GRAYSCALE);
+  CHECK(photographed.size() == relit.size());
+  CHECK(cv::countNonZero(photographed != relit) > 0);
+  CHECK(*ReadHomographies(folder / "out/square").scenes[0].pairs[0].homography == view);
+  request.input = folder / "nowhere";
+  CHECK_THROWS_AS(WarpImages(request, kNeverStop), Error);
+}
+
+}  // namespace diffsac

@@ -1,0 +1,27 @@
+#include "lab/train/configuration_reference.h"
+
+#include <catch2/catch.hpp>
+
+#include "diffsac/core/files.h"
+
+namespace diffsac {
+
+TEST_CASE("docs/configuration.md is what the code describes") {
+  INFO("cmake --build --preset release --target diffsac_reference writes it");
+  const bool current = ReadFile(DIFFSAC_SOURCE_DIR "/docs/configuration.md") == ConfigurationReference();
+  CHECK(current);
+}
+
+TEST_CASE("Every key of the reference has a meaning") {
+  const std::string text = ConfigurationReference();
+  std::string without;
+  for (std::size_t begin = 0, end = text.find('\n'); end != std::string::npos;
+       begin = end + 1, end = text.find('\n', begin)) {
+    const std::string line = text.substr(begin, end - begin);
+    // NAME stands for the names of a map's entries.
+    if (line.starts_with("| `") && !line.starts_with("| `NAME`") && line.ends_with("|  |")) without += line + "\n";
+  }
+  CHECK(without == "");
+}
+
+}  // namespace diffsac

@@ -1,0 +1,218 @@
+#include "lab/train/trainer.h"
+#include "lab/config/yaml.h"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <thread>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+#include "diffsac/core/status.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/report/gnuplot.h"
+#include "lab/torch/checkpoint.h"
+#include "lab/torch/diffsac_network.h"
+#include "lab/train/train_request.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* kTiny = R"(
+name: tiny
+task: line
+data: {type: synthetic_line, num_points: [30, 40], outlier_ratio: [0.1, 0.5]}
+network:
+  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}
+train: {iterations: 60, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 30,
+        checkpoint_every: 10, learning_rate: 0.003}
+validation: {problems: 8, outlier_ratios: [0.2]}
+inference: {copies: 4, sampler: {steps: 2}}
+)";
+
+TrainRequest Request(const std::string& output, const std::vector<std::string>& changes = {}) {
+  return OneThread(ConfigFromYaml(kTiny, "tiny.yaml"), output, changes);
+}
+
+std::vector<std::string> Lines(const std::string& path) {
+  std::vector<std::string> lines(1);
+  for (const char c : ReadFile(path)) {
+    if (c == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += c;
+  }
+  return lines;
+}
+
+// Everything of a row but the measured data_wait_share.
+std::string WithoutTiming(const std::string& row) {
+  std::string out;
+  int column = 0;
+  for (const char c : row) {
+    if (c == ',') ++column;
+    if (column != 4) out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("training writes its files, lowers the loss and a checkpoint that evaluates") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  REQUIRE(Train(Request(output), kNever) == TrainOutcome::kFinished);
+  for (const char* name :
+       {"config.yaml", "metrics.csv", "checkpoints/last.safetensors", "checkpoints/best.safetensors"})
+    CHECK(fs::exists(output + "/" + name));
+  const auto rows = Lines(output + "/metrics.csv");
+  REQUIRE(rows.size() == 62);
+  CHECK(rows[0].starts_with("iteration,loss_diffusion,loss_inlier,learning_rate,data_wait_share,mAA@0.5deg"));
+  const auto loss = [&](int row) { return std::stod(rows[row].substr(rows[row].find(',') + 1)); };
+  CHECK(loss(60) < 0.8 * loss(1));
+  const auto network =
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/best.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  CHECK(network->options.denoiser.width == 16);
+  CHECK(ReadCheckpointInfo(output + "/checkpoints/last.safetensors").iteration == 60);
+  const auto facts =
+      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU)
+          ->facts;
+  CHECK(facts.parameters == CountParameters(*network->denoiser));
+  CHECK(facts.samples == 240);
+  CHECK(facts.run_samples == 240);
+  CHECK(facts.start.empty());
+}
+
+TEST_CASE("a run that was stopped and resumed equals one that was not") {
+  const TemporaryFolder folder;
+  const auto whole = folder / "whole", parts = folder / "parts";
+  REQUIRE(Train(Request(whole, {"train.workers=2"}), kNever) == TrainOutcome::kFinished);
+
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {  // stops the run once it has logged some steps
+    while (!fs::exists(parts + "/metrics.csv") || Lines(parts + "/metrics.csv").size() < 8)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    stop = true;
+  });
+  const auto outcome = Train(Request(parts, {"train.workers=2"}), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  const auto stopped_at = ReadCheckpointInfo(parts + "/checkpoints/last.safetensors").iteration;
+  CHECK(stopped_at < 60);
+  auto request = Request(parts, {"train.workers=2"});
+  request.resume = true;
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+
+  const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
+  const auto x =
+      LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto y =
+      LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
+    CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
+}
+
+TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
+  const TemporaryFolder folder;
+  const auto whole = folder / "whole", parts = folder / "parts";
+  const std::vector<std::string> changes = {"train.log_every=9", "train.iterations=30"};
+  REQUIRE(Train(Request(whole, changes), kNever) == TrainOutcome::kFinished);
+  std::atomic<bool> stop{false};
+  const auto checkpoint = parts + "/checkpoints/last.safetensors";
+  std::thread watcher([&] {  // The checkpoint of step 10 is one step after a row.
+    while (!fs::exists(checkpoint) || ReadCheckpointInfo(checkpoint).iteration < 10)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = true;
+  });
+  const auto outcome = Train(Request(parts, changes), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  auto request = Request(parts, changes);
+  request.resume = true;
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  const auto a = Lines(whole + "/metrics.csv"), b = Lines(parts + "/metrics.csv");
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK(WithoutTiming(a[i]) == WithoutTiming(b[i]));
+  CHECK(ReadFile(whole + "/checkpoints/last.safetensors") == ReadFile(parts + "/checkpoints/last.safetensors"));
+
+  // Killed between the last checkpoint and the report: resuming has no step to do, and still leaves what a run leaves.
+  fs::remove(parts + "/report.html");
+  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  CHECK(fs::exists(parts + "/report.html"));
+}
+
+// They were not in metrics.csv, the curve and the report unless a row of losses was due at the same step.
+TEST_CASE("validations between two rows of losses are in metrics.csv and the report") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  REQUIRE(Train(Request(output, {"train.iterations=30", "train.log_every=20", "train.validate_every=12"}), kNever) ==
+          TrainOutcome::kFinished);
+  const auto rows = Lines(output + "/metrics.csv");
+  REQUIRE(rows.size() == 6);  // The last is behind the last line's end.
+  const std::vector<std::string> steps = {"12,", "20,", "24,", "30,"};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    CHECK(rows[i + 1].starts_with(steps[i]));
+    CHECK(rows[i + 1].ends_with(',') == (steps[i] == "20,"));  // Where it was not validated.
+    CHECK(rows[i + 1].find(",,") == std::string::npos);        // Every row has losses.
+  }
+  const std::string report = ReadFile(output + "/report.html");
+  for (const char* step : {"data-value=\"30\">30</td>", "data-value=\"3\">3</td>"})
+    CHECK_THAT(report, Catch::Contains("mAA@0.5deg_outliers_0.2") && Catch::Contains(step));
+}
+
+TEST_CASE("validations before the first row of losses leave a picture") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {
+    while (!fs::exists(output + "/checkpoints/best.safetensors"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = true;
+  });
+  const auto outcome =
+      Train(Request(output, {"train.iterations=100000", "train.log_every=100000", "train.validate_every=5"}), stop);
+  watcher.join();
+  REQUIRE(outcome == TrainOutcome::kStopped);
+  CHECK(fs::exists(output + "/training_curve.png") == HasGnuplot());
+}
+
+TEST_CASE("a loss that is not finite stops with the last good checkpoint kept") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  CHECK_THROWS_WITH(
+      Train(Request(output, {"train.learning_rate=1e37", "train.checkpoint_every=1", "train.warmup_iterations=0"}),
+            kNever),
+      Catch::Contains("not finite") && Catch::Contains("last.safetensors"));
+  const auto path = output + "/checkpoints/last.safetensors";
+  REQUIRE(fs::exists(path));
+  CHECK(ReadCheckpointInfo(path).iteration >= 1);
+}
+
+TEST_CASE("resuming with another configuration or without a checkpoint is refused") {
+  const TemporaryFolder folder;
+  const auto output = folder / "run";
+  std::atomic<bool> now{true};
+  REQUIRE(Train(Request(output), now) == TrainOutcome::kStopped);
+  auto other = Request(output, {"train.batch_size=5"});
+  other.resume = true;
+  CHECK_THROWS_WITH(Train(other, kNever),
+                    Catch::Contains("another configuration") && Catch::Contains("train.batch_size: 4, now 5"));
+  auto missing = Request(folder / "nothing");
+  missing.resume = true;
+  CHECK_THROWS_WITH(Train(missing, kNever), Catch::Contains("no such checkpoint"));
+}
+
+TEST_CASE("wrong configurations name their place") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"train.batch_sise=5"}), kNever), Catch::Contains("batch_size"));
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"data.type=synthetic_plane"}), kNever), Catch::Contains("plane"));
+  CHECK_THROWS_WITH(Train(Request(folder / "a", {"network.denoiser.width=15"}), kNever), Catch::Contains("even"));
+}
+
+}  // namespace diffsac
