@@ -3,15 +3,20 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstdio>
+#include <filesystem>
+#include <sstream>
 
 #include "diffsac/core/files.h"
 #include "lab/eval/format.h"
+#include "lab/eval/problem_quantities.h"
 #include "lab/eval/record_fields.h"
 #include "lab/report/long_lines.h"
 #include "lab/report/markdown_report.h"
+#include "lab/report/strata_tables.h"
 
 namespace diffsac {
 namespace {
@@ -58,6 +63,12 @@ Json ComparisonsJson(const Report& report) {
   return list;
 }
 
+/// Of one angle of the poses alone, as bars show it.
+Json AngleJson(const ExperimentResults& results, const Cell& cell, const ErrorOf& error_of) {
+  return IntervalJson(
+      BootstrapMean(SceneAccuracies(cell, results.experiment.tolerance(), error_of), BootstrapRng(results)));
+}
+
 Json CellJson(const ExperimentResults& results, const Cell& cell, const CellReport& report) {
   const ExperimentOptions& experiment = results.experiment;
   Json scenes = Json::object();
@@ -71,7 +82,95 @@ Json CellJson(const ExperimentResults& results, const Cell& cell, const CellRepo
                {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
                {"reference_minus_this", DifferenceJson(experiment, report)}};
   if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
+  const auto& bars = experiment.figures.bars;
+  if (std::find(bars.begin(), bars.end(), row.name) != bars.end() && JudgesPoses(results) &&
+      !JudgesStructures(results)) {
+    json["rotation_ci95"] = AngleJson(results, cell, [](const EstimateError& error) { return error.rotation_deg; });
+    json["translation_ci95"] =
+        AngleJson(results, cell, [](const EstimateError& error) { return error.translation_deg; });
+  }
   return json;
+}
+
+Json ConditionsJson(const ExperimentOptions& experiment) {
+  Json list = Json::array();
+  for (const Condition& one : experiment.conditions)
+    list.push_back({{"name", one.name}, {"label", one.label}, {"value", KnownJson(one.value)}});
+  return list;
+}
+
+Json MethodsJson(const ExperimentOptions& experiment) {
+  Json list = Json::array();
+  for (const EstimatorRow& row : experiment.methods)
+    list.push_back({{"name", row.name}, {"label", row.label}, {"type", row.type}, {"competes", row.Competes()}});
+  return list;
+}
+
+Json FiguresJson(const FigureOptions& figures) {
+  Json budget = Json::array(), images = Json::array();
+  for (const BudgetSeries& series : figures.budget)
+    budget.push_back({{"label", series.label}, {"methods", series.methods}});
+  for (const ImageFolder& folder : figures.images)
+    images.push_back({{"scenes", folder.scenes}, {"folder", folder.folder}});
+  return {{"curve", figures.curve}, {"bars", figures.bars}, {"budget", budget}, {"images", images}};
+}
+
+/// Each bin of each division, with the rows' accuracies by condition and method, as `results` has its cells.
+Json StrataJson(const Report& report) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  Json list = Json::array();
+  for (const StrataReport& strata : report.strata) {
+    Json rows = Json::array(), bins = Json::array();
+    for (const std::size_t row : StrataRows(experiment, strata.options)) rows.push_back(experiment.methods[row].name);
+    for (const StratumReport& one : strata.strata) {
+      Json accuracies = Json::array();
+      for (const ConfidenceInterval& accuracy : one.accuracies) accuracies.push_back(NumberJson(accuracy.mean));
+      bins.push_back(
+          {{"label", one.stratum.label}, {"problems", one.stratum.problems}, {"accuracies", std::move(accuracies)}});
+    }
+    list.push_back({{"by", ToString(strata.options.by)},
+                    {"title", QuantityTitle(strata.options.by)},
+                    {"rows", std::move(rows)},
+                    {"bins", std::move(bins)}});
+  }
+  return list;
+}
+
+Json KnownIntervalJson(const std::optional<ConfidenceInterval>& interval) {
+  return interval ? IntervalJson(*interval) : Json(nullptr);
+}
+
+/// What each level of each factor does, by condition.
+Json EffectsJson(const Report& report) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  Json list = Json::array();
+  for (std::size_t f = 0; f < experiment.factors.size(); ++f) {
+    Json levels = Json::array();
+    for (std::size_t l = 0; l < experiment.factors[f].second.size(); ++l) {
+      Json accuracy = Json::array(), milliseconds = Json::array();
+      for (const FactorEffects& effects : report.effects) {
+        accuracy.push_back(KnownIntervalJson(effects[f][l].accuracy));
+        milliseconds.push_back(KnownIntervalJson(effects[f][l].milliseconds));
+      }
+      levels.push_back({{"level", experiment.factors[f].second[l]},
+                        {"accuracy", std::move(accuracy)},
+                        {"milliseconds", std::move(milliseconds)}});
+    }
+    list.push_back({{"factor", experiment.factors[f].first}, {"levels", std::move(levels)}});
+  }
+  return list;
+}
+
+Json TablesJson(const std::vector<Table>& tables) {
+  Json list = Json::array();
+  for (const Table& table : tables) {
+    Json rows = Json::array();
+    for (const Table::Row& row : table.rows)
+      rows.push_back(
+          {{"cells", row.cells}, {"best", row.best}, {"intervals", row.intervals}, {"from_paper", row.from_paper}});
+    list.push_back({{"heading", table.heading}, {"columns", table.columns}, {"rows", std::move(rows)}});
+  }
+  return list;
 }
 
 Json PaperJson(const ExperimentResults& results) {
@@ -89,10 +188,23 @@ Json PaperJson(const ExperimentResults& results) {
   return rows;
 }
 
-Json FactsJson(const RunFacts& facts) {
+/// What a run's config.yaml begins with, "# key: value" lines, but for the program.
+Json HeaderJson(const std::string& config) {
+  Json header = Json::object();
+  std::istringstream in(config);
+  for (std::string line; std::getline(in, line) && line.starts_with("# ");) {
+    const std::size_t colon = line.find(": ");
+    if (colon != std::string::npos && !line.starts_with("# program"))
+      header[line.substr(2, colon - 2)] = line.substr(colon + 2);
+  }
+  return header;
+}
+
+Json FactsJson(const RunFacts& facts, const std::string& config) {
   Json networks = Json::object();
   for (const auto& [path, digest] : facts.networks) networks[path] = digest;
-  return {{"seconds", facts.seconds},
+  return {{"run", HeaderJson(config)},
+          {"seconds", facts.seconds},
           {"peak_memory_mib", facts.peak_memory_mib},
           {"data_sha256", facts.data_digest},
           {"networks_sha256", networks}};
@@ -208,7 +320,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
   return text;
 }
 
-std::string ResultsJson(const Report& report) {
+std::string ResultsJson(const Report& report, const std::string& config) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
   const Tolerance c = experiment.tolerance();
@@ -226,7 +338,23 @@ std::string ResultsJson(const Report& report) {
                      {"git_revision", results.git_revision},
                      {"machine", results.machine},
                      {"learned", LearnedJson(results)},
-                     {"facts", FactsJson(results.facts)},
+                     {"facts", FactsJson(results.facts, config)},
+                     {"setting", ReportSetting(results)},
+                     {"notes", ReportNotes(report)},
+                     {"experiment_notes", experiment.notes},
+                     {"report", experiment.report},
+                     {"accuracy", {{"metric", AccuracyMetric(results)}, {"title", AccuracyTitle(results)}}},
+                     {"unit", ShownUnit(JudgesStructures(results), c)},
+                     {"poses", JudgesPoses(results)},
+                     {"structures", JudgesStructures(results)},
+                     {"two_view", IsTwoView(experiment.task)},
+                     {"condition_label", experiment.condition_label},
+                     {"conditions", ConditionsJson(experiment)},
+                     {"methods", MethodsJson(experiment)},
+                     {"figures", FiguresJson(experiment.figures)},
+                     {"tables", TablesJson(report.tables)},
+                     {"strata", StrataJson(report)},
+                     {"effects", EffectsJson(report)},
                      {"results", cells},
                      {"differences", ComparisonsJson(report)},
                      {"paper", PaperJson(results)}};
@@ -262,7 +390,9 @@ void WriteResults(const Report& report, const std::string& folder) {
 void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }
 
 void EndResults(const Report& report, const std::string& folder) {
-  WriteFileAtomically(folder + "/results.json", ResultsJson(report));
+  const std::string config = folder + "/config.yaml";
+  WriteFileAtomically(folder + "/results.json",
+                      ResultsJson(report, std::filesystem::exists(config) ? ReadFile(config) : ""));
 }
 
 }  // namespace diffsac

@@ -19,8 +19,10 @@ std::string ResultsCsv(const Report& report);
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA
-/// and that of the reference method's mAA minus its own, and the experiment's comparisons. Unknown values are null.
-std::string ResultsJson(const Report& report);
+/// and that of the reference method's mAA minus its own, the experiment's comparisons, and whatever else scripts/report
+/// tells: the tables as they are printed, strata, effects, what pictures are asked for. Unknown values are null.
+/// `config`: the run's config.yaml, whose first lines say by what, where and when it was run.
+std::string ResultsJson(const Report& report, const std::string& config = "");
 
 /// table.csv: the tables as they are printed, methods by conditions, one below the other: a line with the heading, one
 /// with the columns, a line a row, an empty line. Unknown values are empty.
