@@ -1,17 +1,18 @@
-"""inference_weights.py IN OUT: a network's file without what only training needs, half its size.
+"""strip_network.py FILE...: takes out of checkpoints what only a training that goes on needs, in place; half of their size or more.
 
-Inference takes the weights' moving average, the tensors `average.*` (lib/diffsac/network/checkpoint_info.h).
+Inference and `train.start_from` take the weights' moving average, the tensors `average.*` (lib/diffsac/network/engine/checkpoint_info.h).
 """
 
 import json
+import os
 import struct
 import sys
 
 PREFIX = "average."
 
 
-def main(source: str, target: str) -> None:
-    with open(source, "rb") as file:
+def strip(path: str) -> None:
+    with open(path, "rb") as file:
         header = json.loads(file.read(struct.unpack("<Q", file.read(8))[0]))
         data = file.read()
     kept = {"__metadata__": header["__metadata__"]}
@@ -22,12 +23,14 @@ def main(source: str, target: str) -> None:
             kept[name] = {**tensor, "data_offsets": [end, end + len(parts[-1])]}
             end += len(parts[-1])
     if not parts:
-        sys.exit(f"{source}: no tensors {PREFIX}*")
+        sys.exit(f"{path}: no tensors {PREFIX}*")
     text = json.dumps(kept).encode()
     text += b" " * (-len(text) % 8)  # The data begin at a multiple of 8 bytes.
-    with open(target, "wb") as file:
+    with open(path + ".part", "wb") as file:
         file.write(struct.pack("<Q", len(text)) + text + b"".join(parts))
+    os.replace(path + ".part", path)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    for path in sys.argv[1:] or sys.exit(__doc__):
+        strip(path)
