@@ -1,0 +1,140 @@
+"""A run's folder, and tables as results.json has them, in the forms that they are given."""
+import csv
+import dataclasses
+import functools
+import io
+import json
+import os
+
+UNKNOWN = "–"  # Stands in tables for what is not known.
+
+
+@dataclasses.dataclass
+class Row:
+    cells: list  # As many texts as the table has columns; the first is the row's name.
+    best: list  # As many: to be set in bold.
+    intervals: list = dataclasses.field(default_factory=list)  # As many, or none: "[0.45, 0.57]", empty for no interval.
+    from_paper: bool = False
+
+
+@dataclasses.dataclass
+class Table:
+    heading: str
+    columns: list
+    rows: list = dataclasses.field(default_factory=list)
+
+    @staticmethod
+    def of_json(json_table):
+        return Table(json_table["heading"], json_table["columns"], [Row(**row) for row in json_table["rows"]])
+
+    def to_json(self):
+        return dataclasses.asdict(self)
+
+    def add(self, cells, best=None):
+        self.rows.append(Row(list(cells), best or [False] * len(cells)))
+
+
+class Run:
+    """What a run left in its folder; files are read when they are asked for."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        with open(self.path("results.json"), encoding="utf-8") as file:
+            self.results = json.load(file)
+        self.tables = [Table.of_json(table) for table in self.results["tables"]]
+        self.title = (self.results["title"] or self.results["experiment"]) + (" (partial)" if self.partial else "")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    @property
+    def partial(self):
+        return self.results["partial"]
+
+    @functools.cached_property
+    def problems(self):
+        """problems.csv; names stay texts, whatever they look like."""
+        import pandas
+
+        texts = {name: str for name in ("id", "scene", "condition", "method", "status", "model", "rotation_level",
+                                        "translation_level", "structure_angles_deg")}
+        return pandas.read_csv(self.path("problems.csv"), dtype=texts, keep_default_na=False,
+                               na_values={}, converters={})
+
+    def condition_title(self, condition):
+        return f"{self.results['condition_label']}: {self.results['conditions'][condition]['label']}"
+
+    @functools.cached_property
+    def cells(self):
+        """The results of a condition and a method, by their numbers."""
+        conditions = {one["name"]: i for i, one in enumerate(self.results["conditions"])}
+        methods = {one["name"]: i for i, one in enumerate(self.results["methods"])}
+        return {(conditions[cell["condition"]], methods[cell["method"]]): cell for cell in self.results["results"]}
+
+    def metric(self, condition, method, name):
+        """Its mean over scenes; nothing where it is unknown."""
+        cell = self.cells.get((condition, method))
+        return None if cell is None else cell["metrics"].get("mean", {}).get(name)
+
+    def accuracy(self, condition, method):
+        return self.metric(condition, method, self.results["accuracy"]["metric"])
+
+
+def _escaped(text, special):
+    return "".join("\\" + c if c in special else c for c in text)
+
+
+def markdown_table(table):
+    """With aligned columns, ready to read on a terminal."""
+    lines = [table.columns] + [[f"**{cell}**" if best else cell for cell, best in zip(row.cells, row.best)] for row in table.rows]
+    lines = [[_escaped(cell, "|") for cell in line] for line in lines]
+    widths = [max(3, *(len(line[i]) for line in lines)) for i in range(len(table.columns))]
+
+    def text(line):
+        return "| " + " | ".join(cell.ljust(w) if i == 0 else cell.rjust(w)
+                                 for i, (cell, w) in enumerate(zip(line, widths))) + " |\n"
+
+    rule = "|" + "|".join("-" * (w + 2) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(widths)) + "|\n"
+    return text(lines[0]) + rule + "".join(text(line) for line in lines[1:])
+
+
+def latex_text(text):
+    special = {"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}", UNKNOWN: "--"}
+    return "".join(special.get(c) or _escaped(c, "&%$#_{}") for c in text)
+
+
+def latex_table(table):
+    """A tabular in the style of booktabs."""
+    def line(cells):
+        return " & ".join(cells) + " \\\\\n"
+
+    text = (f"\\begin{{tabular}}{{l{'r' * (len(table.columns) - 1)}}}\n\\toprule\n"
+            + line(latex_text(column) for column in table.columns) + "\\midrule\n")
+    paper = False
+    for row in table.rows:
+        if row.from_paper and not paper:
+            text += "\\midrule\n"
+        paper = paper or row.from_paper
+        text += line(f"\\textbf{{{latex_text(cell)}}}" if best else latex_text(cell) for cell, best in zip(row.cells, row.best))
+    return text + "\\bottomrule\n\\end{tabular}\n"
+
+
+def latex_report(run):
+    """The whole table.tex: one `table` environment a table."""
+    title, setting = run.results["title"] or run.results["experiment"], run.results["setting"]
+    text = "% Needs \\usepackage{booktabs}.\n"
+    for table in run.tables:
+        caption = f"{latex_text(title)}: {latex_text(table.heading)}. {latex_text(setting)}{'. Partial results' if run.partial else ''}."
+        text += f"\\begin{{table}}[t]\n\\centering\n\\caption{{{caption}}}\n{latex_table(table)}\\end{{table}}\n"
+    return text
+
+
+def tables_csv(tables):
+    """The tables as they are printed, one below the other, an empty line between; unknown values are empty."""
+    parts = []
+    for table in tables:
+        out = io.StringIO()
+        csv.writer(out, lineterminator="\n").writerows(
+            [[table.heading], table.columns] + [["" if cell == UNKNOWN else cell for cell in row.cells] for row in table.rows])
+        parts.append(out.getvalue())
+    return "\n".join(parts)
