@@ -23,10 +23,10 @@ void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const t
   SafetensorsWriter writer;
   WriteInfo(info, &writer);
   writer.AddText("average_updates", std::to_string(average.updates()));
-  AddTensors(kNetworkTensors, network, network.parameters(), &writer);
   AddTensors(kAverageTensors, network, average.shadow(), &writer);
   if (optimizer != nullptr) {
     WriteLossSums(info.losses, &writer);
+    AddTensors(kNetworkTensors, network, network.parameters(), &writer);
     AddOptimizer(network, *optimizer, &writer);
   }
   writer.Write(path);
@@ -36,15 +36,11 @@ CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& networ
                               torch::optim::Adam* optimizer) {
   SafetensorsFile file = OpenCheckpoint(path);
   const auto info = ReadInfo(file);
+  if (!HasPart(file, kOptimizer)) throw Error(path + ": holds no optimiser state; training cannot resume");
   ReadTensors(kNetworkTensors, network, network.parameters(), &file);
-  if (average != nullptr) {
-    ReadTensors(kAverageTensors, network, average->shadow(), &file);
-    average->set_updates(ReadCount(file, "average_updates"));
-  }
-  if (optimizer != nullptr) {
-    if (!HasPart(file, kOptimizer)) throw Error(path + ": holds no optimiser state; training cannot resume");
-    ReadOptimizer(network, optimizer, &file);
-  }
+  ReadTensors(kAverageTensors, network, average->shadow(), &file);
+  average->set_updates(ReadCount(file, "average_updates"));
+  ReadOptimizer(network, optimizer, &file);
   return info;
 }
 

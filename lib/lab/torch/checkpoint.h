@@ -10,12 +10,13 @@
 
 namespace diffsac {
 
-/// Writes weights, average, optimiser (may be null) and info, whole or not at all. Throws Error naming the path.
+/// Writes the average and info and, where there is an optimiser (it may be null), what training goes on from: the weights
+/// themselves and the optimiser's state. Whole or not at all. Throws Error naming the path.
 void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
                     const ExponentialMovingAverage& average, const torch::optim::Adam* optimizer);
 
-/// Reads everything into existing objects (average and optimizer may be null). Throws Error naming the first tensor
-/// whose name or shape differs when the network is another architecture.
+/// Reads everything into existing objects. Throws Error where training cannot go on from the file, and naming the first
+/// tensor whose name or shape differs when the network is another architecture.
 CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,
                               torch::optim::Adam* optimizer);
 

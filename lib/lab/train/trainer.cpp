@@ -149,7 +149,7 @@ void Trainer::Begin() {
   DrawCurves(true);
 }
 
-// best.safetensors is for inference: without the optimiser's state it is half the size.
+// best.safetensors is for inference: the average alone, a quarter of the size.
 void Trainer::Save(const std::string& name, bool with_optimizer) {
   if (!team_.main()) return;
   SaveCheckpoint(CheckpointPath(name), info_, learner_->network(), *average_,

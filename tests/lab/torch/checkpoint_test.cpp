@@ -136,7 +136,18 @@ TEST_CASE("a bad checkpoint is a clear error that names the file") {
   CHECK_THROWS_WITH(ReadCheckpointInfo(folder.File("old.pt")),
                     Catch::Contains("old.pt: not a safetensors file: a zip archive") && Catch::Contains("train again"));
   torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(1e-2));
-  CHECK_THROWS_WITH(LoadCheckpoint(path, *network, nullptr, &optimizer), Catch::Contains("optimiser"));
+  ExponentialMovingAverage other(*network, 0.9);
+  CHECK_THROWS_WITH(LoadCheckpoint(path, *network, &other, &optimizer), Catch::Contains("optimiser"));
+}
+
+TEST_CASE("a checkpoint that training does not go on from holds the average alone") {
+  const TemporaryFolder folder;
+  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  const ExponentialMovingAverage average(*network, 0.9);
+  SaveCheckpoint(folder.File("c.safetensors"), {}, *network, average, nullptr);
+  const SafetensorsFile file(folder.File("c.safetensors"));
+  CHECK(file.tensors().size() == network->parameters().size());
+  for (const auto& [name, tensor] : file.tensors()) CHECK_THAT(name, Catch::StartsWith(kAverageTensors));
 }
 
 TEST_CASE("a checkpoint of another architecture is refused") {
@@ -189,12 +200,13 @@ TEST_CASE("a checkpoint's metadata is checked") {
   const TemporaryFolder folder;
   auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
   ExponentialMovingAverage average(*network, 0.9);
+  torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(1e-2));
   const auto path = folder.File("c.safetensors");
-  SaveCheckpoint(path, {}, *network, average, nullptr);
+  SaveCheckpoint(path, {}, *network, average, &optimizer);
   const auto with = [&](const char* key, const std::string& text) {
     WriteChanged(
         path, [&](Parts* parts) { parts->texts[key] = text; }, folder.File("changed.safetensors"));
-    return ErrorOf([&] { LoadCheckpoint(folder.File("changed.safetensors"), *network, &average, nullptr); });
+    return ErrorOf([&] { LoadCheckpoint(folder.File("changed.safetensors"), *network, &average, &optimizer); });
   };
   CHECK_THAT(with("format", "pt"), Catch::Contains("changed.safetensors: not a DiffSAC checkpoint"));
   CHECK_THAT(with("version", "1"), Catch::Contains("checkpoint version '1', this program reads version '2'"));
@@ -210,7 +222,7 @@ TEST_CASE("a checkpoint's metadata is checked") {
                           "best_validation", "average_updates"}) {
     WriteChanged(
         path, [&](Parts* parts) { parts->texts.erase(key); }, folder.File("changed.safetensors"));
-    CHECK_THROWS_AS(LoadCheckpoint(folder.File("changed.safetensors"), *network, &average, nullptr), Error);
+    CHECK_THROWS_AS(LoadCheckpoint(folder.File("changed.safetensors"), *network, &average, &optimizer), Error);
   }
 }
 
