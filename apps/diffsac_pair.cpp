@@ -20,6 +20,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/terminal_log.h"
+#include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/images/calibration_options.h"
 #include "lab/images/exif_focal.h"
@@ -28,7 +29,6 @@
 #include "lab/images/photograph_results.h"
 #include "lab/images/picture.h"
 #include "lab/report/command_line.h"
-#include "lab/report/html_report.h"
 #include "lab/report/pair_text.h"
 
 namespace {

@@ -20,7 +20,7 @@
 #include "lab/images/picture.h"
 #include "lab/images/prepare_segments.h"
 #include "lab/images/vanishing_picture.h"
-#include "lab/report/colours.h"
+#include "lab/eval/colours.h"
 #include "lab/report/command_line.h"
 #include "lab/report/vanishing_text.h"
 

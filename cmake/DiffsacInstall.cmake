@@ -43,14 +43,17 @@ install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/di
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
-# What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, and the
-# networks of those and of lines and planes. Other networks are of baselines and tables, which a checkout has.
+# What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, what draws
+# pictures and writes pages, and the networks of those and of lines and planes. Other networks are of baselines and tables,
+# which a checkout has.
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
   DESTINATION ${_share}/configs COMPONENT programs FILES_MATCHING PATTERN "*.yaml")
 install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/learned_prosac.yaml
   ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml
   DESTINATION ${_share}/configs/rows COMPONENT programs)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
+  PATTERN "__pycache__" EXCLUDE)
 foreach(_name ${DIFFSAC_NETWORKS} line plane)
   install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
     COMPONENT library)
@@ -61,3 +64,4 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/share/diffsac)
 foreach(_name configs models)
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${_name} ${PROJECT_BINARY_DIR}/share/diffsac/${_name} SYMBOLIC)
 endforeach()
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/scripts/report ${PROJECT_BINARY_DIR}/share/diffsac/report SYMBOLIC)

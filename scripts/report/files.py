@@ -1,6 +1,9 @@
 """Files that appear whole or not at all, as those of the C++ programs do."""
 import os
-import tempfile
+import re
+import signal
+import socket
+import sys
 
 # A text of PNG, with its length and checksum, before the last chunk: diffsac_pair and diffsac_prepare pass over what has it.
 _OWN = b"\0\0\0\x28tEXtSoftware\0drawn by DiffSAC, no photograph\xed\x88\x17\xcf"
@@ -9,20 +12,22 @@ _PNG_END = b"\0\0\0\0IEND\xae\x42\x60\x82"
 
 def write_whole(path, content):
     """Text or bytes through a hidden temporary file beside it."""
-    data = content.encode() if isinstance(content, str) else content
+    data = content.encode(errors="replace") if isinstance(content, str) else content
     folder, name = os.path.split(os.path.abspath(path))
-    handle, temporary = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
+    stem, extension = os.path.splitext(name)
+    machine = re.sub("[^A-Za-z0-9]", "_", socket.gethostname())
+    # As the programs name theirs (core/temporary_files.h), which remove what killed processes left.
+    temporary = os.path.join(folder, f".{stem[:100]}.tmp-{os.getpid()}-0-{machine}{extension}")
     try:
-        with os.fdopen(handle, "wb") as file:
+        with open(temporary, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
         os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
+    except BaseException as error:
+        remove(temporary)
+        if isinstance(error, OSError):
+            error.filename = path
         raise
 
 
@@ -32,7 +37,15 @@ def marked_as_own(png):
 
 
 def remove(path):
-    try:
+    if path and os.path.lexists(path):
         os.unlink(path)
-    except FileNotFoundError:
-        pass
+
+
+def run_script(main, *arguments):
+    """Ctrl-C ends it at once. What cannot be written is one line, and a status that the programs know as bad output."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        main(*arguments)
+    except OSError as error:
+        print(f"cannot write {error.filename}: {error.strerror}" if error.filename else error, file=sys.stderr)
+        sys.exit(4)

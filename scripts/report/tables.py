@@ -56,10 +56,8 @@ class Run:
         """problems.csv; names stay texts, whatever they look like."""
         import pandas
 
-        texts = {name: str for name in ("id", "scene", "condition", "method", "status", "model", "rotation_level",
-                                        "translation_level", "structure_angles_deg")}
-        return pandas.read_csv(self.path("problems.csv"), dtype=texts, keep_default_na=False,
-                               na_values={}, converters={})
+        texts = ("id", "scene", "condition", "method", "status", "model", "rotation_level", "translation_level", "structure_angles_deg")
+        return pandas.read_csv(self.path("problems.csv"), converters={name: str for name in texts})
 
     def condition_title(self, condition):
         return f"{self.results['condition_label']}: {self.results['conditions'][condition]['label']}"

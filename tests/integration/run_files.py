@@ -109,7 +109,7 @@ def without_times(path):
         kept = [i for i, column in enumerate(rows[0]) if not column.startswith("ms_") and column != "data_wait_share"]
         return [[row[i] for i in kept] for row in rows if not any(value.startswith("ms_") for value in row)]
     if extension == ".json":
-        measured = ("seconds", "peak_memory_mib")
+        measured = ("seconds", "peak_memory_mib", "run", "tables", "strata", "effects")
         return json.loads(data, object_pairs_hook=lambda items: {
             k: v for k, v in items if not k.startswith("ms_") and k not in measured})
     return [line for line in data.split(b"\n") if not line.startswith(b"# date:")]

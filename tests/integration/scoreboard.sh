@@ -18,7 +18,7 @@ YAML
 table=(--config "$own/scoreboard_line.yaml" --threads 1)
 run_expecting 0 evaluate "${table[@]}" --output "$own/runs/scoreboard_line"
 run="$own/runs/scoreboard_line"
-expect_file "$run"/{effects,strata_inlier_share,strata_points}.gp "$run"/{table.md,report.html}
+expect_file "$run"/{effects,strata_inlier_share,strata_points}.png "$run"/{table.md,report.html}
 rows=$(cut -d, -f4 "$run/problems.csv" | sort -u | paste -sd,)
 [[ "$rows" == "count_20,count_200,method,msac_20,msac_200,oracle" ]] || fail "the rows are $rows"
 

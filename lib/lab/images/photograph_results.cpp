@@ -14,14 +14,16 @@
 #include "diffsac/core/typed_options.h"
 #include "lab/config/run_directory.h"
 #include "lab/data/correspondences_dataset.h"
+#include "lab/eval/example_files.h"
 #include "lab/eval/export_colmap.h"
 #include "lab/eval/format.h"
+#include "lab/eval/report_script.h"
 #include "lab/eval/runner.h"
 #include "lab/files/colmap_create.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
-#include "lab/report/html_report.h"
 #include "lab/report/long_lines.h"
+#include "lab/report/run_files.h"
 
 namespace diffsac {
 namespace {
@@ -255,8 +257,11 @@ void WritePhotographResults(const Photographs& given, const FeatureStore& store,
   CreateColmapDatabase(path, database);
   std::ostringstream said;
   ExportColmap(results, {.database = path}, said);
-  WriteReport(MakeReport(results), output);
+  WritePairs(results, output);
   WriteConfiguration(results.experiment, scene, output);
+  WriteFileAtomically((fs::path(output) / "problems.csv").string(), ProblemsCsv(results));
+  EndResults(MakeReport(results), output);
+  TellRun(output);
   WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(pairs, photographs, method, seed));
   SayResults(pairs, photographs, output, scene, out);
 }

@@ -12,16 +12,16 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/example_files.h"
+#include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/eval/sweep.h"
 #include "lab/report/compare_runs.h"
 #include "lab/report/effects_page.h"
-#include "lab/report/html_report.h"
 #include "lab/report/labelled_points.h"
 #include "lab/report/markdown_report.h"
 #include "lab/report/merge.h"
 #include "lab/report/missing_networks.h"
-#include "lab/report/plots.h"
 #include "lab/report/result_files.h"
 #include "lab/report/results_page.h"
 #include "lab/report/run_files.h"
@@ -68,7 +68,7 @@ std::string Folder(const EvalRequest& request, const ExperimentOptions& experime
 void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
                 std::ostream& out) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
-  if (!results.partial) DrawExamples(results, folder);
+  WriteFits(results, folder);
   KeepEstimates(results, folder);
   WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
   out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
@@ -81,9 +81,10 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
   WriteResults(report, folder);
   KeepEstimates(results, folder);
   WriteLabels(results, folder);
-  if (!results.partial) DrawFigures(report, folder);
-  WriteReport(report, folder);
+  WriteFits(results, folder);
+  WritePairs(results, folder);
   EndResults(report, folder);
+  TellRun(folder);
   if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
@@ -163,7 +164,7 @@ void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experimen
   files.push_back(request.config_path);
   if (ProgramOfRun(folder).empty())
     for (const char* name : {"config.yaml", "report.html", "table.md", "table.csv", "table.tex", "problems.csv",
-                             "results.csv", "results.json", "reliability.csv", kEstimatesFile, kShardRecords})
+                             "results.csv", "results.json", "reliability.csv", kEstimatesFile, kFitsFile, kPairsFile, kShardRecords})
       outputs.push_back(folder + "/" + name);
   RefuseInputsAsOutputs(outputs, files);
 }
@@ -220,6 +221,8 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   RefuseInputs(request, experiment, folder);
   if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
+    // It was not where a disk was full or the process was killed.
+    if (experiment.report && !std::filesystem::exists(folder + "/" + kReportFile)) TellRun(folder);
     return kExitOk;
   }
   std::optional<RunLock> lock;
@@ -242,7 +245,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (!results.partial) ExportColmap(results, request.colmap, out);
   if (request.shard.empty()) out << ResultsText(folder) << std::endl;
   if (results.partial) LogWarning("interrupted: partial results are in " + folder);
-  return results.partial ? kExitInterrupted : kExitOk;
+  return results.partial || stop ? kExitInterrupted : kExitOk;
 }
 
 }  // namespace diffsac

@@ -13,7 +13,6 @@
 #include "lab/report/effect_tables.h"
 #include "lab/report/markdown_report.h"
 #include "lab/report/metric_table.h"
-#include "lab/report/plots.h"
 #include "lab/report/results_page.h"
 #include "lab/report/run_reader.h"
 #include "lab/report/strata_tables.h"
@@ -79,7 +78,7 @@ Table OverviewOf(const std::vector<EffectRun>& runs, const std::string& what, Ef
 std::string PicturesText(const EffectRun& run, const std::string& page, const std::string& name) {
   const ExperimentOptions& experiment = run.report.results.experiment;
   std::vector<std::string> pictures = {"effects"};
-  for (const StrataOptions& strata : experiment.strata) pictures.push_back(StrataPicture(strata.by));
+  for (const StrataOptions& strata : experiment.strata) pictures.push_back("strata_" + ToString(strata.by));
   std::string text;
   for (const std::string& picture : pictures) {
     const std::string path = (fs::path(run.folder) / (picture + ".png")).string();

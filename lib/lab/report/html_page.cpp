@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "lab/report/gnuplot.h"
+#include "lab/eval/format.h"
 
 namespace diffsac {
 
@@ -23,7 +23,7 @@ constexpr const char* kPolicy =
 constexpr std::size_t kMostColumnsWithIntervals = 7;
 
 /// The number that a cell begins with: "+0.21 [...]", "1.5e-3", "85 %". Nothing for other texts, as for "3 views".
-std::optional<double> NumberOf(const std::string& cell) {
+std::optional<double> CellNumber(const std::string& cell) {
   if (cell.empty() || std::isspace(static_cast<unsigned char>(cell.front()))) return std::nullopt;
   char* end = nullptr;
   const double value = std::strtod(cell.c_str(), &end);
@@ -39,7 +39,7 @@ bool IsNumeric(const Table& table, std::size_t column) {
   for (const Table::Row& row : table.rows) {
     const std::string& cell = row.cells[column];
     if (cell.empty() || cell == kUnknown) continue;
-    if (!NumberOf(cell)) return false;
+    if (!CellNumber(cell)) return false;
     any = true;
   }
   return any;
@@ -47,7 +47,7 @@ bool IsNumeric(const Table& table, std::size_t column) {
 
 /// The interval in smaller type.
 std::string CellMarkup(const std::string& cell) {
-  const std::size_t interval = NumberOf(cell) && cell.ends_with("]") ? cell.find(" [") : std::string::npos;
+  const std::size_t interval = CellNumber(cell) && cell.ends_with("]") ? cell.find(" [") : std::string::npos;
   if (interval == std::string::npos) return HtmlText(cell);
   return HtmlText(cell.substr(0, interval)) + " <small>" + HtmlText(cell.substr(interval + 1)) + "</small>";
 }
@@ -59,8 +59,8 @@ std::string RowMarkup(const Table::Row& row, const std::vector<bool>& numeric) {
     if (c < row.best.size() && row.best[c]) classes += classes.empty() ? "best" : " best";
     html += c == 0 ? "<th scope=\"row\"" : "<td";
     if (!classes.empty()) html += " class=\"" + classes + "\"";
-    const auto value = numeric[c] ? NumberOf(row.cells[c]) : std::nullopt;
-    if (value) html += " data-value=\"" + GnuplotNumber(*value) + "\"";
+    const auto value = numeric[c] ? CellNumber(row.cells[c]) : std::nullopt;
+    if (value) html += " data-value=\"" + Format("%.7g", *value) + "\"";
     const bool interval = c < row.intervals.size() && !row.intervals[c].empty();
     html += ">" + CellMarkup(interval ? row.cells[c] + " " + row.intervals[c] : row.cells[c]) +
             (c == 0 ? "</th>" : "</td>");

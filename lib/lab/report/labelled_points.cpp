@@ -16,7 +16,7 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/data/point_source.h"
 #include "lab/eval/format.h"
-#include "lab/report/colours.h"
+#include "lab/eval/colours.h"
 
 namespace diffsac {
 namespace {

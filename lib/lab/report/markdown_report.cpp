@@ -35,22 +35,6 @@ std::string MarkdownRow(const std::vector<std::string>& cells, const std::vector
   return line + "\n";
 }
 
-std::string LatexText(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\\')
-      out += "\\textbackslash{}";
-    else if (c == '~')
-      out += "\\textasciitilde{}";
-    else if (c == '^')
-      out += "\\textasciicircum{}";
-    else
-      out += Escaped(std::string(1, c), "&%$#_{}");
-  }
-  for (std::size_t at; (at = out.find(kUnknown)) != std::string::npos;) out.replace(at, 3, "--");
-  return out;
-}
-
 bool AllShareProblems(const ExperimentResults& results) {
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
     if (!RowsShareProblems(results, c)) return false;
@@ -110,28 +94,6 @@ std::string MarkdownTable(const Table& table) {
   return text;
 }
 
-std::string LatexTable(const Table& table) {
-  const auto line = [](const std::vector<std::string>& cells) {
-    std::string text = cells.front();
-    for (std::size_t i = 1; i < cells.size(); ++i) text += " & " + cells[i];
-    return text + " \\\\\n";
-  };
-  std::vector<std::string> heads;
-  for (const std::string& column : table.columns) heads.push_back(LatexText(column));
-  std::string text = "\\begin{tabular}{l" + std::string(table.columns.size() - 1, 'r') + "}\n\\toprule\n" +
-                     line(heads) + "\\midrule\n";
-  bool paper = false;
-  for (const Table::Row& row : table.rows) {
-    if (row.from_paper && !paper) text += "\\midrule\n";
-    paper = paper || row.from_paper;
-    std::vector<std::string> cells;
-    for (std::size_t i = 0; i < row.cells.size(); ++i)
-      cells.push_back(row.best[i] ? "\\textbf{" + LatexText(row.cells[i]) + "}" : LatexText(row.cells[i]));
-    text += line(cells);
-  }
-  return text + "\\bottomrule\n\\end{tabular}\n";
-}
-
 std::string ReportNotes(const Report& report) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
@@ -170,19 +132,6 @@ std::string MarkdownReport(const Report& report) {
   text += "\n" + ReportNotes(report);
   for (const std::string& row : experiment.left_out) text += "\nLeft out: " + row + ".\n";
   if (!experiment.notes.empty()) text += "\n" + experiment.notes + "\n";
-  return text;
-}
-
-std::string LatexReport(const Report& report) {
-  const ExperimentResults& results = report.results;
-  const ExperimentOptions& experiment = results.experiment;
-  std::string text = "% Needs \\usepackage{booktabs}.\n";
-  for (const Table& table : report.tables) {
-    const std::string title = experiment.title.empty() ? experiment.name : experiment.title;
-    text += "\\begin{table}[t]\n\\centering\n\\caption{" + LatexText(title) + ": " + LatexText(table.heading) + ". " +
-            LatexText(ReportSetting(results)) + (results.partial ? ". Partial results" : "") + ".}\n" +
-            LatexTable(table) + "\\end{table}\n";
-  }
   return text;
 }
 

@@ -9,9 +9,6 @@ namespace diffsac {
 /// Markdown with aligned columns, ready to read on a terminal.
 std::string MarkdownTable(const Table& table);
 
-/// A tabular in the style of booktabs; special characters are escaped.
-std::string LatexTable(const Table& table);
-
 /// How the results were measured, in a line: problems, conditions, seed.
 std::string ReportSetting(const ExperimentResults& results);
 
@@ -20,8 +17,5 @@ std::string ReportNotes(const Report& report);
 
 /// The whole table.md: title, how it was measured, the tables, notes.
 std::string MarkdownReport(const Report& report);
-
-/// The whole table.tex: one `table` environment a table.
-std::string LatexReport(const Report& report);
 
 }  // namespace diffsac

@@ -9,10 +9,10 @@
 #include "diffsac/core/status.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
-#include "lab/report/html_report.h"
+#include "lab/eval/example_files.h"
+#include "lab/eval/report_script.h"
 #include "lab/report/labelled_points.h"
 #include "lab/report/markdown_report.h"
-#include "lab/report/plots.h"
 #include "lab/report/result_files.h"
 #include "lab/report/run_files.h"
 
@@ -104,16 +104,6 @@ std::string Machines(const std::vector<ShardContent>& shards) {
   return text + " (" + std::to_string(shards.size()) + " shards)";
 }
 
-void CopyPictures(const std::string& from, const std::string& to) {
-  std::error_code code;
-  if (fs::equivalent(from, to, code)) return;
-  for (const fs::directory_entry& entry : fs::directory_iterator(from, code)) {
-    const std::string extension = entry.path().extension().string();
-    const std::string target = (fs::path(to) / entry.path().filename()).string();
-    if (extension == ".png" || extension == ".gp") WriteFileAtomically(target, ReadFile(entry.path().string()));
-  }
-}
-
 ShardContent ReadShardFolder(const std::string& folder) {
   const std::string path = (fs::path(folder) / kShardRecords).string();
   if (!fs::is_directory(folder)) throw Error("--merge: no folder '" + folder + "'");
@@ -157,6 +147,13 @@ ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_all
   return results;
 }
 
+void CopyFits(const std::string& from, const std::string& to) {
+  const fs::path fits = fs::path(from) / kFitsFile, copy = fs::path(to) / kFitsFile;
+  std::error_code code;
+  if (!fs::exists(fits, code)) return RemoveFile(copy.string());
+  if (!fs::equivalent(from, to, code)) WriteFileAtomically(copy.string(), ReadFile(fits.string()));
+}
+
 void MergeFolders(const std::vector<std::string>& folders, const std::string& output, std::ostream& out) {
   std::vector<ShardContent> shards;
   for (const std::string& folder : folders) shards.push_back(ReadShardFolder(folder));
@@ -172,10 +169,10 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   WriteResults(report, folder);
   KeepEstimates(results, folder);
   WriteLabels(results, folder);
-  CopyPictures(first, folder);
-  DrawFigures(report, folder);
-  WriteReport(report, folder);
+  CopyFits(first, folder);
+  WritePairs(results, folder);
   EndResults(report, folder);
+  TellRun(folder);
   out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
 }
 

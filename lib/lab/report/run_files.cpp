@@ -326,65 +326,52 @@ std::string ResultsJson(const Report& report, const std::string& config) {
   const Tolerance c = experiment.tolerance();
   Json cells = Json::array();
   for (const Cell& cell : results.cells) cells.push_back(CellJson(results, cell, report.Of(cell)));
-  const Json json = {{"experiment", experiment.name},
-                     {"title", experiment.title},
-                     {"task", ToString(experiment.task)},
-                     {"dataset", results.dataset},
-                     {"seed", experiment.seed},
-                     {"seeds", results.seeds},
-                     {c.pixels ? "threshold_px" : "threshold_deg", c.value},
-                     {"partial", results.partial},
-                     {"left_out", experiment.left_out},
-                     {"git_revision", results.git_revision},
-                     {"machine", results.machine},
-                     {"learned", LearnedJson(results)},
-                     {"facts", FactsJson(results.facts, config)},
-                     {"setting", ReportSetting(results)},
-                     {"notes", ReportNotes(report)},
-                     {"experiment_notes", experiment.notes},
-                     {"report", experiment.report},
-                     {"accuracy", {{"metric", AccuracyMetric(results)}, {"title", AccuracyTitle(results)}}},
-                     {"unit", ShownUnit(JudgesStructures(results), c)},
-                     {"poses", JudgesPoses(results)},
-                     {"structures", JudgesStructures(results)},
-                     {"two_view", IsTwoView(experiment.task)},
-                     {"condition_label", experiment.condition_label},
-                     {"conditions", ConditionsJson(experiment)},
-                     {"methods", MethodsJson(experiment)},
-                     {"figures", FiguresJson(experiment.figures)},
-                     {"tables", TablesJson(report.tables)},
-                     {"strata", StrataJson(report)},
-                     {"effects", EffectsJson(report)},
-                     {"results", cells},
-                     {"differences", ComparisonsJson(report)},
-                     {"paper", PaperJson(results)}};
+  const Json json = {
+      {"experiment", experiment.name},
+      {"title", experiment.title},
+      {"task", ToString(experiment.task)},
+      {"dataset", results.dataset},
+      {"seed", experiment.seed},
+      {"seeds", results.seeds},
+      {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+      {"partial", results.partial},
+      {"left_out", experiment.left_out},
+      {"git_revision", results.git_revision},
+      {"machine", results.machine},
+      {"learned", LearnedJson(results)},
+      {"facts", FactsJson(results.facts, config)},
+      {"setting", ReportSetting(results)},
+      {"notes", ReportNotes(report)},
+      {"experiment_notes", experiment.notes},
+      {"report", experiment.report},
+      {"accuracy", {{"metric", AccuracyMetric(results)}, {"title", AccuracyTitle(results)}}},
+      {"unit", ShownUnit(JudgesStructures(results), c)},
+      {"poses", JudgesPoses(results)},
+      {"structures", JudgesStructures(results)},
+      {"two_view", IsTwoView(experiment.task)},
+      {"reference",
+       ReferenceRow(experiment) < 0 ? Json(nullptr) : Json(experiment.methods[ReferenceRow(experiment)].name)},
+      {"condition_label", experiment.condition_label},
+      {"conditions", ConditionsJson(experiment)},
+      {"methods", MethodsJson(experiment)},
+      {"figures", FiguresJson(experiment.figures)},
+      {"tables", TablesJson(report.tables)},
+      {"strata", StrataJson(report)},
+      {"effects", EffectsJson(report)},
+      {"results", cells},
+      {"differences", ComparisonsJson(report)},
+      {"paper", PaperJson(results)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string TablesCsv(const std::vector<Table>& tables) {
-  const auto line = [](const std::vector<std::string>& cells) {
-    std::string text;
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      text += (i == 0 ? "" : ",") + (cells[i] == kUnknown ? std::string() : CsvText(cells[i]));
-    return text + "\n";
-  };
-  std::string text;
-  for (const Table& table : tables) {
-    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
-    for (const Table::Row& row : table.rows) text += line(row.cells);
-  }
-  return text;
 }
 
 void WriteResults(const Report& report, const std::string& folder) {
   WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
   WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
+  RemoveFile(folder + "/reliability.csv");  // An earlier run's.
   if (!report.results.reliability.empty())
     WriteFileAtomically(folder + "/reliability.csv", ReliabilityCsv(DistinctCurves(report.results.reliability),
                                                                     ConditionNames(report.results.experiment)));
-  WriteFileAtomically(folder + "/table.csv", TablesCsv(report.tables));
   WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
-  WriteFileAtomically(folder + "/table.tex", LatexReport(report));
 }
 
 void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }

@@ -24,11 +24,8 @@ std::string ProblemsCsv(const ExperimentResults& results);
 /// `config`: the run's config.yaml, whose first lines say by what, where and when it was run.
 std::string ResultsJson(const Report& report, const std::string& config = "");
 
-/// table.csv: the tables as they are printed, methods by conditions, one below the other: a line with the heading, one
-/// with the columns, a line a row, an empty line. Unknown values are empty.
-std::string TablesCsv(const std::vector<Table>& tables);
-
-/// Writes the first two, the tables, table.md and table.tex into a folder, each file whole or not at all. Throws Error.
+/// Writes results.csv, problems.csv, reliability.csv where there is something to tell, and table.md into a folder, each
+/// file whole or not at all. Throws Error.
 void WriteResults(const Report& report, const std::string& folder);
 
 /// A folder holds the run that its config.yaml names when results.json is there: it is removed before anything else is

@@ -12,11 +12,11 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/eval/sweep.h"
-#include "lab/report/html_report.h"
 #include "lab/report/markdown_report.h"
-#include "lab/report/plots.h"
+#include "lab/report/merge.h"
 #include "lab/report/result_files.h"
 #include "lab/report/results_page.h"
 #include "lab/report/run_files.h"
@@ -77,15 +77,7 @@ ExperimentOptions CheckPoints(const EvalRequest& request, std::vector<SweepPoint
   return *first;
 }
 
-/// Pictures of single problems are the first seed's.
-void CopyExamples(const std::string& from, const std::string& folder) {
-  for (const auto& entry : std::filesystem::directory_iterator(from)) {
-    const std::string name = entry.path().filename().string();
-    const bool example = name.starts_with("matches_") || name == "fits.png" || name == "confidence.png";
-    if (example) WriteFileAtomically((std::filesystem::path(folder) / name).string(), ReadFile(entry.path().string()));
-  }
-}
-
+/// Fits of single problems are the first seed's.
 void WriteJoined(ExperimentResults results, const std::string& first_point, const EvalRequest& request,
                  const std::string& folder, std::ostream& out) {
   // The points may have other data: pictures of pairs are in their own reports.
@@ -93,10 +85,9 @@ void WriteJoined(ExperimentResults results, const std::string& first_point, cons
   const Report report = MakeReport(results);
   RunDirectory(folder, "diffsac_eval", WriteExperiment(results.experiment), results.experiment.seed);
   WriteResults(report, folder);
-  DrawFigures(report, folder);
-  if (!results.seeds.empty()) CopyExamples(first_point, folder);
-  WriteReport(report, folder);
+  if (!results.seeds.empty()) CopyFits(first_point, folder);
   EndResults(report, folder);
+  TellRun(folder);
   if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
 }

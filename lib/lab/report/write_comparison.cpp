@@ -91,6 +91,21 @@ std::string Markdown(const RunComparison& comparison) {
   return text;
 }
 
+std::string TablesCsv(const std::vector<Table>& tables) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      text += (i == 0 ? "" : ",") + (cells[i] == kUnknown ? std::string() : CsvText(cells[i]));
+    return text + "\n";
+  };
+  std::string text;
+  for (const Table& table : tables) {
+    text += (text.empty() ? "" : "\n") + line({table.heading}) + line(table.columns);
+    for (const Table::Row& row : table.rows) text += line(row.cells);
+  }
+  return text;
+}
+
 std::string HtmlOf(const RunComparison& comparison) {
   HtmlPage page(Title(comparison));
   page.AddSubtitle("A: " + comparison.name_a + ", B: " + comparison.name_b);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "lab/eval/report_script.h"
 #include "lab/files/event_file.h"
 
 namespace diffsac {
@@ -18,8 +19,8 @@ std::string ValidationMeasure(const std::string& column);
 /// The file of a training run's folder that TensorBoard reads.
 inline constexpr const char* kEventFile = "events.out.tfevents.diffsac";
 
-/// metrics.csv of a training run, the same for TensorBoard (kEventFile), a picture of it (training_curve.png, through
-/// gnuplot when it is there), and a page (report.html).
+/// metrics.csv of a training run, the same for TensorBoard (kEventFile), a picture of it (training_curve.png) and a
+/// page (report.html), both by scripts/report.
 class MetricsLog {
  public:
   /// Keeps rows up to `last_iteration` of an earlier, interrupted run in the same folder, of which nothing is written
@@ -29,22 +30,19 @@ class MetricsLog {
   void Append(std::int64_t iteration, const std::vector<double>& values);
   /// Writes metrics.csv, and TensorBoard's file, with the rows so far.
   void Write();
-  /// Redraws the picture. Does nothing when gnuplot is missing, or nothing has been measured.
-  void Draw() const;
-  /// Rewrites the page, with the folder's config.yaml; `running`: a browser is to load it again and again. That it
-  /// cannot be made is a warning in the log; throws Error when it cannot be written.
-  void WriteReport(bool running) const;
+  /// Draws the curves and writes the page. `running`: a browser is to load it again and again; it is made beside the
+  /// training, and not at all while one is being made. That it cannot be made is a warning in the log.
+  void Tell(bool running);
 
  private:
   std::string Header() const;
   void WriteTable() const;
-  /// Whether a column has a value; `positive`: one that a logarithmic axis shows.
-  bool HasValue(std::size_t column, bool positive) const;
 
   std::string folder_;
   std::vector<std::string> columns_;
   std::vector<std::string> rows_;
   EventFile events_;
+  ReportScript script_;
 };
 
 }  // namespace diffsac

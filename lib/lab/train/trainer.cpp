@@ -207,7 +207,7 @@ TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
 // A page that goes on to load itself would look like a training that goes on. What went wrong is said elsewhere.
 void Trainer::EndPage() noexcept {
   try {
-    if (log_) log_->WriteReport(false);
+    if (log_) log_->Tell(false);
   } catch (const std::exception&) {
   }
 }
@@ -243,8 +243,7 @@ void Trainer::AppendRow(std::int64_t iteration, double data_wait_seconds, const 
 }
 
 void Trainer::DrawCurves(bool running) {
-  log_->Draw();
-  log_->WriteReport(running);
+  log_->Tell(running);
   drawn_ = std::chrono::steady_clock::now();
 }
 

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/report/colours.h"
+#include "lab/eval/colours.h"
 #include "lab/report/model_table.h"
 
 namespace diffsac {

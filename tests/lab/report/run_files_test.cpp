@@ -8,6 +8,7 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/report/result_files.h"
 
 namespace diffsac {
 namespace {
@@ -143,29 +144,27 @@ TEST_CASE("rows with different numbers of problems are compared on the common on
   CHECK_NOTHROW(ResultsJson(MakeReport(results)));
 }
 
-TEST_CASE("table.csv has the printed tables, methods by conditions") {
-  const ExperimentResults results = MadeUpResults();
-  const Report report = MakeReport(results);
-  const std::string csv = TablesCsv(report.tables), heading = report.tables.front().heading;
-  CHECK(csv.starts_with(heading.find(',') == std::string::npos ? heading + "\n" : "\"" + heading + "\"\n"));
-  CHECK_THAT(csv, Contains("\nFirst,"));
-  CHECK_THAT(csv, Contains("\n\n"));
-  CHECK_THAT(csv, !Contains("**") && !Contains("–"));
-  CHECK_THAT(csv, Contains("RANSAC"));
-}
-
 TEST_CASE("all files are written, and a folder that is not there is an error") {
   const TemporaryFolder folder;
   const ExperimentResults results = MadeUpResults();
   WriteResults(MakeReport(results), folder.path());
-  CHECK_FALSE(std::filesystem::exists(folder.File("results.json")));  // Comes last, when pictures and report are there.
+  CHECK_FALSE(std::filesystem::exists(folder.File("results.json")));  // Comes last.
   EndResults(MakeReport(results), folder.path());
-  for (const char* name : {"results.json", "results.csv", "problems.csv", "table.csv", "table.md", "table.tex"})
+  for (const char* name : {"results.json", "results.csv", "problems.csv", "table.md"})
     CHECK_FALSE(ReadFile(folder.File(name)).empty());
   CHECK_THROWS_AS(WriteResults(MakeReport(results), folder.File("absent")), Error);
   BeginResults(folder.path());
   CHECK_FALSE(std::filesystem::exists(folder.File("results.json")));
   CHECK_NOTHROW(BeginResults(folder.File("absent")));
+}
+
+TEST_CASE("a run ends with where its results are, and only those that are there") {
+  const TemporaryFolder folder;
+  CHECK(ResultsText(folder.path()) == "results are in " + folder.path());
+  WriteFileAtomically(folder.File("report.html"), "");
+  WriteFileAtomically(folder.File("problems.csv"), "");
+  CHECK(ResultsText(folder.path()) ==
+        "results are in " + folder.path() + ": report.html (open it in a browser), problems.csv");
 }
 
 }  // namespace

@@ -1,0 +1,148 @@
+#include "lab/eval/report_script.h"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <filesystem>
+
+#include "diffsac/core/files.h"
+#include "diffsac/core/logging.h"
+#include "diffsac/core/resources.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kCannotRun = 127;
+constexpr int kCannotWrite = 4;  // scripts/report/files.py.
+
+// A program without a shell, so that no path needs quoting, and the end of a pipe that has what it says.
+int Spawn(const std::vector<std::string>& words, int* output) {
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return -1;
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(kCannotRun);
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+    ::dup2(::open("/dev/null", O_RDWR), STDIN_FILENO);
+    ::dup2(ends[1], STDOUT_FILENO);
+    ::dup2(ends[1], STDERR_FILENO);
+    ::execvp(argv[0], argv.data());
+    ::_exit(kCannotRun);
+  }
+  ::close(ends[1]);
+  if (child < 0) ::close(ends[0]);
+  *output = ends[0];
+  return child;
+}
+
+// What comes out of a pipe until its other end is closed, of which the last line says most.
+std::string LastLine(int descriptor) {
+  std::string text;
+  std::array<char, 4096> buffer;
+  for (;;) {
+    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) break;
+    text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  const std::size_t last = text.find_last_not_of(" \n");
+  if (last == std::string::npos) return "";
+  text.resize(last + 1);
+  return text.substr(text.rfind('\n') + 1);
+}
+
+// What it ended with.
+int End(int process) {
+  int status = 0;
+  while (::waitpid(process, &status, 0) < 0)
+    if (errno != EINTR) return kCannotRun;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kCannotRun;
+}
+
+// The python3 of an environment may lack modules that the system's has. Empty without any.
+std::string FindPython() {
+  const std::string check = SharedFile("report/check_modules.py");
+  for (const char* python : {"python3", "/usr/bin/python3"}) {
+    int output = -1;
+    const int process = Spawn({python, "-B", check}, &output);
+    if (process < 0) continue;
+    LastLine(output);
+    ::close(output);
+    if (End(process) == 0) return python;
+  }
+  return "";
+}
+
+const std::string& Python() {
+  static const std::string python = FindPython();
+  return python;
+}
+
+}  // namespace
+
+void ReportScript::Start(const std::string& name, const std::vector<std::string>& arguments) {
+  Stop();
+  try {
+    if (Python().empty())
+      throw Error(
+          "no python3 with matplotlib, jinja2, pandas and h5py was found (Debian: python3-matplotlib python3-jinja2 "
+          "python3-pandas python3-h5py)");
+    std::vector<std::string> words = {Python(), "-B", SharedFile("report/" + name)};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    called_ = words.back();
+    process_ = Spawn(words, &output_);
+  } catch (const Error& error) {
+    LogWarning(std::string("no pictures and no page: ") + error.what());
+  }
+}
+
+bool ReportScript::Runs() {
+  if (process_ < 0) return false;
+  siginfo_t state{};
+  return ::waitid(P_PID, static_cast<id_t>(process_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 && state.si_pid == 0;
+}
+
+bool ReportScript::Wait() {
+  if (process_ < 0) return false;
+  const std::string said = LastLine(output_);
+  ::close(output_);
+  const int code = End(process_);
+  process_ = -1;
+  if (code == kCannotWrite) throw Error(said);
+  if (code != 0) LogWarning(called_ + ": no pictures or no page: " + (said.empty() ? "the script was stopped" : said));
+  return code == 0;
+}
+
+void ReportScript::Stop() {
+  if (process_ < 0) return;
+  ::kill(process_, SIGKILL);
+  ::close(output_);
+  End(process_);
+  process_ = -1;
+}
+
+bool RunReportScript(const std::string& name, const std::vector<std::string>& arguments) {
+  ReportScript script;
+  script.Start(name, arguments);
+  return script.Wait();
+}
+
+bool HasReportPython() { return !Python().empty(); }
+
+bool TellRun(const std::string& folder) {
+  RemoveFile((std::filesystem::path(folder) / kReportFile).string());  // An earlier run's.
+  return RunReportScript("run_report.py", {folder});
+}
+
+}  // namespace diffsac

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace diffsac {
+
+/// One of scripts/report (of share/diffsac beside the running program), which draw pictures and write pages from what a
+/// run left in its folder. It is run by the first python3 that has their modules. That there is none, or that it fails
+/// otherwise than by a disk, is one line in the log: the numbers are there already. It dies with this process, so that
+/// it writes nothing later.
+class ReportScript {
+ public:
+  ReportScript() = default;
+  ReportScript(const ReportScript&) = delete;
+  ReportScript& operator=(const ReportScript&) = delete;
+  ~ReportScript() { Stop(); }
+
+  /// Starts a script of this name; one that runs already is stopped.
+  void Start(const std::string& name, const std::vector<std::string>& arguments);
+  /// Whether it has not ended yet.
+  bool Runs();
+  /// Waits for its end. True where it was started and succeeded. Throws Error where it cannot write a file.
+  bool Wait();
+  /// Ends it now.
+  void Stop();
+
+ private:
+  int process_ = -1, output_ = -1;
+  std::string called_;
+};
+
+/// Starts it and waits for its end.
+bool RunReportScript(const std::string& name, const std::vector<std::string>& arguments);
+
+/// Whether a python3 has their modules.
+bool HasReportPython();
+
+/// Pictures, report.html, table.tex and table.csv of a run's folder that holds results.json.
+bool TellRun(const std::string& folder);
+
+/// The file of a run's folder that is there to be looked at.
+inline constexpr const char* kReportFile = "report.html";
+
+}  // namespace diffsac
