@@ -5,16 +5,16 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <string_view>
 
 namespace diffsac::testing {
 
-/// Reads choices and numbers from a fuzzer's bytes; zeros once they have run out.
+/// Reads choices and numbers from an input's bytes; zeros once they have run out.
 class ByteReader {
  public:
-  ByteReader(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
 
-  bool empty() const { return at_ >= size_; }
-  std::uint8_t Byte() { return at_ < size_ ? data_[at_++] : 0; }
+  std::uint8_t Byte() { return at_ < bytes_.size() ? static_cast<std::uint8_t>(bytes_[at_++]) : 0; }
   bool Flag() { return (Byte() & 1) != 0; }
   /// In [0, n).
   int Below(int n) { return Byte() % n; }
@@ -62,8 +62,7 @@ class ByteReader {
   }
 
  private:
-  const std::uint8_t* data_;
-  std::size_t size_;
+  std::string_view bytes_;
   std::size_t at_ = 0;
 };
 

@@ -79,8 +79,20 @@ std::vector<std::string> FilesBelow(const std::string& folder, const std::string
   return contents;
 }
 
-std::vector<std::string> SeedFiles(const std::string& name) {
-  return FilesBelow(std::string(DIFFSAC_SOURCE_DIR) + "/tests/fuzz/seeds/" + name, "", std::size_t{1} << 20);
+std::map<std::string, FuzzTarget>& FuzzTargets() {
+  static std::map<std::string, FuzzTarget> targets;
+  return targets;
+}
+
+std::vector<std::string> SeedsIn(const std::string& name) {
+  constexpr std::string_view kBetween = "\n==== seed\n";
+  std::string rest = ReadWhole(fs::path(DIFFSAC_SOURCE_DIR) / "tests/fuzz/seeds" / name);
+  Require(!rest.empty(), "there are seeds of " + name);
+  std::vector<std::string> seeds;
+  for (std::size_t end; (end = rest.find(kBetween)) != std::string::npos; rest.erase(0, end + kBetween.size()))
+    seeds.push_back(rest.substr(0, end));
+  seeds.push_back(rest);
+  return seeds;
 }
 
 const std::string& Scratch() {
@@ -94,10 +106,6 @@ std::string WriteScratch(const std::string& name, std::string_view content) {
   fs::create_directories(path.parent_path(), code);
   std::ofstream(path, std::ios::binary).write(content.data(), static_cast<std::streamsize>(content.size()));
   return path.string();
-}
-
-void EmptyScratch() {
-  for (const auto& entry : fs::directory_iterator(Scratch())) fs::remove_all(entry.path());
 }
 
 const std::string* Bundle::Find(const std::string& name) const {
@@ -134,7 +142,7 @@ std::string BundleText(const Bundle& bundle) {
 }
 
 void WriteBundle(const Bundle& bundle) {
-  EmptyScratch();
+  for (const auto& entry : fs::directory_iterator(Scratch())) fs::remove_all(entry.path());
   for (const Bundle::File& file : bundle.files) {
     const bool image = file.content == "image" || file.content == "image\n";
     WriteScratch(file.name, image ? SmallImage() : file.content);
@@ -142,27 +150,3 @@ void WriteBundle(const Bundle& bundle) {
 }
 
 }  // namespace diffsac::testing
-
-namespace {
-
-// libFuzzer's first folder, where it is empty, is filled with the target's seeds.
-void FillCorpus(int argc, char** argv) {
-  namespace fs = std::filesystem;
-  for (int i = 1; i < argc; ++i) {
-    if (argv[i][0] == '-') continue;
-    std::error_code code;
-    if (!fs::is_directory(argv[i], code) || !fs::is_empty(argv[i], code)) return;
-    int number = 0;
-    for (const std::string& seed : diffsac::testing::Seeds())
-      std::ofstream(fs::path(argv[i]) / ("seed-" + std::to_string(number++)), std::ios::binary)
-          .write(seed.data(), static_cast<std::streamsize>(seed.size()));
-    return;
-  }
-}
-
-}  // namespace
-
-extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  FillCorpus(*argc, *argv);
-  return 0;
-}

@@ -3,22 +3,33 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "diffsac/core/status.h"
 
-/// What libFuzzer calls, and the driver of our own. Each target defines it.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-
 namespace diffsac::testing {
 
-/// Valid inputs to start from. Each target defines it: files of seeds/, or what the program's own writers make.
-std::vector<std::string> Seeds();
+/// What hostile bytes are given to.
+struct FuzzTarget {
+  std::vector<std::string> (*seeds)();    ///< Valid inputs: those of seeds/, or what the program's own writers make.
+  void (*run)(const std::string& bytes);  ///< Ends the program where a promise is broken.
+};
 
-/// The files of a folder, by default those directly in tests/fuzz/seeds/NAME.
-std::vector<std::string> SeedFiles(const std::string& name);
+/// The targets of this program, by name.
+std::map<std::string, FuzzTarget>& FuzzTargets();
+
+/// Adds one before main begins.
+struct AddTarget {
+  AddTarget(const char* name, std::vector<std::string> (*seeds)(), void (*run)(const std::string& bytes)) {
+    FuzzTargets()[name] = {seeds, run};
+  }
+};
+
+/// The inputs that tests/fuzz/seeds/NAME holds, between lines "==== seed".
+std::vector<std::string> SeedsIn(const std::string& name);
 /// The files below a folder whose name ends so, of at most `largest` bytes.
 std::vector<std::string> FilesBelow(const std::string& folder, const std::string& ending, std::size_t largest);
 
@@ -32,8 +43,6 @@ void Note(const std::string& message);
 const std::string& Scratch();
 /// Writes a file of Scratch(), with the folders before it, and returns its path.
 std::string WriteScratch(const std::string& name, std::string_view content);
-/// Removes all that is in Scratch().
-void EmptyScratch();
 
 /// Runs what parses hostile input: it may throw Error with one of `names` (of files) in its message, and nothing else.
 /// True when it threw nothing.

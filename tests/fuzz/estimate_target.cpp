@@ -21,7 +21,6 @@ namespace {
 
 using testing::ByteReader;
 using testing::FuzzProblem;
-
 using testing::Require;
 using testing::SetsFrom;
 
@@ -188,11 +187,8 @@ void RunOne(ByteReader* reader) {
   }
 }
 
-}  // namespace
-}  // namespace diffsac
-
-/// Any bytes are a problem; those of some length are one with points.
-std::vector<std::string> diffsac::testing::Seeds() {
+// Any bytes are a problem; those of some length are one with points.
+std::vector<std::string> Seeds() {
   std::vector<std::string> seeds;
   for (std::uint64_t i = 0; i < 32; ++i) {
     Rng rng = Rng(i).Fork("seed");
@@ -202,12 +198,14 @@ std::vector<std::string> diffsac::testing::Seeds() {
   return seeds;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  diffsac::testing::ByteReader reader(data, size);
-  try {
-    diffsac::RunOne(&reader);
-  } catch (const std::exception& error) {
-    diffsac::testing::Require(false, std::string("nothing is thrown: ") + error.what());
-  }
-  return 0;
-}
+const testing::AddTarget kEstimate{"estimate", Seeds, [](const std::string& bytes) {
+                                     ByteReader reader(bytes);
+                                     try {
+                                       RunOne(&reader);
+                                     } catch (const std::exception& error) {
+                                       Require(false, std::string("nothing is thrown: ") + error.what());
+                                     }
+                                   }};
+
+}  // namespace
+}  // namespace diffsac
