@@ -1,0 +1,313 @@
+"""scripts/report over small runs of diffsac_eval. report_test.py BUILD SOURCE: status 4 where modules are missing."""
+import base64
+import importlib
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BUILD, SOURCE = sys.argv[1:3]
+sys.path.insert(0, os.path.join(SOURCE, "scripts", "report"))
+try:
+    import numpy as np
+    import PIL.Image
+
+    examples, files, html_page, match_pictures, pictures, problem_list, run_report, tables, training_report, words = (
+        importlib.import_module(name) for name in ("examples", "files", "html_page", "match_pictures", "pictures", "problem_list",
+                                                   "run_report", "tables", "training_report", "words"))
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(4)
+
+NASTY = "</script><script>alert(1)</script>"
+PAIRS = f"""
+name: pairs
+title: "{NASTY}"
+task: fundamental
+problems: 7
+data: {{type: synthetic_two_view, task: fundamental, num_points: 40}}
+conditions:
+  - {{name: "0.2", value: 0.2, data: {{outlier_ratio: 0.2}}}}
+  - {{name: "0.6", value: 0.6, data: {{outlier_ratio: 0.6}}}}
+methods:
+  - {{name: many, type: ransac, label: "{NASTY}", max_iterations: 300, series: ransac}}
+  - {{name: few, type: ransac, max_iterations: 3, series: ransac}}
+  - {{name: oracle, type: oracle}}
+compare: [{{a: many, b: few}}]
+strata: [{{by: inlier_share, bins: [0.5]}}, {{by: scene}}]
+figures: {{bars: [many, few], qualitative: 1}}
+"""
+LINES = """
+name: lines
+task: line
+problems: 3
+data: {type: synthetic_structures, task: line, structures: 2, num_points: 60}
+methods:
+  - {name: ransac, type: ransac, max_iterations: 50}
+  - {name: oracle, type: oracle}
+"""
+
+
+class Page:
+    """report.html taken apart."""
+
+    def __init__(self, folder):
+        with open(os.path.join(folder, "report.html"), encoding="utf-8") as file:
+            self.html = file.read()
+        self.body = re.sub(r"<(script|style).*?</\1>", "", self.html, flags=re.DOTALL)
+        self.data = {name: json.loads(content) if kind == "json" else base64.b64decode(content) for kind, name, content in
+                     re.findall(r'<script type="application/([a-z-]+)" id="([^"]+)">(.*?)</script>', self.html, re.DOTALL)}
+
+
+def evaluate(folder, config, *arguments):
+    path = folder + ".yaml"
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(config)
+    subprocess.run([os.path.join(BUILD, "bin", "diffsac_eval"), "--config", path, "--threads", "1", "--output", folder, *arguments],
+                   check=True, capture_output=True)
+
+
+class RunTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.work = tempfile.TemporaryDirectory()
+        cls.pairs, cls.lines = (os.path.join(cls.work.name, name) for name in ("pairs", "lines"))
+        evaluate(cls.pairs, PAIRS)
+        evaluate(cls.lines, LINES)
+        cls.page, cls.run_of_pairs = Page(cls.pairs), tables.Run(cls.pairs)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.work.cleanup()
+
+    def changed(self, change, source=None):
+        """The page of a copy of the run whose results.json is changed."""
+        folder = tempfile.mkdtemp(dir=self.work.name)
+        source = source or self.pairs
+        for name in os.listdir(source):
+            with open(os.path.join(source, name), "rb") as file:
+                content = file.read()
+            if name == "results.json":
+                results = json.loads(content)
+                change(results, folder)
+                content = json.dumps(results)
+            if name != "report.html" and not os.path.exists(os.path.join(folder, name)):
+                files.write_whole(os.path.join(folder, name), content)
+        run_report.main(folder)
+        return folder
+
+    def test_pictures_are_there_and_marked_as_own(self):
+        for name in ("curve", "bars", "budget", "time", "strata_inlier_share", "strata_scene"):
+            with open(os.path.join(self.pairs, name + ".png"), "rb") as file:
+                self.assertIn(b"drawn by DiffSAC, no photograph", file.read(), name)
+                self.assertGreater(PIL.Image.open(file).width, 600)
+        self.assertEqual(len([name for name in os.listdir(self.pairs) if name.startswith("matches_")]), 4)
+        self.assertTrue(os.path.exists(os.path.join(self.lines, "fits.png")))
+        self.assertFalse(os.path.exists(os.path.join(self.lines, "curve.png")))
+        self.assertFalse([name for name in os.listdir(self.pairs) if name.startswith(".")])
+
+    def test_page_has_tables_and_every_problem_and_loads_nothing(self):
+        for table in self.run_of_pairs.tables:
+            self.assertIn(f"<caption>{html_page.markupsafe.escape(table.heading)}", self.page.body)
+        self.assertNotRegex(self.page.html, "https?:|@import|<script>alert")
+        problems = self.page.data["problems"]
+        self.assertEqual((len(problems["problems"]), len(problems["lines"])), (14, 42))
+        self.assertEqual(problems["methods"], [NASTY, "few", "oracle"])
+        self.assertEqual(problems["method"], 0)
+        table = self.run_of_pairs.problems
+        for line in problems["lines"]:
+            one = problems["problems"][line[0]]
+            row = table[(table["id"] == one[0]) & (table["condition"] == problems["conditions"][one[2]])
+                        & (table["method"] == ("many", "few", "oracle")[line[1]])].iloc[0]
+            self.assertAlmostEqual(float(line[3]), row["angle_deg"], delta=1e-3 * row["angle_deg"] + 1e-9)
+            self.assertEqual(line[6], row["inliers"])
+
+    def test_matches_are_there_to_a_quarter_pixel_with_the_inliers_of_each_method_and_of_the_truth(self):
+        shown = self.page.data["pictures"]
+        pairs, estimates = examples.open_examples(self.run_of_pairs, "pairs.h5"), problem_list.read_estimates(self.run_of_pairs)
+        self.assertEqual(len(shown), 14)
+        example = pairs.at(9)
+        packed = self.page.data[f"points-{shown[9][0]}"]
+        step = np.frombuffer(packed[:4], "<f4")[0]
+        self.assertEqual(step, 0.25)
+        places = np.frombuffer(packed[4:], "<i2").reshape(-1, 4) * step
+        self.assertLessEqual(np.abs(places - example.points).max(), 0.126)
+        self.assertEqual(shown[9][7:], [1, [0, 1, 2]])
+        masks = np.unpackbits(np.frombuffer(self.page.data["masks-9"], np.uint8).reshape(4, 5), axis=1, bitorder="little")
+        np.testing.assert_array_equal(masks[0], example.inliers)
+        of_cell = estimates[example.condition, 1]
+        np.testing.assert_array_equal(masks[2], of_cell.mask(of_cell.at[example.index], 40))
+
+    def test_partial_runs_and_runs_without_a_report_or_strata(self):
+        def change(results, folder):
+            results.update(partial=True)
+
+        page = Page(self.changed(change))
+        self.assertIn("Partial results: the run was interrupted.", page.body)
+        self.assertNotIn("<img", page.body)
+
+        def unwanted(results, folder):
+            results.update(report=False, strata=[])
+            for name in ("report.html", "strata_scene.png", "matches_of_an_earlier_run.png"):
+                files.write_whole(os.path.join(folder, name), "old")
+
+        folder = self.changed(unwanted)
+        for name in ("report.html", "strata_scene.png", "matches_of_an_earlier_run.png"):
+            self.assertFalse(os.path.exists(os.path.join(folder, name)), name)
+
+    def test_without_estimates_the_kept_fits_have_their_inliers(self):
+        folder = os.path.join(self.work.name, "kept")
+        evaluate(folder, PAIRS, "--set", "estimates=false")
+        page = Page(folder)
+        self.assertEqual([picture[8] for picture in page.data["pictures"]], [[0, 1], [0, 1]])
+        self.assertIn("only 2 of 14 pairs have a picture", page.body)
+
+    def test_long_lists_keep_the_worst_the_best_and_some_between(self):
+        errors = np.array([(37 * i) % 100 for i in range(100)], dtype=float)
+        errors[5] = math.nan
+        shown = errors[problem_list.largest_smallest_and_spread(errors, 12)]
+        self.assertEqual(len(shown), 12)
+        self.assertTrue({99, 98, 97, 96, 95, 94, 0, 1} <= set(shown[~np.isnan(shown)]) and np.isnan(shown).sum() == 1)
+        before, problem_list.MOST_LINES = problem_list.MOST_LINES, 1
+        text, left_out = problem_list.ProblemList(self.run_of_pairs).json({})
+        problem_list.MOST_LINES = before
+        self.assertEqual((len(json.loads(text)["lines"]), left_out), (42, 0))  # Never fewer than a few of each method.
+
+    def test_several_structures(self):
+        page = Page(self.lines)
+        problems = page.data["problems"]
+        self.assertEqual((problems["unit"], problems["structures"], len(problems["lines"][0])), ("%", True, 9))
+        self.assertIn("Fits</h2>", page.body)
+        self.assertIn("recall", page.body)
+        self.assertNotIn("mAA@", page.body)
+        self.assertRegex(page.body, r"ransac, .*: error [0-9.]+ %; 60 points, inliers: \d+ right")
+
+    def test_points_that_say_nothing_are_drawn_as_well(self):
+        fits = examples.open_examples(tables.Run(self.lines), "fits.h5")
+        for points in (np.zeros((0, 2)), np.full((3, 2), np.nan), np.zeros((1, 3)), np.zeros((0, 4)), np.ones((2, 4))):
+            count = len(points)
+            for structures in ({}, {"structures": {"models": [], "labels": [0] * count, "true_models": []}}):
+                fit = {**fits.fits[0], "inliers": [], "model": [], "true_model": [], **structures}
+                if not structures:
+                    fit.pop("structures", None)
+                example = fits.at(0)
+                example.points = points
+                figure = pictures.plt.figure()
+                pictures._draw_fit(figure.add_subplot(projection="3d" if points.shape[1] == 3 else None), fit, example)
+                pictures.plt.close(figure)
+
+    def test_reverse_steps(self):
+        class Traced:
+            json = {"traces": [{"timesteps": [9.0, 1.0], "confidence": [[0.5, None, -1, 1], [1, None, 0, -1]], "set_size": 2, "downwards": False}]}
+
+            def example(self, trace):
+                return type("Example", (), {"points": np.arange(8.0).reshape(4, 2)})
+
+        run = tables.Run(self.changed(lambda results, folder: None))
+        self.assertTrue(pictures.draw_confidence(run, Traced()))
+        self.assertFalse(pictures.draw_confidence(run, None))
+        Traced.json["traces"][0]["timesteps"] = [9.0]
+        self.assertFalse(pictures.draw_confidence(run, Traced()))
+
+    def test_effects_and_reliability(self):
+        def change(results, folder):
+            interval = {"mean": 0.1, "low": 0.0, "high": 0.2}
+            results["effects"] = [{"factor": "score", "levels": [{"level": level, "accuracy": [interval, None], "milliseconds": [interval, interval]}
+                                                                 for level in ("msac", "pritts")]}]
+            lines = [f"{label},{condition},mean,0.{b},0.{b + 1},9,0.{b}5,0.{b}4" for label in ("a", "b") for condition in ("0.2", "0.6") for b in range(9)]
+            files.write_whole(os.path.join(folder, "reliability.csv"), "method,condition,scene,low,high,points,predicted,inliers\n"
+                              + "\n".join(lines) + "\na,0.2,calibration_error,,,,0.01,\n")
+
+        page = Page(self.changed(change))
+        self.assertIn("What the levels of each factor add to", page.body)
+        self.assertIn("How often a point is an inlier", page.body)
+
+    def test_what_cannot_be_written_is_one_line_and_a_status(self):
+        script = os.path.join(SOURCE, "scripts", "report", "run_report.py")
+        folder = self.changed(lambda results, folder: None)
+        os.remove(os.path.join(folder, "table.tex"))
+        os.mkdir(os.path.join(folder, "table.tex"))
+        done = subprocess.run([sys.executable, "-B", script, folder], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (4, 1))
+        self.assertIn("table.tex", done.stderr)
+
+
+class PartsTest(unittest.TestCase):
+    TABLE = tables.Table("h <1>", ["method", "mAA", "n"], [
+        tables.Row(["50% & more_less", "0.850", "–"], [False, True, False], ["", "[0.75, 0.95]", ""]),
+        tables.Row(["paper", "+0.2 [0.1, 0.3]", "3"], [False] * 3, [], True)])
+
+    def test_tables_in_their_forms(self):
+        self.assertEqual(tables.markdown_table(self.TABLE).splitlines()[2], "| 50% & more_less |       **0.850** |   – |")
+        latex = tables.latex_table(self.TABLE)
+        self.assertIn("\\begin{tabular}{lrr}\n\\toprule\n", latex)
+        self.assertIn("50\\% \\& more\\_less & \\textbf{0.850} & -- \\\\\n\\midrule\npaper", latex)
+        self.assertEqual(tables.tables_csv([self.TABLE, self.TABLE]).split("\n\n")[0],
+                         'h <1>\nmethod,mAA,n\n50% & more_less,0.850,\npaper,"+0.2 [0.1, 0.3]",3')
+
+    def test_a_page_has_values_to_sort_by_and_texts_stay_texts(self):
+        page = html_page.Page(NASTY)
+        page.tables([self.TABLE])
+        page.text(NASTY)
+        page.json("j", json.dumps(NASTY))
+        html = page.html()
+        self.assertNotIn("<script>alert", html)
+        self.assertIn('data-value="0.85">0.850 <small>[0.75, 0.95]</small></td>', html)
+        self.assertIn('<tbody class="paper">', html)
+        self.assertIn('data-value="0.2">+0.2 <small>[0.1, 0.3]</small>', html)
+        for cell, value in (("85 %", 85.0), ("1.5e-3", 0.0015), ("3 views", None), ("", None), ("–", None), ("-2", -2.0)):
+            self.assertEqual(html_page.number_of(cell), value, cell)
+
+    def test_what_occurs_in_the_tables_is_explained(self):
+        terms = [term for term, _ in words.words_of([tables.Table("mAA@0.5deg", ["method", "ms"], self.TABLE.rows)])]
+        self.assertEqual(terms, ["mAA@c", "ms", "[0.45, 0.57]", "bold", "paper"])
+        self.assertEqual(words.words_of([]), [])
+
+    def test_matches_are_right_wrong_and_missed(self):
+        found, truth = np.array([1, 1, 0, 0], bool), np.array([1, 0, 1, 0], bool)
+        self.assertEqual(list(match_pictures.kinds_of(found, truth)), [2, 3, 1, 0])
+        self.assertEqual(list(match_pictures.kinds_of(found, None)), [2, 2, 0, 0])
+        self.assertIn("1 right (green), 1 wrong (red), 1 missed (blue) of 4", match_pictures.counts_text(np.array([2, 3, 1, 0]), truth))
+
+    def test_an_inlier_is_of_one_colour(self):
+        with open(os.path.join(SOURCE, "lib/lab/eval/colours.h"), encoding="utf-8") as file:
+            header = file.read()
+        with open(os.path.join(SOURCE, "scripts/report/page.css"), encoding="utf-8") as file:
+            self.assertIn("--right: " + pictures.INLIER.lower(), file.read())
+        for colour in (pictures.INLIER, pictures.OUTLIER, *pictures.SERIES[:6]):
+            self.assertIn(colour, header)
+
+    def test_photographs_are_found_and_made_smaller(self):
+        with tempfile.TemporaryDirectory() as folder:
+            PIL.Image.new("RGB", (80, 60)).save(os.path.join(folder, "left.png"))
+            example = examples.Example({"id": "s/left-right", "name": "", "scene": "scene", "folder": "", "condition": 0, "index": 0, "image1": "left",
+                                        "image2": "right", "size1": [80, 60], "size2": [0, 0]}, np.array([[1.0, 2, 3, 4], [1, 2, 9.5, math.nan]]), None)
+            folders = [{"scenes": "other", "folder": folder}, {"scenes": "sc*", "folder": folder}]
+            self.assertEqual(examples.load_image(folders, example, 0, 40).size, (40, 30))
+            self.assertIsNone(examples.load_image(folders, example, 1, 40))
+            self.assertEqual((example.size(0), example.size(1)), ((80, 60), (4, 5)))
+
+    def test_trainings(self):
+        with tempfile.TemporaryDirectory() as folder:
+            training_report.main(folder, True)
+            self.assertIn("Nothing measured yet.", Page(folder).body)
+            self.assertIn('http-equiv="refresh"', Page(folder).html)
+            files.write_whole(os.path.join(folder, "config.yaml"), f"name: </pre>{NASTY}")
+            for rows, drawn in (("10,,0.1,", False), ("10,-1,0.1,", False), ("10,,0.1,0.4", True), ("10,0.5,0.1,", True), ("10,0.5,0.1,\n30,0.25,0.1,0.6", True)):
+                files.remove(os.path.join(folder, "training_curve.png"))
+                files.write_whole(os.path.join(folder, "metrics.csv"), f"iteration,loss,learning_rate,mAA@0.5deg\n{rows}\n")
+                training_report.main(folder, False)
+                self.assertEqual(os.path.exists(os.path.join(folder, "training_curve.png")), drawn, rows)
+            page = Page(folder)
+            self.assertNotIn("<script>alert", page.html)
+            self.assertNotIn('http-equiv="refresh"', page.html)
+            self.assertIn('data-value="30">30</td>', page.body)
+            self.assertIn("To iteration 30.", page.body)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
