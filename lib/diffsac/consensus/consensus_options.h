@@ -66,8 +66,8 @@ inline constexpr auto kEnumNames<ThresholdKind> = NamesOf<ThresholdKind>({{Thres
 struct ConsensusOptions {
   /// Chooses among hypotheses (score.h).
   ScoreKind score = ScoreKind::kInlierCount;
-  /// Scoring threshold as a multiple of the problem's inlier threshold ε (field-notes: MSAC scores best at 1.5 ε;
-  /// MAGSAC++, which knows no σ, at 2 to 3 ε).
+  /// Scoring threshold as a multiple of the problem's inlier threshold ε (MSAC scores best at 1.5 ε; MAGSAC++, which
+  /// knows no σ, at 2 to 3 ε).
   double score_threshold_factor = 1.0;
   /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
   int residual_dof = 0;

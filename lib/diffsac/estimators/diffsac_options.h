@@ -11,10 +11,9 @@ namespace diffsac {
 /// How a set is taken from a copy's confidences c.
 ///   kMaximum        "maximum": top-γ
 ///   kProbabilistic  "probabilistic": γ drawn without replacement by softmax(c / temperature)
-///   kGumbel         "gumbel": drawn in proportion to p^(1/temperature), p = (1 + c) / 2: top-γ of the
-///   log-probabilities
-///                   with Gumbel noise, which keeps the copies apart where they agree. The inlier head's sets are
-///                   always drawn in this proportion.
+///   kGumbel         "gumbel": drawn in proportion to p^(1/temperature), p = (1 + c) / 2: top-γ of the log-
+///                   probabilities with Gumbel noise, which keeps the copies apart where they agree. The inlier
+///                   head's sets are always drawn in this proportion.
 enum class SetSelection { kMaximum, kProbabilistic, kGumbel };
 template <>
 inline constexpr auto kEnumNames<SetSelection> = NamesOf<SetSelection>({{SetSelection::kMaximum, "maximum"},

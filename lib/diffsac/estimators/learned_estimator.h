@@ -65,7 +65,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 /// The core of every learned row: features → network, for a batch of problems at once → a sampler of minimal sets →
 /// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
 ///
-/// Example: the whole of a row whose network weighs points, but for its options (weighted_method.h):
+/// Example: the whole of a row whose network weighs points, but for its options (weighted_estimator.h):
 /// ```
 /// void Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>, std::span<Prediction> predictions) const {
 ///   const auto batch = BatchOf(predictions, weights_->device);

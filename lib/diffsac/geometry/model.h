@@ -15,9 +15,8 @@ namespace diffsac {
 ///   kDimension                      values in a point (columns of the PointMatrix)
 ///   kMinimalSize                    γ, points in a minimal set
 ///   kMaxSolutions                   models that one minimal set can have at most
-///   SolveMinimal(points, set, out)  solves the γ rows `set[0..γ)`; writes up to kMaxSolutions models, returns how
-///   many;
-///                                   0 when the set is degenerate
+///   SolveMinimal(points, set, out)  solves the γ rows `set[0..γ)`; writes up to kMaxSolutions models and
+///                                   returns how many: 0 when the set is degenerate
 ///   Fit(points, weights, out)       weighted non-minimal fit (weights >= 0, N values); false when the points with
 ///                                   positive weight determine no model
 ///   Residual(model, point)          unsigned distance, linear, in the data's unit; `point` has kDimension values

@@ -13,9 +13,8 @@ inline constexpr int kMostRefineSteps = 25;
 ///   kTruncated  ρ(s) = min(s, c²)                       MSAC's; an outlier has no pull at all
 ///   kHuber      ρ(s) = s for s ≤ c², else 2 c √s − c²   (Huber, 1964)
 ///   kCauchy     ρ(s) = c² log(1 + s / c²)
-///   kMarginalised     ρ(s) ∝ ∫ min(s/t², 1) dt/t², t from `least` to c: the truncated loss over all scales, each a
-///   share
-///               1/t of its octave. s for s ≤ least², then falling off in weight as √s⁻³; no pull beyond c.
+///   kMarginalised  ρ(s) ∝ ∫ min(s/t², 1) dt/t², t from `least` to c: the truncated loss over all scales, each a share
+///                  1/t of its octave. s for s ≤ least², then falling off in weight as √s⁻³; no pull beyond c.
 enum class LossKind { kTrivial, kTruncated, kHuber, kCauchy, kMarginalised };
 
 /// ρ with ρ(0) = 0, ρ'(0) = 1, never decreasing, and ρ(s) ≤ s.

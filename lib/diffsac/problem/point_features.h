@@ -38,8 +38,7 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
 /// Where the minimal sets of preference features come from.
 ///   kUniform  "uniform"
 ///   kNapsac   "napsac": a point and its neighbours (consensus/samplers/napsac_sampler.h): where structures lie apart,
-///   far more of
-///             these sets are of one
+///             far more of these sets are of one
 enum class PreferenceDraws { kUniform, kNapsac };
 template <>
 inline constexpr auto kEnumNames<PreferenceDraws> = NamesOf<PreferenceDraws>({{PreferenceDraws::kUniform, "uniform"},

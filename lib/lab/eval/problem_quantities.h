@@ -7,8 +7,7 @@ namespace diffsac {
 /// Records what a problem is like, whatever is estimated of it, as far as its truth says:
 ///
 ///   inlier_share       share of the points that are true inliers: those of GroundTruth::inliers (labels of the data,
-///   or
-///                      points within its ε of the true model); in two views without labels, where `within_px` > 0,
+///                      or points within its ε of the true model); in two views without labels, where `within_px` > 0,
 ///                      matches whose distance from the true model (TruthDistances) is at most that
 ///   true_rotation_deg  two views: angle of the true motion's rotation
 ///   true_baseline      two views: distance of the cameras, in the unit of the source

@@ -123,7 +123,7 @@ class SceneDescriptors {
   std::map<PointId, std::vector<std::pair<int, Eigen::VectorXf>>> views_;
 };
 
-/// One group of the file (datasets/absolute_pose_dataset.cpp).
+/// One group of the file (lab/data/absolute_pose_dataset.cpp).
 struct MatchedImage {
   std::string name;
   PointMatrix points;  // N × 5

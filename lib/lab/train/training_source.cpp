@@ -152,7 +152,7 @@ void TwoViewTrainingOptions::Bind(OptionsBinder& b) {
   b.Field("augment", augment)
       .Help("both images mirrored and turned together, one turned a little more, the images exchanged");
   b.Field("repeats", repeats, Within(0.0, 1.0))
-      .Help("share of the items in which groups of correct matches become wrong ones (datasets/repeated_structures.h)");
+      .Help("share of the items in which groups of correct matches become wrong ones (lab/data/repeated_structures.h)");
   b.Field("thinned", thinned, Within(0.0, 1.0))
       .Help("share of the items in which correct matches are left out until few of the matches are correct");
   b.Field("thinned_to", thinned_to, Within(0.001, 0.999))

@@ -21,7 +21,7 @@ ReferenceTransformer ReferenceOf(const Denoiser& network, const DenoiserOptions&
 }  // namespace
 
 // The golden tensor is computed by ReferenceTransformer: plain loops in double precision over the same weights,
-// following field-notes §2.1 (interleaved q|k|v, scale d^-1/4 on both q and k, pre-norm blocks, erf GELU, cosine half
+// as Point-E has it (interleaved q|k|v, scale d^-1/4 on both q and k, pre-norm blocks, erf GELU, cosine half
 // first).
 TEST_CASE("point transformer equals an independent computation") {
   for (const int encoder_layers : {0, 2}) {
