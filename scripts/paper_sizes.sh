@@ -123,8 +123,13 @@ for name in "${wanted[@]}"; do
 done
 
 MATCHES=$matches VALIDATE_EVERY=$validate_every WARMUP=$warmup VALIDATED=$validated COPIES=$copies \
-  python3 - "$runs" "$page" "${names[@]}" <<'END'
-import csv, os, re, statistics, subprocess, sys
+  /usr/bin/python3 - "$runs" "$page" "${names[@]}" <<'END'
+import csv, os, re, statistics, sys
+
+import matplotlib
+
+matplotlib.use("agg")
+import matplotlib.pyplot as plt
 
 runs, page, names = sys.argv[1], sys.argv[2], sys.argv[3:]
 setting = {key: int(os.environ[key]) for key in ("MATCHES", "VALIDATE_EVERY", "WARMUP", "VALIDATED", "COPIES")}
@@ -312,29 +317,19 @@ lines += [
 with open(page, "w") as file:
     file.write("\n".join(lines) + "\n")
 
-panels = []
-for name, run in curve.items():
-    width = max(1, len(run.losses) // 10)
-    points = []
-    for i, loss in enumerate(run.losses):
-        part = run.losses[max(0, i + 1 - width):i + 1]
-        points.append(f"{i + 1} {loss:.6g} {sum(part) / len(part):.6g}")
-    panels.append(
-        "$points << EOD\n" + "\n".join(points) + "\nEOD\n"
-        f"set title \"{name}: {run.points} points, batch {run.batch}\"\n"
-        f"plot $points using 1:2 with lines lw 1 lc rgb '#909090', '' using 1:3 with lines lw 3 lc rgb '#0072B2', "
-        f"{trivial(name):.6g} with lines lw 2 dt 2 lc rgb '#D55E00'\n")
-columns = 2
-script = (
-    "set terminal pngcairo noenhanced font 'DejaVu Sans,13' size 1400,"
-    f"{330 * -(-len(panels) // columns)} background rgb 'white'\n"
-    f"set output '{os.path.join(os.path.dirname(page), picture)}'\nset encoding utf8\n"
-    "set style line 100 lc rgb '#E0E0E0' lw 1\nset border lw 1 lc rgb '#404040'\nset tics textcolor rgb '#404040'\n"
-    "set grid ls 100\nunset key\nset logscale y\nset yrange [*:2]\nset xlabel 'step'\nset ylabel 'loss'\n"
-    f"set multiplot layout {-(-len(panels) // columns)},{columns}\n" + "".join(panels) + "unset multiplot\n")
-script_path = os.path.join(runs, "curve.gp")
-with open(script_path, "w") as file:
-    file.write(script)
-subprocess.run(["gnuplot", script_path], check=True)
+rows = -(-len(curve) // 2)
+figure, grid = plt.subplots(rows, 2, figsize=(14, 3.3 * rows), dpi=100, squeeze=False, layout="constrained")
+for axes, (name, run) in zip(grid.flat, curve.items()):
+    width, steps = max(1, len(run.losses) // 10), range(1, len(run.losses) + 1)
+    means = [sum(part) / len(part) for part in (run.losses[max(0, i - width):i] for i in steps)]
+    axes.plot(steps, run.losses, color="#909090", linewidth=0.8)
+    axes.plot(steps, means, color="#0072B2", linewidth=2)
+    axes.axhline(trivial(name), color="#D55E00", linestyle="--")
+    axes.set(title=f"{name}: {run.points} points, batch {run.batch}", yscale="log", xlabel="step", ylabel="loss")
+    axes.set_ylim(top=2)
+    axes.grid(color="#E0E0E0")
+for axes in grid.flat[len(curve):]:
+    axes.set_axis_off()
+figure.savefig(os.path.join(os.path.dirname(page), picture))
 print(f"paper_sizes: {page}")
 END
