@@ -76,12 +76,13 @@ def _accuracy_axes(run, axes, x_label):
     axes.set_ylim(0, 1)
 
 
-def _logarithmic(axes, values):
-    """x from power of ten to power of ten."""
-    axes.set_xscale("log")
-    axes.set_xlim(10.0 ** math.floor(math.log10(min(values))), 10.0 ** max(math.ceil(math.log10(max(values))), math.floor(math.log10(min(values))) + 1))
-    axes.xaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+def _logarithmic(axes, name, values):
+    """Axis x or y from power of ten to power of ten, with plain numbers."""
+    low = math.floor(math.log10(min(values)))
+    axes.set(**{name + "scale": "log", name + "lim": (10.0 ** low, 10.0 ** max(low + 1, math.ceil(math.log10(max(values)))))})
+    axis = getattr(axes, name + "axis")
+    axis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def _key_beside(axes, handles=None):
@@ -185,7 +186,7 @@ def _draw_cost(run, name, cost, x_label):
         return curves
 
     def prepare(axes, _):
-        _logarithmic(axes, [x for line in axes.lines for x in line.get_xdata()])
+        _logarithmic(axes, "x", [x for line in axes.lines for x in line.get_xdata()])
         _accuracy_axes(run, axes, x_label)
 
     return _panels(run, name, [(c, curves_of(c)) for c in range(len(run.results["conditions"]))], prepare)
@@ -324,9 +325,6 @@ def draw_training(folder, metrics, is_loss, measure):
         if loss:
             one = "o" if len(values) == 1 else None  # One point is no line.
             handles += axes.plot(x, y, _DASHES[shown % 4], color=colour, linewidth=1.6, marker=one, label=column + " (left)")
-            axes.set_yscale("log")
-            axes.yaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
-            axes.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
             axes.set_ylabel("loss")
         else:
             handles += right.plot(x, y, ":", color=colour, linewidth=1, marker=_MARKS[shown % 8], label=column + " (right)")
@@ -338,7 +336,10 @@ def draw_training(folder, metrics, is_loss, measure):
     if not handles:
         plt.close(figure)
         return False
-    if not axes.lines:
+    losses = [y for line in axes.lines for y in line.get_ydata() if y > 0]
+    if losses:
+        _logarithmic(axes, "y", losses)
+    else:
         axes.set_yticks([])
     axes.set_title("Training curve")
     axes.set_xlabel("iteration")

@@ -161,7 +161,7 @@ def point_bytes(points, largest_side):
     step = np.float32(max(0.25, largest_side / _MOST_STEPS))
     steps = points / step
     known = np.abs(steps) < _MOST_STEPS  # False for NaN.
-    return step.tobytes() + np.where(known, np.rint(np.where(known, steps, 0)), _UNKNOWN_PLACE).astype("<i2").tobytes()
+    return step.tobytes() + np.where(known, np.sign(steps) * np.floor(np.abs(steps) + 0.5), _UNKNOWN_PLACE).astype("<i2").tobytes()
 
 
 class _Photographs:
