@@ -305,6 +305,18 @@ TEST_CASE("sizes, principal points and similarities that make no sense are an er
   CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected finite values"));
   matches.points2(3, 0) = kNan;
   CHECK(EstimateFundamental(matches).rows_left_out == 1);
+  matches = testing::MatchesOf(function.points, {});
+  const auto upright = EstimateFundamental(matches);
+  matches.similarities.setZero(function.points.rows(), 2);
+  const auto given = EstimateFundamental(matches);
+  CHECK((upright.ok() && given.ok()));
+  matches.similarities.col(1).setConstant(2.0 * M_PI);
+  CHECK(EstimateFundamental(matches).model == given.model);  // A full turn is none.
+  matches.similarities.resize(7, 2);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected one for each of"));
+  matches.similarities.resize(0, 2);
+  matches.match_ratios.setOnes(7);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "match_ratios: expected one for each of"));
 }
 
 }  // namespace diffsac

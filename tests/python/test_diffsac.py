@@ -1,10 +1,14 @@
-"""The installed module diffsac. DIFFSAC_CPP_ESTIMATES: the program of cpp/; scripts/test_python.sh makes both."""
+"""The installed module diffsac. DIFFSAC_CPP_ESTIMATES: estimates.cpp of tests/integration/consumer, built; scripts/test_python.sh makes both."""
 
+import contextlib
 import importlib.metadata
+import importlib.util
 import inspect
+import io
 import os
 import pathlib
 import pickle
+import re
 import subprocess
 import sys
 import tempfile
@@ -21,6 +25,7 @@ ANGLE = 0.1
 ROTATION = np.array([[np.cos(ANGLE), 0, np.sin(ANGLE)], [0, 1, 0], [-np.sin(ANGLE), 0, np.cos(ANGLE)]])
 TRANSLATION = np.array([1.0, 0.1, 0.2]) / np.linalg.norm([1.0, 0.1, 0.2])
 SIZE = (640, 480)
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def project(points):
@@ -428,6 +433,54 @@ class TestMistakes(unittest.TestCase):
             )
         self.assertIn("ValueError", done.stderr)
         self.assertIn(str(path), done.stderr)
+
+
+class TestExamples(unittest.TestCase):
+    """What README.md and docs/python.md show, and the programs of apps/python/examples."""
+
+    def test_documents(self):
+        s = Scene()
+        for name in ("README.md", "docs/python.md"):
+            blocks = re.findall("```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
+            self.assertTrue(blocks, name)
+            for block in blocks:
+                with contextlib.redirect_stdout(io.StringIO()) as out:
+                    exec(block, {"x1": s.x1, "x2": s.x2, "K1": K, "K2": K, "ratio": s.ratio})
+                self.assertRegex(out.getvalue(), r"\]\] 1[0-9]{2}\b", block)
+
+    def run_example(self, name, *arguments):
+        program = ROOT / "apps/python/examples" / name
+        done = subprocess.run([sys.executable, program, *arguments, "600", "320,240"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    @unittest.skipUnless(importlib.util.find_spec("h5py"), "there is no h5py")
+    def test_hloc_matches(self):
+        import h5py
+
+        s = Scene()
+        with tempfile.TemporaryDirectory() as folder:
+            features, matches = folder + "/features.h5", folder + "/matches.h5"
+            with h5py.File(features, "w") as file:
+                file["a.jpg/keypoints"], file["b.jpg/keypoints"] = s.x1, s.x2[::-1]
+            with h5py.File(matches, "w") as file:
+                file["a.jpg/b.jpg/matches0"] = np.where(np.arange(200) < 190, np.arange(200)[::-1], -1)
+            out = self.run_example("hloc_matches.py", features, matches)
+        self.assertRegex(out, r"^a.jpg b.jpg: 190 matches, ok, 1[0-9]{2} inliers, t = \[")
+
+    @unittest.skipUnless(importlib.util.find_spec("cv2"), "there is no cv2")
+    def test_beside_opencv(self):
+        import cv2
+
+        texture = cv2.GaussianBlur(np.random.default_rng(1).integers(0, 255, (480, 900)).astype(np.uint8), (0, 0), 2)
+        texture = cv2.normalize(texture, None, 0, 255, cv2.NORM_MINMAX)
+        with tempfile.TemporaryDirectory() as folder:
+            first, second = folder + "/first.png", folder + "/second.png"
+            cv2.imwrite(first, texture[:, 100:740])
+            # Two walls, the right one nearer: the camera moves to the right.
+            cv2.imwrite(second, np.hstack([texture[:, 110:440], texture[:, 450:760]]))
+            out = self.run_example("beside_opencv.py", first, second)
+        self.assertRegex(out, r"OpenCV  : \d+ of \d+ matches.*\ndiffsac : \d{2,} of \d+ matches")
 
 
 @unittest.skipUnless("DIFFSAC_CPP_ESTIMATES" in os.environ, "DIFFSAC_CPP_ESTIMATES names no program")

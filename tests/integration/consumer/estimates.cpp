@@ -1,4 +1,5 @@
-// What C++ estimates for the rows "X Y Z x1 y1 x2 y2 ratio" of stdin, for test_diffsac.py: a name and numbers a line.
+// What every function of diffsac/diffsac.h estimates for the rows "X Y Z x1 y1 x2 y2 ratio" of stdin, for consumer.sh
+// and test_diffsac.py: a name and numbers a line.
 #include <diffsac/diffsac.h>
 
 #include <cstdio>
