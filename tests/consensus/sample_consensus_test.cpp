@@ -8,7 +8,6 @@
 
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/scores/mixture.h"
-#include "lab/config/yaml.h"
 
 namespace diffsac {
 namespace {
@@ -77,15 +76,6 @@ TEST_CASE("Keeping more candidates does not change the best hypothesis, for any 
   }
 }
 
-TEST_CASE("Equal scores: the lowest index wins") {
-  PointMatrix points(4, 2);
-  points << 0, 0, 10, 0, 0, 10, 10, 10;
-  const auto result = SearchSets<Line>(points, kThreshold, std::vector<int>{2, 3, 0, 1, 0, 2}, Plain(), Rng(1));
-  REQUIRE(result.status == Status::kOk);
-  CHECK(result.inliers == std::vector<std::uint8_t>{0, 0, 1, 1});
-  CHECK(result.score == 2.0);
-}
-
 TEST_CASE("A model that only its own minimal set supports is still a model") {
   PointMatrix points(2, 2);
   points << 0, 0, 3, 4;
@@ -96,36 +86,6 @@ TEST_CASE("A model that only its own minimal set supports is still a model") {
     REQUIRE(result.status == Status::kOk);
     CHECK(Count(result.inliers) == 2);
   }
-}
-
-TEMPLATE_TEST_CASE_SIG("Too few points", "", ((int D), D), 2, 3) {
-  for (int size = 0; size < D; ++size) {
-    const PointMatrix points = PointMatrix::Random(size, D);
-    const auto result = SearchSets<Hyperplane<D>>(points, kThreshold, std::vector<int>{}, {}, Rng(1));
-    CHECK(result.status == Status::kTooFewPoints);
-    CHECK(result.model.size() == 0);
-    CHECK(result.hypotheses == 0);
-  }
-}
-
-TEMPLATE_TEST_CASE_SIG("Degenerate points give a status", "", ((int D), D), 2, 3) {
-  const auto status = [](const PointMatrix& points) {
-    EstimationPriors priors;
-    priors.fit_weights = Eigen::VectorXd::Ones(points.rows());
-    return SearchSets<Hyperplane<D>>(points, kThreshold, AllSets(static_cast<int>(points.rows()), D), {}, Rng(1),
-                                     priors)
-        .status;
-  };
-  PointMatrix points = MakeRandomProblem<D>(20, 0.5, 0.04, Rng(1)).points;
-  CHECK(status(points) == Status::kOk);
-  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    PointMatrix broken = points;
-    broken(7, 1) = bad;
-    CHECK(status(broken) == Status::kDegenerate);
-  }
-  CHECK(status(PointMatrix(points.row(0).replicate(20, 1))) == Status::kDegenerate);
-  CHECK(status(PointMatrix::Zero(20, D)) == Status::kDegenerate);
-  CHECK(status(PointMatrix::Zero(20, D + 1)) == Status::kDegenerate);
 }
 
 TEST_CASE("Collinear points: a line, but no plane") {
@@ -203,42 +163,6 @@ TEST_CASE("Every fit is in the budget") {
   CHECK(hypotheses(options) == 50);
 }
 
-TEST_CASE("Local optimisation never lowers the score") {
-  for (const ScoreKind score : {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform}) {
-    double gain = 0.0;
-    for (int trial = 0; trial < 50; ++trial) {
-      const auto problem = MakeRandomProblem<3>(100, 0.5, 0.04, Rng(trial));
-      const auto sets = RandomSets(100, 3, 100, trial);
-      ConsensusOptions options = Plain();
-      options.score = score;
-      options.final_score = score == ScoreKind::kMsac ? ScoreKind::kMsac : ScoreKind::kInlierCount;
-      const auto plain = SearchSets<Plane>(problem.points, kThreshold, sets, options, Rng(1));
-      options.local_optimization = LocalOptimization::kInnerSamples;
-      const auto optimized = SearchSets<Plane>(problem.points, kThreshold, sets, options, Rng(1));
-      if (options.final_score == score) CHECK(optimized.score >= plain.score);
-      gain += optimized.score - plain.score;
-    }
-    CHECK(gain > 0.0);
-  }
-}
-
-TEST_CASE("Iterated refits never lower the final score") {
-  for (const ScoreKind score : {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform}) {
-    for (int trial = 0; trial < 100; ++trial) {
-      const auto problem = MakeRandomProblem<2>(100, 0.7, 0.04, Rng(trial));
-      const auto sets = RandomSets(100, 2, 100, trial);
-      ConsensusOptions options = Plain();
-      options.score = ScoreKind::kMsac;
-      options.final_score = score;
-      const auto plain = SearchSets<Line>(problem.points, kThreshold, sets, options, Rng(1));
-      options.refit = Refit::kIterated;
-      options.refit_rounds = 5;
-      const auto refitted = SearchSets<Line>(problem.points, kThreshold, sets, options, Rng(1));
-      CHECK(refitted.score >= plain.score);
-    }
-  }
-}
-
 TEST_CASE("Same seed, same estimate; the seed is used by local optimisation alone") {
   const auto problem = MakeRandomProblem<3>(100, 0.6, 0.04, Rng(8));
   const auto sets = RandomSets(100, 3, 100, 1);
@@ -254,21 +178,6 @@ TEST_CASE("Same seed, same estimate; the seed is used by local optimisation alon
   CHECK(first.hypotheses == second.hypotheses);
   options.local_optimization = LocalOptimization::kNone;
   CHECK(run(1).model == run(2).model);
-}
-
-TEST_CASE("Consensus options read from YAML and come back out") {
-  const auto options = ReadOptions<ConsensusOptions>(ConfigFromYaml("score: msac\nrefit: em\nrefit_candidates: 7\n"));
-  CHECK(options.score == ScoreKind::kMsac);
-  CHECK(options.refit == Refit::kMixture);
-  CHECK(options.refit_candidates == 7);
-  const auto again = ReadOptions<ConsensusOptions>(ToConfig(options));
-  CHECK(WriteYaml(again) == WriteYaml(options));
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refit: least\n")), Error);
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refit_candidates: 0\n")), Error);
-  CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml("refits: em\n")), Error);
-  // What memory is asked for in proportion to.
-  for (const char* huge : {"max_iterations: 1000000000", "block_size: 1000000000", "refit_candidates: 1000000000"})
-    CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(ConfigFromYaml(huge)), Catch::Contains("expected an integer from"));
 }
 
 }  // namespace
