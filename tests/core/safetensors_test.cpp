@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "core/errors.h"
 #include "core/largest_allocation.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
@@ -32,12 +33,7 @@ std::string Tensor(const std::string& name, const std::string& type, const std::
 std::string ErrorOf(const std::string& content) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("x.safetensors"), content);
-  try {
-    SafetensorsFile file(folder.File("x.safetensors"));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return diffsac::ErrorOf([&] { SafetensorsFile file(folder.File("x.safetensors")); });
 }
 
 SafetensorsWriter Example() {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/errors.h"
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
@@ -15,12 +16,7 @@ namespace {
 using Catch::Contains;
 
 std::string MessageOf(const std::string& name) {
-  try {
-    DeviceFromString(name);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return ErrorOf([&] { DeviceFromString(name); });
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <filesystem>
-#include <sstream>
 #include <thread>
 
 #include "core/temporary_folder.h"
@@ -23,7 +21,6 @@
 namespace diffsac {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::TestDevice;
 using testing::TestDeviceName;
 
@@ -66,21 +63,13 @@ TrainRequest Request(const char* method, const std::string& output, const std::s
 
 std::string Last(const std::string& run) { return run + "/checkpoints/last.safetensors"; }
 
-// The columns of metrics.csv that are losses, row by row; NaN where there is none.
+// The columns of metrics.csv that are losses, one after another; NaN where there is none.
 std::vector<double> Losses(const std::string& run) {
-  std::istringstream file(ReadFile(run + "/metrics.csv"));
-  std::string line, cell;
-  std::vector<bool> is_loss;
+  const auto metrics = Metrics(run);
   std::vector<double> losses;
-  while (std::getline(file, line)) {
-    std::istringstream cells(line);
-    const bool header = is_loss.empty();
-    for (std::size_t k = 0; std::getline(cells, cell, ','); ++k) {
-      if (header)
-        is_loss.push_back(cell.starts_with("loss_"));
-      else if (is_loss[k])
-        losses.push_back(cell.empty() ? std::nan("") : std::stod(cell));
-    }
+  for (const std::string& name : metrics.at(0)) {
+    const auto values = name.starts_with("loss_") ? Column(metrics, name) : std::vector<double>();
+    losses.insert(losses.end(), values.begin(), values.end());
   }
   return losses;
 }
@@ -98,11 +87,7 @@ double Difference(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 void StopAfterRows(const std::string& run, std::size_t rows, std::atomic<bool>* stop) {
-  const auto lines = [&] {
-    const std::string text = fs::exists(run + "/metrics.csv") ? ReadFile(run + "/metrics.csv") : "";
-    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-  };
-  while (lines() < rows + 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while (Metrics(run).size() < rows + 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   *stop = true;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "core/errors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
 #include "estimators/public_functions.h"
@@ -39,17 +40,6 @@ void CheckSameModels(const Answer& answer, const Answer& expected) {
   REQUIRE(answer.models.size() == expected.models.size());
   for (std::size_t k = 0; k < answer.models.size(); ++k) CHECK(answer.models[k] == expected.models[k]);
 }
-
-std::string ErrorOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
-bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Of a range that is about the function's own.
 PointMatrix RandomRows(const PublicFunction& function, int count, std::uint64_t seed) {

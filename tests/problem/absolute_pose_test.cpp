@@ -9,12 +9,12 @@
 #include <limits>
 #include <mutex>
 
+#include "core/errors.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/problem/labels.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/same_points.h"
 #include "lab/files/hdf5_numbers.h"
 

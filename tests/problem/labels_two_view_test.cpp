@@ -9,11 +9,11 @@
 #include <set>
 #include <vector>
 
+#include "core/errors.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {

@@ -9,9 +9,9 @@
 #include <set>
 #include <vector>
 
+#include "core/errors.h"
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/synthetic.h"
 
 namespace diffsac {

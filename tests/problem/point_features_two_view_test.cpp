@@ -4,12 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "core/errors.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/synthetic_two_view.h"
 
 namespace diffsac {

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/errors.h"
 #include "diffsac/problem/solver_space.h"
-#include "lab/data/data_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/errors.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 
 namespace diffsac {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/errors.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/mesh_planes.h"
 #include "lab/data/same_points.h"
 #include "lab/data/structures_test_util.h"

@@ -10,12 +10,12 @@
 #include <set>
 #include <sstream>
 
+#include "core/errors.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/depth_buffer.h"
 #include "lab/data/off_mesh.h"
 #include "lab/data/same_points.h"

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 
 namespace diffsac {
 namespace {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <set>
 
+#include "core/errors.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/same_points.h"
 #include "lab/data/structures_test_util.h"
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <set>
 
+#include "core/errors.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/structures_test_util.h"
 
 namespace diffsac {

@@ -6,11 +6,11 @@
 #include <set>
 #include <vector>
 
+#include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
 #include "lab/data/box_section.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/same_points.h"
 
 namespace diffsac {

@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "core/errors.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
@@ -15,7 +16,6 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/same_points.h"
 
 namespace diffsac {

@@ -8,10 +8,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/errors.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
-#include "lab/data/data_test_util.h"
 
 namespace diffsac {
 namespace {

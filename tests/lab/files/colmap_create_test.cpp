@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/colmap_test_util.h"
 
 namespace diffsac {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/colmap_test_util.h"
 
 namespace diffsac {

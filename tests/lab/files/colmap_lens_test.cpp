@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 
 namespace diffsac {
 namespace {

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
+#include "core/errors.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/data/data_test_util.h"
 #include "lab/files/colmap_lens.h"
 #include "lab/files/colmap_test_util.h"
 

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/errors.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/two_view_test_util.h"
 
 namespace diffsac {

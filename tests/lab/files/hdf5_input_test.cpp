@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/temporary_folder.h"
+#include "core/errors.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
@@ -32,18 +32,9 @@ std::string SoundFile(const TemporaryFolder& folder) {
   return ReadFile(folder / "sound.h5");
 }
 
-void WriteRaw(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
-
 /// The message of reading points; empty when there are points.
 std::string ErrorOfReading(const std::string& path) {
-  try {
-    ReadPointFile(path);
-    return "";
-  } catch (const Error& error) {
-    return error.what();
-  }
+  return ErrorOf([&] { ReadPointFile(path); });
 }
 
 void Open(const std::string& path) {

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 
 namespace diffsac {
 namespace {

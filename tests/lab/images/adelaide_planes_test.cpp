@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
+#include "core/errors.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

@@ -3,7 +3,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/images/image_source.h"
 #include "lab/images/image_test_util.h"
 

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/colmap_lens.h"
 #include "lab/files/colmap_test_util.h"
 #include "lab/files/correspondence_files.h"

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/errors.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/run_pairs.h"

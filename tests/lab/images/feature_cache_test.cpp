@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/errors.h"
 #include "diffsac/core/files.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/hloc_files.h"

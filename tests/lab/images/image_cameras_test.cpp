@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/errors.h"
 #include "core/temporary_folder.h"
-#include "lab/data/data_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/match_pair.h"

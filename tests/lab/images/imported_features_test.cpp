@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/image_test_util.h"

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/correspondence_files.h"
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "core/errors.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/data/data_test_util.h"
 #include "lab/files/correspondence_files.h"
 
 namespace diffsac {

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "core/errors.h"
 #include "core/temporary_folder.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/picture.h"
 

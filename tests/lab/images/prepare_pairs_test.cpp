@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <sstream>
 
+#include "core/errors.h"
 #include "diffsac/core/files.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/data/data_test_util.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/thumbnails.h"
 #include "lab/images/feature_cache.h"

@@ -5,8 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "core/errors.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"

@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "lab/data/data_test_util.h"
+#include "core/errors.h"
 #include "lab/files/thumbnails.h"
 #include "lab/images/image_test_util.h"
 

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/errors.h"
 #include "diffsac/core/status.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_source.h"
 
 namespace diffsac {

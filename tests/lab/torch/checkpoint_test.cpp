@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 
+#include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/safetensors.h"
@@ -64,15 +65,6 @@ void WriteChanged(const std::string& from, const Change& change, const std::stri
   for (const auto& [name, array] : parts.floats) writer.Add(name, array.first, array.second);
   for (const auto& [name, value] : parts.integers) writer.Add(name, {}, std::span(&value, 1));
   writer.Write(to);
-}
-
-std::string ErrorOf(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <thread>
 
 #include "core/temporary_folder.h"
@@ -50,30 +51,10 @@ TrainRequest Request(const char* method, const std::string& output, const std::v
   return OneThread(ConfigFromYaml(std::string(kCommon) + method, "tiny.yaml"), output, changes);
 }
 
-// Columns of metrics.csv by name, without the measured data_wait_share.
-std::vector<std::vector<std::string>> Table(const std::string& path) {
-  std::vector<std::vector<std::string>> rows(1, std::vector<std::string>(1));
-  for (const char c : ReadFile(path)) {
-    if (c == '\n')
-      rows.emplace_back(1);
-    else if (c == ',')
-      rows.back().emplace_back();
-    else
-      rows.back().back() += c;
-  }
-  rows.pop_back();
-  const auto skipped = std::find(rows[0].begin(), rows[0].end(), "data_wait_share") - rows[0].begin();
-  for (auto& row : rows) row.erase(row.begin() + skipped);
-  return rows;
-}
-
-double Mean(const std::vector<std::vector<std::string>>& table, const std::string& column, std::size_t first,
-            std::size_t last) {
-  const auto at = static_cast<std::size_t>(std::find(table[0].begin(), table[0].end(), column) - table[0].begin());
-  REQUIRE(at < table[0].size());
-  double sum = 0.0;
-  for (std::size_t i = first; i <= last; ++i) sum += std::stod(table[i][at]);
-  return sum / static_cast<double>(last - first + 1);
+// Of rows counted from 1.
+double Mean(const std::vector<std::vector<std::string>>& metrics, const std::string& column, int first, int last) {
+  const auto values = Column(metrics, column);
+  return std::accumulate(values.begin() + first - 1, values.begin() + last, 0.0) / (last - first + 1);
 }
 
 }  // namespace
@@ -83,7 +64,7 @@ TEST_CASE("NG-RANSAC's initialisation lowers the divergence, and its sets have m
   const auto output = folder / "run";
   REQUIRE(Train(Request(kNgRansac, output, {"ng_ransac.initialization_iterations=60"}), kNever) ==
           TrainOutcome::kFinished);
-  const auto table = Table(output + "/metrics.csv");
+  const auto table = Metrics(output);
   REQUIRE(table.size() == 61);
   CHECK(Mean(table, "loss_target", 51, 60) < 0.8 * Mean(table, "loss_target", 1, 3));
 
@@ -116,7 +97,7 @@ TEST_CASE("NG-RANSAC's training by the expected loss alone lowers it") {
   REQUIRE(Train(Request(kNgRansac, output,
                         {"train.iterations=120", "ng_ransac.initialization_iterations=0", "ng_ransac.rate_factor=1"}),
                 kNever) == TrainOutcome::kFinished);
-  const auto table = Table(output + "/metrics.csv");
+  const auto table = Metrics(output);
   CHECK(Mean(table, "loss_expected", 81, 120) < 0.85 * Mean(table, "loss_expected", 1, 20));
 }
 
@@ -125,7 +106,7 @@ TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of t
   const auto output = folder / "run";
   REQUIRE(Train(Request(kClnet, output, {"train.iterations=100", "data.outlier_ratio=0.7"}), kNever) ==
           TrainOutcome::kFinished);
-  const auto table = Table(output + "/metrics.csv");
+  const auto table = Metrics(output);
   CHECK(Mean(table, "loss_pruning", 91, 100) < 0.85 * Mean(table, "loss_pruning", 1, 5));
   CHECK(Mean(table, "loss_candidates", 91, 100) < Mean(table, "loss_candidates", 1, 5));
   CHECK(Mean(table, "kept_inliers", 91, 100) > 0.5);  // a quarter of the points is left
@@ -163,8 +144,7 @@ TEST_CASE("a learned row that was stopped and resumed equals one that was not") 
     REQUIRE(Train(Request(method, whole, brief), kNever) == TrainOutcome::kFinished);
     std::atomic<bool> stop{false};
     std::thread watcher([&] {  // stops the run once it has logged some steps
-      while (!fs::exists(parts + "/metrics.csv") || Table(parts + "/metrics.csv").size() < 8)
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      while (Metrics(parts).size() < 8) std::this_thread::sleep_for(std::chrono::milliseconds(2));
       stop = true;
     });
     const auto outcome = Train(Request(method, parts, brief), stop);
@@ -173,7 +153,7 @@ TEST_CASE("a learned row that was stopped and resumed equals one that was not") 
     auto request = Request(method, parts, brief);
     request.resume = true;
     REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
-    CHECK(Table(whole + "/metrics.csv") == Table(parts + "/metrics.csv"));
+    CHECK(Metrics(whole) == Metrics(parts));
   }
 }
 

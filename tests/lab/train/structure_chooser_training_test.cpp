@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 
+#include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
@@ -10,7 +11,6 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
-#include "lab/data/data_test_util.h"
 #include "lab/files/segment_files.h"
 #include "lab/train/train_request.h"
 

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +26,31 @@ inline TrainRequest OneThread(Config config, const std::string& output, const st
   request.device = "cpu";
   request.threads = 1;
   return request;
+}
+
+/// A line's cells for each line of a run's metrics.csv, the columns' names first, without the measured data_wait_share.
+/// None where there is no such file yet; a line that is being written counts as far as it is.
+inline std::vector<std::vector<std::string>> Metrics(const std::string& run) {
+  std::ifstream file(run + "/metrics.csv");
+  std::vector<std::vector<std::string>> rows;
+  std::ptrdiff_t measured = 0;
+  for (std::string line, cell; std::getline(file, line);) {
+    auto& row = rows.emplace_back();
+    std::istringstream cells(line + ",");
+    while (std::getline(cells, cell, ',')) row.push_back(cell);
+    if (rows.size() == 1) measured = std::find(row.begin(), row.end(), "data_wait_share") - row.begin();
+    if (measured < static_cast<std::ptrdiff_t>(row.size())) row.erase(row.begin() + measured);
+  }
+  return rows;
+}
+
+/// The values of a column, NaN where a cell is empty.
+inline std::vector<double> Column(const std::vector<std::vector<std::string>>& metrics, const std::string& name) {
+  const auto at = static_cast<std::size_t>(std::find(metrics[0].begin(), metrics[0].end(), name) - metrics[0].begin());
+  std::vector<double> values;
+  for (std::size_t i = 1; i < metrics.size(); ++i)
+    values.push_back(metrics[i].at(at).empty() ? std::nan("") : std::stod(metrics[i][at]));
+  return values;
 }
 
 }  // namespace diffsac

@@ -44,20 +44,6 @@ inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score
   return config;
 }
 
-std::vector<double> Column(const std::string& path, int column) {
-  std::vector<double> values;
-  std::istringstream lines(ReadFile(path));
-  std::string line;
-  std::getline(lines, line);
-  while (std::getline(lines, line)) {
-    std::istringstream cells(line);
-    std::string cell;
-    for (int i = 0; i <= column; ++i) std::getline(cells, cell, ',');
-    if (!cell.empty()) values.push_back(std::stod(cell));
-  }
-  return values;
-}
-
 TrainingSource SourceOf(const std::string& task, const TwoViewTrainingOptions& two_view, const LabelOptions& labels,
                         const std::string& more = "") {
   const auto data =
@@ -75,16 +61,15 @@ TEST_CASE("two-view networks train and their checkpoints load for their own task
   for (const std::string task : {"homography", "fundamental", "essential"}) {
     const std::string output = folder / task;
     REQUIRE(Train(OneThread(TinyConfig(task), output), kNever) == TrainOutcome::kFinished);
-    const auto losses = Column(output + "/metrics.csv", 1);
+    const auto losses = Column(Metrics(output), "loss_diffusion");
     REQUIRE(losses.size() == 40);
     double first = 0.0, last = 0.0;
     for (int i = 0; i < 5; ++i) first += losses[i], last += losses[losses.size() - 1 - i];
     CHECK(last < 0.9 * first);
-    const auto accuracy = Column(output + "/metrics.csv", 5);
-    REQUIRE(accuracy.size() == 1);
-    CHECK((accuracy[0] >= 0.0 && accuracy[0] <= 1.0));
-    const std::string header = ReadFile(output + "/metrics.csv");
-    CHECK(header.find(task == "homography" ? "mAA@20px" : "mAA@10deg") != std::string::npos);
+    const auto metrics = Metrics(output);
+    CHECK_THAT(metrics[0].at(4), Catch::StartsWith(task == "homography" ? "mAA@20px" : "mAA@10deg"));
+    const double accuracy = std::stod(metrics.back().at(4));
+    CHECK((accuracy >= 0.0 && accuracy <= 1.0));
 
     const std::string checkpoint = output + "/checkpoints/last.safetensors";
     const auto network = LoadNetwork(ReadTrainedConfig(checkpoint, "diffsac", TaskFromString(task)), torch::kCPU);
