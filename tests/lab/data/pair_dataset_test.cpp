@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <set>
 
-#include "data_test_util.h"
+#include "core/errors.h"
 #include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"

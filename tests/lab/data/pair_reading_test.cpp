@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "data_test_util.h"
+#include "core/errors.h"
 #include "diffsac/core/parallel.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"

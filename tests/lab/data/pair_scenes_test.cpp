@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "data_test_util.h"
+#include "core/errors.h"
 #include "lab/data/two_view_test_util.h"
 
 namespace diffsac {

@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-#include "data_test_util.h"
+#include "core/errors.h"
 #include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
