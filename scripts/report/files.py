@@ -10,6 +10,10 @@ _OWN = b"\0\0\0\x28tEXtSoftware\0drawn by DiffSAC, no photograph\xed\x88\x17\xcf
 _PNG_END = b"\0\0\0\0IEND\xae\x42\x60\x82"
 
 
+class CannotWrite(Exception):
+    """Names the file and the cause."""
+
+
 def write_whole(path, content):
     """Text or bytes through a hidden temporary file beside it."""
     data = content.encode(errors="replace") if isinstance(content, str) else content
@@ -24,11 +28,10 @@ def write_whole(path, content):
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except BaseException as error:
+    except OSError as error:
+        raise CannotWrite(f"cannot write {path}: {error.strerror}") from error
+    finally:
         remove(temporary)
-        if isinstance(error, OSError):
-            error.filename = path
-        raise
 
 
 def marked_as_own(png):
@@ -37,7 +40,7 @@ def marked_as_own(png):
 
 
 def remove(path):
-    if path and os.path.lexists(path):
+    if os.path.lexists(path):
         os.unlink(path)
 
 
@@ -46,6 +49,6 @@ def run_script(main, *arguments):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         main(*arguments)
-    except OSError as error:
-        print(f"cannot write {error.filename}: {error.strerror}" if error.filename else error, file=sys.stderr)
+    except CannotWrite as error:
+        print(error, file=sys.stderr)
         sys.exit(4)

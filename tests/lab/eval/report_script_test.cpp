@@ -1,0 +1,32 @@
+#include "lab/eval/report_script.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/files.h"
+
+namespace diffsac {
+
+TEST_CASE("a script that is not there or fails does not end a run, one that cannot write does") {
+  const TemporaryFolder folder;
+  CHECK_FALSE(RunReportScript("no_such_script.py", {folder.path()}));
+  CHECK_FALSE(TellRun(folder.path()));  // It has no results.json.
+  if (!HasReportPython()) return;
+  std::filesystem::create_directory(folder.File("report.html"));
+  CHECK_THROWS_WITH(RunReportScript("training_report.py", {folder.path()}),
+                    Catch::Contains("cannot write " + folder.File("report.html")));
+}
+
+TEST_CASE("a script that runs can be stopped") {
+  const TemporaryFolder folder;
+  ReportScript script;
+  CHECK_FALSE(script.Runs());
+  CHECK_FALSE(script.Wait());
+  script.Start("training_report.py", {"--running", folder.path()});
+  CHECK(script.Runs() == HasReportPython());
+  script.Stop();
+  CHECK_FALSE(script.Runs());
+}
+
+}  // namespace diffsac
