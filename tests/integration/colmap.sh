@@ -5,7 +5,6 @@ skip() { echo "SKIPPED: $*"; exit 4; }
 command -v colmap >/dev/null || skip "no colmap on this machine (docs/colmap.md says how to install it)"
 [[ -d "$photos" ]] || skip "no photographs in $photos"
 export QT_QPA_PLATFORM=offscreen OMP_NUM_THREADS=1
-prepare() { "$build/bin/diffsac_prepare" "$@"; }
 database="$own/database.db"
 # sql STATEMENT: runs it on the database and prints what it gives.
 sql() { python3 -c 'import sqlite3, sys

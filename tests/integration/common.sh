@@ -9,6 +9,7 @@ cd "$source"
 
 train() { "$build/bin/diffsac_train" "$@"; }
 evaluate() { "$build/bin/diffsac_eval" "$@"; }
+prepare() { "$build/bin/diffsac_prepare" "$@"; }
 fail() { echo "FAILED: $*" >&2; exit 1; }
 expect_file() { local file; for file in "$@"; do [[ -s "$file" ]] || fail "missing or empty: $file"; done; }
 
@@ -40,6 +41,32 @@ expect_error() {
   ((lines == 1)) || { cat "$own/err" >&2; fail "$lines lines of $name instead of one: $*"; }
   grep -qE "^$name: .*($pattern)" "$own/err" || { cat "$own/err" >&2; fail "no '$pattern' in the message: $*"; }
   ! grep -qiE 'terminate called|segmentation|backtrace' "$own/err" || { cat "$own/err" >&2; fail "a crash: $*"; }
+}
+
+# same_results RUN_A RUN_B WHAT: what their results.csv say is the same but for times; else WHAT went wrong.
+same_results() { diff <(grep -v ',ms_' "$1/results.csv") <(grep -v ',ms_' "$2/results.csv") || fail "$3"; }
+
+# same_network RUN_A RUN_B WHAT: the networks of both trainings estimate the same.
+same_network() {
+  local run
+  for run in "$1" "$2"; do
+    run_expecting 0 evaluate --config configs/tables/line.yaml --methods diffsac --limit 8 --device cpu --threads 1 \
+      --checkpoint "$run/checkpoints/last.safetensors" --output "$run.evaluated"
+  done
+  same_results "$1.evaluated" "$2.evaluated" "$3"
+}
+
+# start_ranks NAME COMMAND...: two processes with a launcher's variables in the background, `ranks`, their output in $own/NAME.RANK.
+start_ranks() {
+  local rank port name=$1
+  shift
+  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  ranks=()
+  for rank in 0 1; do
+    env RANK=$rank WORLD_SIZE=2 LOCAL_RANK=$rank LOCAL_WORLD_SIZE=2 MASTER_ADDR=127.0.0.1 MASTER_PORT="$port" \
+      OMP_WAIT_POLICY=passive "$@" >"$own/$name.$rank" 2>"$own/$name.$rank.err" &
+    ranks+=($!)
+  done
 }
 
 # gray_blobs WIDTH HEIGHT BLOBS SEED SHIFT: a PGM image of blobs, moved to the right.

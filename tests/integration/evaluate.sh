@@ -14,13 +14,13 @@ head -n 1 "$own/one/results.csv" | grep -qx 'experiment,dataset,scene,condition,
 # Six problems, three methods, nine conditions, a header.
 lines=$(wc -l <"$own/one/problems.csv")
 ((lines == 6 * 3 * 9 + 1)) || fail "problems.csv has $lines lines"
-diff <(grep -v ',ms_' "$own/one/results.csv") <(grep -v ',ms_' "$own/two/results.csv") || fail "threads change results"
+same_results "$own/one" "$own/two" "threads change results"
 
 # Shards, joined, are the whole.
 for i in 1 2 3; do run_expecting 0 evaluate "${table[@]}" --threads 1 --shard "$i/3" --output "$own/shard$i"; done
 run_expecting 0 evaluate --merge "$own"/shard{2,3,1} --output "$own/merged"
 expect_file "$own"/merged/{config.yaml,results.json,results.csv,problems.csv,table.md,table.tex}
-diff <(grep -v ',ms_' "$own/one/results.csv") <(grep -v ',ms_' "$own/merged/results.csv") || fail "shards change results"
+same_results "$own/one" "$own/merged" "shards change results"
 diff <(cd "$own/one" && ls) <(cd "$own/merged" && ls) || fail "a merged folder has other files"
 expect_error 'shard 2/3 is missing' evaluate --merge "$own"/shard{1,3} --output "$own/other"
 expect_error 'both shard 1/3' evaluate --merge "$own"/shard{1,1,2,3} --output "$own/other"

@@ -3,7 +3,6 @@
 # read-only is a mount; where this process may not mount, only the rest is tried.
 . "$(dirname "$0")/common.sh"
 files="$source/tests/integration/run_files.py"
-prepare() { "$build/bin/diffsac_prepare" "$@"; }
 mkdir "$own/images" "$own/disk"
 for i in 1 2 3; do gray_blobs 160 120 90 3 $((6 * i)) >"$own/images/$i.pgm"; done
 

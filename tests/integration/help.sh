@@ -1,6 +1,5 @@
 # --help of each program has defaults, examples and the documentation, and wrong options are answered in few words.
 . "$(dirname "$0")/common.sh"
-prepare() { "$build/bin/diffsac_prepare" "$@"; }
 helps() {
   run_expecting 0 "$@" --help
   for text in 'Examples:' 'Documentation:' 'Exit status: 0 done; 2 bad input.* 130 '; do

@@ -4,19 +4,10 @@ group_timeout_s=20
 # LibTorch waits longer and longer between its attempts to connect to a rank 0 that is not there.
 most_s=$((3 * group_timeout_s + 10))
 
-free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
-
 # start_group FOLDER: two ranks in the background, `ranks` their processes.
 start_group() {
-  local rank port
-  port=$(free_port)
   training_command "$1"
-  ranks=()
-  for rank in 0 1; do
-    env RANK=$rank WORLD_SIZE=2 LOCAL_RANK=$rank LOCAL_WORLD_SIZE=2 MASTER_ADDR=127.0.0.1 MASTER_PORT="$port" \
-      "${command[@]}" --group-timeout $group_timeout_s >"$own/group.$rank" 2>"$own/group.$rank.err" &
-    ranks+=($!)
-  done
+  start_ranks group "${command[@]}" --group-timeout $group_timeout_s
 }
 
 # end_of PROCESS: its exit status into `status`; an error when it runs on for longer than that.

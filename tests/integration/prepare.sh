@@ -1,6 +1,5 @@
 # diffsac_prepare on images of its own: matches, their summary, mistakes, Ctrl-C.
 . "$(dirname "$0")/common.sh"
-prepare() { "$build/bin/diffsac_prepare" "$@"; }
 
 # image SHIFT: grey blobs, moved to the right.
 image() { gray_blobs 160 120 90 3 "$1"; }
