@@ -60,7 +60,7 @@ TEST_CASE("No refit of many rounds lowers the final score") {
       for (const Refit refit : {Refit::kReweighted, Refit::kIterated}) {
         CAPTURE(ToString(score), ToString(refit));
         options.refit = refit;
-        CHECK(run().score >= plain);
+        CHECK(run().score >= (1.0 - 1e-12) * plain);  // Sums of the same residuals in another order.
       }
     }
 }
