@@ -20,7 +20,7 @@ inline constexpr auto kEnumNames<NetworkEngine> = NamesOf<NetworkEngine>({{Netwo
                                                                           {NetworkEngine::kFused, "fused"},
                                                                           {NetworkEngine::kLibTorch, "libtorch"}});
 
-/// A framework that computes networks; registered where a program is linked with it (networks/).
+/// A framework that computes networks; registered where a program is linked with it (lab/torch).
 struct DiffsacEngine {
   static constexpr const char* kKind = "network engine";
   std::function<bool(const std::string& device)> on_cpu;  ///< Throws Error for a device that is not there.

@@ -40,7 +40,7 @@ class DiffsacInference {
                                     int threads) const = 0;
 };
 
-/// A trained denoiser, whatever computes it: DiffsacNetwork (networks/, LibTorch) or FusedDiffsac (plain C++).
+/// A trained denoiser, whatever computes it: DiffsacNetwork (lab/torch, LibTorch) or FusedDiffsac (plain C++).
 class DiffsacModel {
  public:
   virtual ~DiffsacModel() = default;

@@ -43,7 +43,7 @@ class HtmlPage {
   void AddJson(const std::string& id, const std::string& json);
   /// Bytes that scripts find by `id`, as base64.
   void AddBytes(const std::string& id, std::string_view bytes);
-  /// Runs once the page is there. `diffsacPage` (html_page.js) is at its service.
+  /// Runs once the page is there. `diffsacPage` (scripts/report/page.js) is at its service.
   void AddScript(std::string_view script);
 
   /// The whole page.

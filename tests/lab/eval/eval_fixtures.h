@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "core/temporary_folder.h"
@@ -143,6 +144,15 @@ inline ExperimentResults MadeUpResults() {
     }
   }
   return results;
+}
+
+/// Of results.csv. Times differ from run to run: everything else must not.
+inline std::string WithoutTimes(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line, kept;
+  while (std::getline(lines, line))
+    if (line.find(",ms_") == std::string::npos) kept += line + "\n";
+  return kept;
 }
 
 /// Results over several structures: `first` finds all on condition 0.2 and half of them on 0.5, with sets of one

@@ -20,15 +20,6 @@ namespace {
 
 using namespace testing;
 
-// Times differ from run to run: everything else must not.
-std::string WithoutTimes(const std::string& csv) {
-  std::istringstream lines(csv);
-  std::string line, kept;
-  while (std::getline(lines, line))
-    if (line.find(",ms_") == std::string::npos) kept += line + "\n";
-  return kept;
-}
-
 std::string Csv(int threads, int batch, const std::vector<std::string>& methods = {}) {
   ExperimentOptions experiment = SmallExperiment();
   experiment.threads = threads;

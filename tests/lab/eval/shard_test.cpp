@@ -21,14 +21,6 @@ namespace {
 using Catch::Contains;
 using namespace testing;
 
-std::string WithoutTimes(const std::string& csv) {
-  std::istringstream lines(csv);
-  std::string line, kept;
-  while (std::getline(lines, line))
-    if (line.find(",ms_") == std::string::npos) kept += line + "\n";
-  return kept;
-}
-
 ShardContent RunShard(const ExperimentOptions& experiment, int index, int count, int batch = 1,
                       const std::string& setup = "") {
   RunInputs inputs = TwoPointInputs(batch);

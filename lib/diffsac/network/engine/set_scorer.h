@@ -23,8 +23,8 @@ struct SetScorerOptions {
 
 /// A small transformer without positions over the elements of a set (Lee et al., "Set Transformer", ICML 2019): each is
 /// scored in view of all others, of features of each two of them, which are added to their attention, and of which
-/// elements have been taken already. Equivariant to the order of the elements. Computed by Eigen; networks/
-/// structure_chooser.h is the same in LibTorch, for training.
+/// elements have been taken already. Equivariant to the order of the elements. Computed by Eigen;
+/// lab/torch/set_scorer_module.h is the same in LibTorch, for training.
 class SetScorer {
  public:
   using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
