@@ -75,7 +75,7 @@ estimate() {
 # evaluate TABLE OPTIONS...
 evaluate() {
   local seeds=()
-  if [[ -n "$quick" ]]; then seeds=(--set "sweep.seed=[1]"); fi
+  if [[ -n "$quick" ]]; then seeds=(--seed 1); fi
   build/release/bin/diffsac_eval --config "configs/tables/$1.yaml" ${data:+--data "$data"} "${options[@]}" "${seeds[@]}" "${@:2}"
 }
 # make_table TABLE: the table, its page, and with --verify what differs.

@@ -11,7 +11,6 @@
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/experiment.h"
-#include "lab/eval/sweep.h"
 
 namespace diffsac {
 namespace {
@@ -20,7 +19,7 @@ const std::string kConfigs = std::string(DIFFSAC_SOURCE_DIR) + "/configs/";
 
 /// A row of a shipped table or of diffsac_pair, for its task.
 std::unique_ptr<RobustEstimator> Row(const std::string& config, const std::string& name) {
-  const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(ConfigFromFile(kConfigs + config)));
+  const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(kConfigs + config));
   for (const EstimatorRow& row : experiment.methods)
     if (row.name == name) return MakeEstimator(row.config, experiment.task, {});
   throw Error(config + ": no row " + name);

@@ -17,7 +17,6 @@
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/experiment.h"
 #include "lab/eval/shard_records.h"
-#include "lab/eval/sweep.h"
 #include "lab/files/colmap_lens.h"
 #include "lab/files/colmap_test_util.h"
 #include "lab/images/adelaide_rmf.h"
@@ -318,8 +317,7 @@ Config ReadConfig(const std::string& text) {
 void ReadTable(const std::string& text) {
   const Config config = ReadConfig(text);
   Require(ToYaml(ConfigFromYaml(ToYaml(config))) == ToYaml(config), "what is written reads back");
-  const auto axes = SweepAxes(config);
-  const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
+  const ExperimentOptions experiment = ReadExperiment(config);
   // Rows and data throw by themselves, so that one that is wrong does not hide the others.
   for (const Condition& condition : experiment.conditions)
     Parses({kConfigName, "--set"}, [&] { WriteDatasetOptions(condition.data); });

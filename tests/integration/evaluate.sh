@@ -36,8 +36,6 @@ needs_only() { [[ "$(needs "$1")" == "$2" ]] || fail "$1 needs '$(needs "$1")', 
 needs_only line ""
 needs_only modelnet_fundamental "$data/modelnet_off"
 needs_only essential_tutorial "$data/tutorial"
-mkdir "$data/ModelNet40"
-needs_only modelnet_fundamental "$data/ModelNet40"
 needs ablation | grep -qx runs/pairs/test/castle-P19 || fail "the ablation's scenes are not named"
 [[ -d runs/ablation_mlp ]] || needs ablation | grep -qx runs/pairs/train/fox || fail "its trainings' scenes are not named"
 run_expecting 0 evaluate --config configs/tables/scans.yaml --data "$data" --output "$own/scans"

@@ -1,17 +1,20 @@
-# Rows as products of factors, their effects and strata, on generated lines: whole, in shards, and on one page.
+# Factors, their effects and strata, on generated lines: whole, in shards, and on one page.
 . "$(dirname "$0")/common.sh"
 cat >"$own/scoreboard_line.yaml" <<'YAML'
 name: scoreboard_line
 title: lines by score and draws
 problems: 40
 data: {type: synthetic_line, split: test, num_points: 60, outlier_ratio: [0.2, 0.9]}
-factors_base: {type: ransac}
-factors:
-  score:
-    msac: {consensus: {score: msac}}
-    count: {consensus: {score: inlier_count, score_threshold_factor: 1}}
-  draws: {"20": {max_iterations: 20}, "200": {max_iterations: 200}}
-methods: {oracle: {type: oracle}}
+settings:
+  msac: {type: ransac, consensus: {score: msac}}
+  count: {type: ransac, consensus: {score: inlier_count, score_threshold_factor: 1}}
+factors: {score: [msac, count], draws: ["20", "200"]}
+methods:
+  msac_20: {use: msac, max_iterations: 20}
+  msac_200: {use: msac, max_iterations: 200}
+  count_20: {use: count, max_iterations: 20}
+  count_200: {use: count, max_iterations: 200}
+  oracle: {type: oracle}
 compare: {msac_200: [count_20]}
 strata: [{by: inlier_share, bins: [0.3, 0.5]}, {by: points, bins: [100], rows: [msac_200]}]
 YAML
@@ -54,4 +57,4 @@ grep -q '^| draws: 200 ' "$own/docs/what_decides.md" || fail "the page has no ef
 expect_error 'none of these folders' evaluate --effects "$own/nowhere"
 expect_error 'excludes' evaluate --effects "$run" --limit 3
 sed 's/bins: \[0.3/bin: [0.3/' "$own/scoreboard_line.yaml" >"$own/wrong.yaml"
-expect_error "wrong\.yaml:13: unknown key 'strata\.0\.bin'; did you mean 'bins'" evaluate --config "$own/wrong.yaml" --output "$own/wrong"
+expect_error "wrong\.yaml:16: unknown key 'strata\.0\.bin'; did you mean 'bins'" evaluate --config "$own/wrong.yaml" --output "$own/wrong"

@@ -14,8 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = ConfigTree::Kind;
 
-constexpr std::array<const char*, 8> kPathKeys = {"checkpoint", "start_from", "chooser", "recording",
-                                                  "paths",      "root",       "folder",  "needs"};
+constexpr std::array<const char*, 7> kPathKeys = {"checkpoint", "start_from", "chooser", "recording",
+                                                  "paths",      "root",       "folder"};
 constexpr const char* kModels = "models/";
 
 void AddOnce(const fs::path& path, std::vector<std::string>* places) {

@@ -35,8 +35,7 @@ std::string RequiredPath(const Config& value, const std::string& what);
 void RequirePaths(const Config& config, const std::vector<std::string>& keys, const std::string& what);
 
 /// The document with those places in it that its paths were found at: the values, or lists of values, of `checkpoint`,
-/// `start_from`, `chooser`, `recording`, `paths`, `root`, `folder`
-/// and `needs`, at any depth. What is nowhere stays as it was
+/// `start_from`, `chooser`, `recording`, `paths`, `root` and `folder`, at any depth. What is nowhere stays as it was
 /// written.
 Config WithFoundPaths(const Config& config);
 

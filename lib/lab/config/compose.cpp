@@ -1,7 +1,6 @@
 #include "lab/config/compose.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 #include <utility>
 #include <vector>
@@ -9,7 +8,6 @@
 #include "diffsac/core/config_tree.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
-#include "lab/config/compose_factors.h"
 #include "lab/config/tree_edits.h"
 
 namespace diffsac {
@@ -43,35 +41,12 @@ void Interpolate(const ConfigTree& experiment, ConfigTree* tree) {
   for (ConfigEntry& entry : tree->entries) Interpolate(experiment, &entry.value);
 }
 
-bool IsAvailable(const ConfigTree& alternative) {
-  const ConfigTree* needs = alternative.Find("needs");
-  if (needs == nullptr) return true;
-  const std::vector<std::string> places = Words(*needs, "needs");
-  return std::any_of(places.begin(), places.end(),
-                     [](const std::string& place) { return std::filesystem::exists(place); });
-}
-
-ConfigTree OnAlternative(ConfigTree experiment) {
-  const ConfigTree alternatives = Take(&experiment, "alternatives");
-  const ConfigTree* data = experiment.Find("data");
-  if (alternatives.kind == TreeKind::kNull || (data != nullptr && data->Find("paths") != nullptr)) return experiment;
-  if (alternatives.kind != TreeKind::kSequence) FailAt(alternatives, "alternatives", "expected a list of maps");
-  for (const ConfigTree& one : alternatives.items)
-    if (one.kind != TreeKind::kMap) FailAt(one, "alternatives", "expected a list of maps");
-  auto chosen = std::find_if(alternatives.items.begin(), alternatives.items.end(), IsAvailable);
-  if (chosen == alternatives.items.end()) chosen = alternatives.items.begin();
-  if (chosen == alternatives.items.end()) return experiment;
-  ConfigTree base = *chosen;
-  Take(&base, "needs");
-  MergeTrees(base, std::move(experiment));
-  return base;
-}
-
 /// A condition for each value of one option of the data.
 ConfigTree SweptConditions(const ConfigTree& sweep) {
   if (sweep.kind != TreeKind::kMap || sweep.entries.size() != 1 || sweep.entries[0].value.kind != TreeKind::kSequence)
     FailAt(sweep, "sweep", "expected an option of the data and its values, {outlier_ratio: [0.1, 0.2]}");
   const auto& [key, values] = sweep.entries[0];
+  if (key == "seed") FailAt(sweep, "sweep", "seeds are whole runs, 'seeds: [1, 2]'");
   ConfigTree conditions = ListAt(sweep);
   for (const ConfigTree& value : values.items) {
     if (value.kind != TreeKind::kScalar) FailAt(value, "sweep", "expected plain values");
@@ -122,26 +97,6 @@ class Settings {
   ConfigTree settings_;
 };
 
-/// A row each for a list of budgets.
-void AddRows(const ConfigTree& row, ConfigTree* rows) {
-  const ConfigTree* budgets = row.Find("max_iterations");
-  if (budgets == nullptr || budgets->kind != TreeKind::kSequence) {
-    rows->items.push_back(row);
-    return;
-  }
-  const std::string name = TextOf(row, "name"), label = TextOf(row, "label"), series = TextOf(row, "series");
-  const std::string shown = label.empty() ? name : label;
-  for (const ConfigTree& budget : budgets->items) {
-    if (budget.kind != TreeKind::kScalar) FailAt(budget, "max_iterations", "expected numbers");
-    ConfigTree one = row;
-    PutIn(&one, "name", ScalarAt(row, name + "_" + budget.scalar));
-    PutIn(&one, "label", ScalarAt(row, shown + " " + budget.scalar));
-    PutIn(&one, "series", ScalarAt(row, series.empty() ? shown : series));
-    PutIn(&one, "max_iterations", budget);
-    rows->items.push_back(std::move(one));
-  }
-}
-
 /// The rows of a map by name, as a list.
 ConfigTree NamedRows(ConfigTree methods) {
   if (methods.kind != TreeKind::kMap) return methods;
@@ -180,12 +135,6 @@ ConfigTree Chosen(const ConfigTree& rows, const ConfigTree& names) {
   return chosen;
 }
 
-ConfigTree Budgeted(const ConfigTree& listed) {
-  ConfigTree rows = ListAt(listed);
-  for (const ConfigTree& row : listed.items) AddRows(row, &rows);
-  return rows;
-}
-
 /// What `rows` did not choose goes to *gone, by name.
 ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, const ConfigTree& names,
                              std::set<std::string>* gone) {
@@ -197,9 +146,9 @@ ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, con
     resolved.items.push_back(row.kind == TreeKind::kMap ? known.Resolve(row) : row);
   // A list has its author's order; a map may come from several files.
   if (methods.kind == TreeKind::kMap) resolved = WithOracleLast(std::move(resolved));
-  if (names.kind == TreeKind::kNull) return Budgeted(resolved);
-  for (const ConfigTree& row : Budgeted(resolved).items) gone->insert(TextOf(row, "name"));
-  ConfigTree rows = Budgeted(Chosen(resolved, names));
+  if (names.kind == TreeKind::kNull) return resolved;
+  for (const ConfigTree& row : resolved.items) gone->insert(TextOf(row, "name"));
+  ConfigTree rows = Chosen(resolved, names);
   for (const ConfigTree& row : rows.items) gone->erase(TextOf(row, "name"));
   return rows;
 }
@@ -263,12 +212,13 @@ Config ComposeExperiment(const Config& config) {
   if (root.kind == TreeKind::kNull) root.kind = TreeKind::kMap;
   if (root.kind != TreeKind::kMap) return composed;
   if (root.Find("data_root") == nullptr) PutIn(&root, "data_root", ScalarAt(root, kDefaultDataRoot));
+  const ConfigTree* seeds = root.Find("seeds");
+  if (seeds != nullptr && !seeds->items.empty() && root.Find("seed") == nullptr)
+    PutIn(&root, "seed", ConfigTree(seeds->items.front()));
   const ConfigTree values = root;
   Interpolate(values, &root);
   root = WithFoundPaths(composed).impl_->document->root;
-  root = OnAlternative(std::move(root));
   if (ConfigTree* strata = root.Find("strata")) *strata = ListOf(std::move(*strata), TreeKind::kMap);
-  ComposeFactors(&root);
   ConfigTree settings = Take(&root, "settings"), sweep = Take(&root, "sweep");
   const ConfigTree names = Take(&root, "rows");
   if (sweep.kind != TreeKind::kNull) {

@@ -20,6 +20,13 @@ struct RunningMean {
   double value() const { return sum / count; }
 };
 
+/// The row of a combination: its levels joined by "_".
+std::string RowName(const std::vector<std::string>& levels) {
+  std::string name;
+  for (const std::string& level : levels) name += (name.empty() ? "" : "_") + level;
+  return name;
+}
+
 /// Of problems, by their index.
 using ProblemValues = std::map<std::uint64_t, double>;
 using ProblemMeans = std::map<std::uint64_t, RunningMean>;
@@ -82,7 +89,7 @@ std::vector<RowPair> RowsOf(const ExperimentResults& results, std::size_t condit
                             const std::string& level) {
   const ExperimentOptions& experiment = results.experiment;
   const auto cell_of = [&](const std::vector<std::string>& levels) {
-    const Cell* cell = results.Find(condition, experiment.RowOf(FactorRowName(levels)));
+    const Cell* cell = results.Find(condition, experiment.RowOf(RowName(levels)));
     return cell == nullptr || cell->records.empty() ? nullptr : cell;
   };
   const std::string& first = experiment.factors[factor].second.front();
@@ -102,6 +109,20 @@ double LogMilliseconds(const ProblemRecord& record) {
 }
 
 }  // namespace
+
+std::vector<std::vector<std::string>> CombinationsOf(const Factors& factors) {
+  std::vector<std::vector<std::string>> all(1);
+  for (const auto& [name, levels] : factors) {
+    std::vector<std::vector<std::string>> longer;
+    for (const std::vector<std::string>& combination : all)
+      for (const std::string& level : levels) {
+        longer.push_back(combination);
+        longer.back().push_back(level);
+      }
+    all = std::move(longer);
+  }
+  return all;
+}
 
 FactorEffects EffectsOf(const ExperimentResults& results, std::size_t condition) {
   const ExperimentOptions& experiment = results.experiment;

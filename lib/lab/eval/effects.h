@@ -2,11 +2,15 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "lab/eval/results.h"
 
 namespace diffsac {
+
+/// All choices of a level of each factor, the last factor's changing fastest.
+std::vector<std::vector<std::string>> CombinationsOf(const Factors& factors);
 
 /// What one level of a factor makes of a problem, on average over all combinations of the other factors' levels of
 /// which both this level and the factor's first have a row.

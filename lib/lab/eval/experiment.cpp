@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <set>
 
 #include "diffsac/core/status.h"
 #include "lab/config/compose.h"
@@ -178,6 +179,7 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("title", title).Help("of the report");
   b.Field("task", task).Help("what is estimated");
   b.Field("seed", seed).Help("of data and methods");
+  b.Field("seeds", seeds, AtLeast(0)).Help("a whole run with each, whose mean the table shows; `seed` is the first");
   b.Field("problems", problems, Within(1, 1e7)).Help("for each condition; fewer when the data has fewer");
   b.Field("threads", threads, Within(0, 1024)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
@@ -208,7 +210,11 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("compare", compare).Help("differences of two rows with their intervals");
   b.Field("strata", strata).Help("the metric by a quantity of the problems");
   b.Field("factors", factors)
-      .Help("by name their levels, whose combinations are rows; as maps they make these (docs/extending.md)");
+      .Help("by name their levels; a row is named by one level of each, joined by \"_\" (docs/extending.md)");
+  if (seeds) {
+    b.Require(!seeds->empty(), "seeds", "a list of seeds");
+    b.Require(std::set(seeds->begin(), seeds->end()).size() == seeds->size(), "seeds", "different seeds");
+  }
   b.Require(!name.empty() && name.find('/') == std::string::npos, "name", "a name without '/'");
   b.Require(!methods.empty(), "methods", "a list of methods");
 }

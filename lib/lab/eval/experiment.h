@@ -9,7 +9,6 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/config/compose_factors.h"
 #include "lab/config/make_estimator.h"
 #include "lab/eval/metrics.h"
 
@@ -117,17 +116,21 @@ template <>
 inline constexpr auto kEnumNames<Missing> = NamesOf<Missing>({{Missing::kError, "error"},
                                                               {Missing::kLeaveOut, "leave_out"}});
 
+/// Factors by name with the names of their levels.
+using Factors = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
 /// One table or figure: every method on every condition. See docs/metrics.md and configs/tables/.
 struct ExperimentOptions {
   std::string name = "experiment";
   std::string title;
   Task task = Task::kLine;
   std::uint64_t seed = 0;
-  int problems = 2000;         ///< For each condition; fewer when the dataset is smaller.
-  int threads = 0;             ///< 0: all cores.
-  double threshold_deg = 0.5;  ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
-  double threshold_px = 20.0;  ///< The same in pixels (`metric.threshold_px`).
-  bool in_pixels = false;      ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
+  std::optional<std::vector<int>> seeds;  ///< A whole run with each; none: with `seed` alone.
+  int problems = 2000;                    ///< For each condition; fewer when the dataset is smaller.
+  int threads = 0;                        ///< 0: all cores.
+  double threshold_deg = 0.5;             ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
+  double threshold_px = 20.0;             ///< The same in pixels (`metric.threshold_px`).
+  bool in_pixels = false;                 ///< Errors in pixels, as homographies' always are (`metric.in_pixels`).
   /// Homographies are judged by the motion that they decompose into, in degrees (`metric.pose`).
   bool pose = false;
   /// Two views: a match so near the true model counts in `inlier_share`; 0: those within the data's ε
@@ -157,7 +160,7 @@ struct ExperimentOptions {
   std::vector<std::pair<std::string, std::vector<std::string>>> scene_groups;
   std::vector<Comparison> compare;
   std::vector<StrataOptions> strata;
-  Factors factors;                    ///< Whose levels' combinations are rows (FactorRowName).
+  Factors factors;                    ///< Whose levels' combinations are rows, named by the levels with "_" between.
   std::vector<std::string> left_out;  ///< Rows, conditions and data that are not there, with what they need.
   /// The first group that holds the scene, or the scene itself.
   std::string GroupOf(const std::string& scene) const;

@@ -15,7 +15,6 @@
 #include "lab/eval/example_files.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
-#include "lab/eval/sweep.h"
 #include "lab/report/compare_runs.h"
 #include "lab/report/effects_page.h"
 #include "lab/report/labelled_points.h"
@@ -25,7 +24,7 @@
 #include "lab/report/result_files.h"
 #include "lab/report/results_page.h"
 #include "lab/report/run_files.h"
-#include "lab/report/run_sweep.h"
+#include "lab/report/run_seeds.h"
 
 namespace diffsac {
 
@@ -44,9 +43,10 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   Config config = ConfigFromFile(request.config_path);
   for (const std::string& assignment : request.assignments) SetYaml(&config, assignment);
   if (request.seed >= 0) SetYaml(&config, "seed=" + std::to_string(request.seed));
+  if (request.seed >= 0) SetYaml(&config, "seeds=~");
   if (request.context.threads > 0) SetYaml(&config, "threads=" + std::to_string(request.context.threads));
   if (!request.data_root.empty()) SetYaml(&config, "data_root=" + Quoted(request.data_root));
-  ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(config));
+  ExperimentOptions experiment = ReadExperiment(config);
   SelectEstimators(request.methods, &experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
@@ -163,8 +163,9 @@ void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experimen
   for (const std::string& value : values) AddFilesOf(value, &files);
   files.push_back(request.config_path);
   if (ProgramOfRun(folder).empty())
-    for (const char* name : {"config.yaml", "report.html", "table.md", "table.csv", "table.tex", "problems.csv",
-                             "results.csv", "results.json", "reliability.csv", kEstimatesFile, kFitsFile, kPairsFile, kShardRecords})
+    for (const char* name :
+         {"config.yaml", "report.html", "table.md", "table.csv", "table.tex", "problems.csv", "results.csv",
+          "results.json", "reliability.csv", kEstimatesFile, kFitsFile, kPairsFile, kShardRecords})
       outputs.push_back(folder + "/" + name);
   RefuseInputsAsOutputs(outputs, files);
 }
@@ -209,10 +210,10 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     WriteEffectsPage(request.effects, request.page, request.page_command, out);
     return kExitOk;
   }
-  if (IsSweep(request) && !request.colmap.database.empty())
-    throw Error("--export-colmap is for one run, and a sweep is several");
-  if (IsSweep(request)) return EvaluateSweep(request, trace, stop, out);
   ExperimentOptions experiment = ReadRequest(request);
+  if (experiment.seeds && !request.colmap.database.empty())
+    throw Error("--export-colmap is for one run; of several seeds choose one with --seed");
+  if (experiment.seeds) return EvaluateSeeds(request, experiment, trace, stop, out);
   int code = kExitOk;
   if (!MakeReady(request, stop, &experiment, out, &code)) return code;
   CheckColmapExport(experiment, request.colmap);

@@ -31,12 +31,11 @@ struct EvalRequest {
   std::vector<std::string> methods;      ///< --methods; empty: all rows
   int limit = 0;                         ///< --limit: at most so many problems a condition; 0: as configured
   std::string output;                    ///< --output; empty: runs/<name>
-  std::int64_t seed = -1;                ///< --seed; negative: as configured
+  std::int64_t seed = -1;                ///< --seed; negative: as configured, all of its `seeds`
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
   std::vector<std::string> compare;      ///< --compare: two run folders; then only `output` counts beside it
   std::vector<std::string> effects;      ///< --effects: run folders; then only `page` and its command count beside it
-  bool one_point = false;                ///< Of a sweep, whose axes the assignments have set.
   std::string data_root;                 ///< --data: replaces the experiment's data_root
   bool needs = false;                    ///< --needs: only says which folders the experiment reads
   bool train_missing = false;  ///< --train-missing: networks under runs/ that rows name and that are not there

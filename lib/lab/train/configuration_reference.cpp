@@ -22,7 +22,7 @@ constexpr char kIntroduction[] =
     "that names file, line and nearest key; `--set a.b=value` sets any key on the command line; the resolved "
     "configuration is\n"
     "written to `config.yaml` in the run folder. A top-level `include: other.yaml` reads that file first.\n\n"
-    "Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`, `needs`) are "
+    "Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are "
     "relative to that\n"
     "file. But for `include`, what is not there is looked for in the current folder, as what `--set` gives is, and "
     "what\n"

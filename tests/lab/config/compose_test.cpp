@@ -64,25 +64,11 @@ TEST_CASE("rows and settings of several files come together by name") {
   CHECK(rows[2].Text("name") == "o");  // The ceiling is last, whichever file it comes from.
 }
 
-TEST_CASE("a list of budgets is a row each, in one series") {
-  const std::string text =
-      "methods:\n  ransac_to: {type: ransac, label: RANSAC to, series: RANSAC, max_iterations: [10, 200]}\n"
-      "  lo: {type: lo_ransac, label: LO, max_iterations: [10]}\n  one: {type: ransac, max_iterations: 3}\n";
-  CHECK(Row(text, 0).Text("name") == "ransac_to_10");
-  CHECK(Row(text, 1).Text("name") == "ransac_to_200");
-  CHECK(Row(text, 1).Text("label") == "RANSAC to 200");
-  CHECK(Row(text, 1).Text("series") == "RANSAC");
-  CHECK(Row(text, 1).Text("max_iterations") == "200");
-  CHECK(Row(text, 2).Text("series") == "LO");
-  CHECK_FALSE(Row(text, 3).Has("series"));
-}
-
 TEST_CASE("rows are chosen and ordered by name") {
-  const std::string text =
-      "methods: {o: {type: oracle}, a: {type: ransac, max_iterations: [1, 2]}, b: {type: ransac}}\n";
+  const std::string text = "methods: {o: {type: oracle}, a: {type: ransac}, b: {type: ransac}}\n";
   CHECK(Row(text + "rows: [b, o, a]\n", 0).Text("name") == "b");
   CHECK(Row(text + "rows: [b, o, a]\n", 1).Text("name") == "o");
-  CHECK(Row(text + "rows: [b, o, a]\n", 3).Text("name") == "a_2");
+  CHECK(Row(text + "rows: [b, o, a]\n", 2).Text("name") == "a");
   CHECK_THROWS_WITH(Composed(text + "rows: [b, aa]\n"), Contains("x.yaml:2") && Contains("did you mean 'a'"));
 }
 
@@ -102,30 +88,18 @@ TEST_CASE("values of the experiment stand in texts") {
   CHECK_THROWS_WITH(Composed("notes: ${name\n"), Contains("x.yaml:1") && Contains("'}'"));
 }
 
-TEST_CASE("the first alternative that is there is put under the experiment") {
-  const TemporaryFolder folder;
-  const std::string text = "title: \"\"\nalternatives:\n  - {needs: [" + folder.File("b") +
-                           "], title: B, data: {root: b}}\n"
-                           "  - {needs: [" +
-                           folder.File("none") + ", " + folder.File("c") + "], data: {root: c}}\n";
-  const auto root = [](const std::string& yaml) { return ComposeExperiment(ConfigFromYaml(yaml)).Text("data.root"); };
-  CHECK(root(text) == "b");  // None is there: the first, whose absence is then reported.
-  WriteFileAtomically(folder.File("c"), "x");
-  CHECK(root(text) == "c");
-  WriteFileAtomically(folder.File("b"), "x");
-  CHECK(root(text) == "b");
-  CHECK(ComposeExperiment(ConfigFromYaml(text)).Text("title").empty());  // The experiment's own key wins.
-  CHECK(root(text + "data: {root: mine}\n") == "mine");
-  CHECK_FALSE(ComposeExperiment(ConfigFromYaml(text + "data: {paths: [mine]}\n")).Has("data.root"));
-  CHECK_THAT(Composed(text), !Contains("needs"));
-}
-
 TEST_CASE("a sweep is a condition for each value") {
   const Config config = ComposeExperiment(ConfigFromYaml("sweep: {outlier_ratio: [0.1, 0.25]}\n"));
   REQUIRE(config.Sequence("conditions").size() == 2);
   CHECK(config.Text("conditions.1.name") == "0.25");
   CHECK(config.Text("conditions.1.value") == "0.25");
   CHECK(config.Text("conditions.1.data.outlier_ratio") == "0.25");
+}
+
+TEST_CASE("the first of several seeds is the seed, unless one is given") {
+  const auto seed = [](const std::string& text) { return ComposeExperiment(ConfigFromYaml(text)).Text("seed"); };
+  CHECK(seed("seeds: [4, 5]\n") == "4");
+  CHECK(seed("seeds: [4, 5]\nseed: 1\n") == "1");
 }
 
 TEST_CASE("comparisons are listed by their first row") {
@@ -147,12 +121,12 @@ TEST_CASE("mistakes in what is put together name the file, the line and the near
   CHECK_THROWS_WITH(Composed("methods: {a: {name: b}}\n"), Contains("its name already"));
   CHECK_THROWS_WITH(Composed("sweep: [0.1]\n"), Contains("x.yaml:1: sweep") && Contains("outlier_ratio"));
   CHECK_THROWS_WITH(Composed("sweep: {a: [1]}\nconditions: []\n"), Contains("x.yaml:1") && Contains("already"));
-  CHECK_THROWS_WITH(Composed("alternatives: {data: a}\n"), Contains("x.yaml:1") && Contains("list of maps"));
+  CHECK_THROWS_WITH(Composed("sweep: {seed: [1, 2]}\n"), Contains("x.yaml:1") && Contains("'seeds: [1, 2]'"));
 }
 
 TEST_CASE("what refers to rows that are not chosen goes with them, what refers to none stays to be found") {
   const std::string text = R"(
-methods: {a: {type: ransac}, b: {type: ransac, max_iterations: [5, 50]}, c: {type: ransac}}
+methods: {a: {type: ransac}, b_5: {type: ransac}, b_50: {type: ransac}, c: {type: ransac}}
 rows: [a]
 reference: c
 compare: {a: [b_5, c], c: [a]}
@@ -167,15 +141,13 @@ paper: {Theirs: {ours: c, "0.1": 0.5}, Other: {ours: a}}
 
 TEST_CASE("paths of an experiment are relative to its file, but not what --data-root begins") {
   const TemporaryFolder folder;
-  for (const char* name : {"data/set", "scenes"}) std::filesystem::create_directories(folder / name);
+  std::filesystem::create_directories(folder / "data/set");
   WriteFileAtomically(folder / "net.safetensors", "");
   WriteFileAtomically(folder / "table.yaml",
                       "methods: [{type: diffsac, checkpoint: net.safetensors}]\n"
-                      "alternatives: [{name: none, needs: absent}, {name: here, needs: [scenes]}]\n"
                       "conditions: [{name: a, data: {paths: [\"${data_root}/set\", absent]}}]\n");
   Config config = ConfigFromFile(folder / "table.yaml");
   const Config found = ComposeExperiment(config);
-  CHECK(found.Text("name") == "here");
   CHECK(found.Text("methods.0.checkpoint") == folder / "net.safetensors");
   CHECK(found.Text("conditions.0.data.paths.0") == folder / "data/set");
   CHECK(found.Text("conditions.0.data.paths.1") == "absent");

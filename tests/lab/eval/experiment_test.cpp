@@ -8,7 +8,6 @@
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/eval/sweep.h"
 
 namespace diffsac {
 namespace {
@@ -126,19 +125,6 @@ TEST_CASE("strata are read, one or several, and checked") {
   fails("[{bins: [0.5]}, {bins: [0.6]}]", Contains("'inlier_share' stands twice"));
 }
 
-TEST_CASE("rows made of factors are known to the experiment, and written with the levels' names") {
-  const ExperimentOptions experiment = Read(
-      "name: x\ndata: {type: synthetic_line}\nfactors_base: {type: ransac}\n"
-      "factors: {score: {msac: {}, count: {}}, draws: {\"10\": {max_iterations: 10}}}\n");
-  REQUIRE(experiment.factors.size() == 2);
-  CHECK(experiment.factors[0].first == "score");
-  CHECK(experiment.factors[1].second == std::vector<std::string>{"10"});
-  CHECK(experiment.RowOf("count_10") == 1);
-  const std::string once = WriteExperiment(experiment);
-  CHECK(WriteExperiment(Read(once)) == once);
-  CHECK(Read(once).factors == experiment.factors);
-}
-
 TEST_CASE("the distance of inliers in their share is for two views") {
   CHECK(Read("task: essential\ndata: {type: synthetic_two_view}\nmetric: {share_within_px: 1.5}\n"
              "methods: [{type: ransac}]\n")
@@ -151,7 +137,7 @@ TEST_CASE("every shipped table can be read, and no reference is left to be resol
   for (const auto& entry : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/configs/tables")) {
     if (entry.path().extension() != ".yaml") continue;
     INFO(entry.path().string());
-    const ExperimentOptions experiment = ReadExperiment(WithoutSweepAxes(ConfigFromFile(entry.path().string())));
+    const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(entry.path().string()));
     CHECK(experiment.name == entry.path().stem().string());
     CHECK_THAT(WriteExperiment(experiment), !Contains("${"));
   }

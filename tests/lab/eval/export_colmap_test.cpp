@@ -244,7 +244,7 @@ TEST_CASE("export to COLMAP: what cannot be exported is said before the work") {
   CHECK(Has(error(project.Request({"estimates=false"})), "needs estimates: true"));
   CHECK(Has(error(project.Request({"data={type: synthetic_two_view, task: fundamental}"})),
             "needs data of type correspondences, not synthetic_two_view"));
-  CHECK(Has(error(project.Request({"sweep={data.max_ratio: [0.8, 0.9]}"})), "a sweep is several"));
+  CHECK(Has(error(project.Request({"seeds=[1, 2]"})), "of several seeds choose one"));
   request = project.Request();
   request.colmap.database = project.folder / "other.db";
   CHECK(Has(error(request), "other.db: no such file"));

@@ -15,10 +15,14 @@ metric: {threshold_deg: 10}
 data: {type: synthetic_two_view}
 condition_label: matches
 conditions: [{name: all}, {name: ratio}]
-factors_base: {type: two_point}
-factors:
-  score: {plain: {}, good: {}}
-  draws: {few: {}, some: {}, many: {}}
+factors: {score: [plain, good], draws: [few, some, many]}
+methods:
+  plain_few: {type: two_point, label: "plain, few"}
+  plain_some: {type: two_point, label: "plain, some"}
+  plain_many: {type: two_point, label: "plain, many"}
+  good_few: {type: two_point, label: "good, few"}
+  good_some: {type: two_point, label: "good, some"}
+  good_many: {type: two_point, label: "good, many"}
 compare: {good_many: [plain_few]}
 strata: {by: inlier_share, bins: [0.2, 0.5]}
 )";

@@ -133,7 +133,7 @@ TEST_CASE("a table over seeds without its data is skipped as well, and leaves no
   std::ostringstream out;
   const EvalRequest request = Request(folder,
                                       "task: plane\ndata: {type: point_sets, task: plane, paths: [nowhere/scans]}\n"
-                                      "methods: [{type: ransac}]\nmissing: leave_out\nsweep: {seed: [1, 2]}\n");
+                                      "methods: [{type: ransac}]\nmissing: leave_out\nseeds: [1, 2]\n");
   CHECK(Evaluate(request, {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/scans"));
   CHECK(out.str().find("skipped") == out.str().rfind("skipped"));
