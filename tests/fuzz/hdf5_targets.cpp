@@ -19,7 +19,6 @@
 #include "lab/eval/estimates.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/hdf5_numbers.h"
-#include "lab/files/thumbnails.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/hloc_files.h"
 #include "lab/images/imported_features.h"
@@ -66,10 +65,10 @@ void RunPoints(const std::string& bytes) {
 
 // ---- A scene of correspondences.
 
-constexpr std::array<const char*, 14> kSceneFiles = {"matches.h5",    "match_conf.h5",  "K1_K2.h5",  "R.h5",
-                                                     "T.h5",          "Egt.h5",         "Fgt.h5",    "Hgt.h5",
-                                                     "sizes.h5",      "descriptors.h5", "labels.h5", "match_indices.h5",
-                                                     "thumbnails.h5", "similarities.h5"};
+constexpr std::array<const char*, 13> kSceneFiles = {
+    "matches.h5", "match_conf.h5",    "K1_K2.h5",       "R.h5",     "T.h5",
+    "Egt.h5",     "Fgt.h5",           "Hgt.h5",         "sizes.h5", "descriptors.h5",
+    "labels.h5",  "match_indices.h5", "similarities.h5"};
 constexpr int kMatches = 9;
 
 /// The scene as the tutorial's and KITTI's loaders look for it, and its files' bytes.
@@ -83,7 +82,6 @@ class Scene {
     }
     std::filesystem::create_directories(folder_);
     WriteCorrespondences(folder_, set);
-    WriteThumbnails(folder_, {"im_000"}, [](std::size_t) { return std::string("JPEG"); });
     for (const char* name : kSceneFiles) bytes_.push_back(ReadFile(folder_ + "/" + name));
   }
 
@@ -109,7 +107,6 @@ void ReadScene(const std::string& folder) {
       scene.ReadMatchIndices(example.id, example.problem.points.rows());
     }
   });
-  Parses({folder}, [&] { ReadThumbnail(folder, "im_000"); });
 }
 
 /// What filters, normalises and labels pairs.

@@ -27,12 +27,6 @@ inline std::string ShortestNumber(double value) {
   return {text, std::to_chars(text, text + sizeof(text), value).ptr};
 }
 
-/// "0.512", short: what stands in legends and lists.
-inline std::string ShortNumber(double value) {
-  const double size = std::abs(value);
-  return Format(size >= 1000.0 && size < 1e6 ? "%.0f" : "%.3g", size < 1e-12 ? 0.0 : value);
-}
-
 /// A field of a CSV file, quoted only when it must be (RFC 4180).
 inline std::string CsvText(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;

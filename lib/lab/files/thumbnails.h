@@ -8,7 +8,8 @@ namespace diffsac {
 
 /// The file of a scene's folder that holds small copies of its images, for pictures below the matches: by the image's
 /// name the bytes of a JPEG file (uint8), its longest side at most kThumbnailSize pixels, the lens's distortion taken
-/// out as it is from the matches. Optional: scenes without it, and without some of the images, are complete.
+/// out as it is from the matches. scripts/report reads it. Optional: scenes without it, and without some of the images,
+/// are complete.
 inline constexpr const char* kThumbnailsFile = "thumbnails.h5";
 inline constexpr int kThumbnailSize = 640;
 
@@ -16,9 +17,5 @@ inline constexpr int kThumbnailSize = 640;
 /// out. Throws Error.
 void WriteThumbnails(const std::string& folder, const std::vector<std::string>& images,
                      const std::function<std::string(std::size_t)>& jpeg);
-
-/// The bytes of one image; empty where the folder, the file or the image is not there. Throws Error, naming file and
-/// image, for a damaged file.
-std::string ReadThumbnail(const std::string& folder, const std::string& image);
 
 }  // namespace diffsac

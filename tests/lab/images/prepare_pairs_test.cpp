@@ -188,9 +188,9 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
     CHECK(distance(best) < distance(worst));
   }
   // The images' small copies; without them and without descriptors in the same folder: both are gone.
-  const std::string image = one.Read(0).image1;
-  CHECK(ReadThumbnail(folder / "one/s", image).starts_with("\xff\xd8"));
-  CHECK(ReadThumbnail(folder / "one/s", image) == ReadThumbnail(folder / "four/s", image));
+  const std::string copies = ReadFile(folder / "one/s/thumbnails.h5");
+  CHECK(Has(copies, "\xff\xd8\xff"));
+  CHECK(copies == ReadFile(folder / "four/s/thumbnails.h5"));
   request.options.thumbnails = false;
   request.options.descriptors = false;
   request.options.overwrite = true;
