@@ -177,6 +177,7 @@ void AddNetwork(SafetensorsWriter* writer) {
   linear("input_confidence", 1, kWidth);
   linear("time_hidden", kWidth, kWidth);
   linear("time_output", kWidth, kWidth);
+  linear("inlier_proj", kWidth, 1);
   linear("output_proj", kWidth, 1);
 }
 
@@ -220,11 +221,14 @@ void RunCheckpoint(const std::string& bytes) {
   });
 }
 
-const AddTarget kCheckpoint{"checkpoint",
-                            [] {
-                              return std::vector{Checkpoint(false), Checkpoint(true)};
-                            },
-                            RunCheckpoint};
+std::vector<std::string> CheckpointSeeds() {
+  const std::vector<std::string> seeds = {Checkpoint(false), Checkpoint(true)};
+  // Throws where the network is not the one that its configuration says any more.
+  LoadDiffsac(ReadTrainedConfig(WriteScratch("seed.safetensors", seeds[1])), NetworkEngine::kFused, "cpu");
+  return seeds;
+}
+
+const AddTarget kCheckpoint{"checkpoint", CheckpointSeeds, RunCheckpoint};
 
 // ---- What --merge, --compare and --update read back, as a bundle: `shards` holds one text of records a file, `runs`
 // the folders a/ and b/.
