@@ -76,8 +76,12 @@ def names_of(arguments):
     if not names:
         fail(f"{arguments.images}: no images {arguments.only}")
     if arguments.pairs_file:
-        with open(arguments.pairs_file) as file:
-            asked = {os.path.basename(name) for line in file for name in line.split()[:2]}
+        path, _, part = arguments.pairs_file.partition("#")   # FILE#NAME: below the line [NAME].
+        with open(path) as file:
+            text = file.read()
+        if part:
+            text = text.split(f"\n[{part}]\n")[1].split("\n[")[0]
+        asked = {os.path.basename(name) for line in text.splitlines() for name in line.split()[:2]}
         if asked - set(names):
             fail(f"{arguments.images}: no image {sorted(asked - set(names))[0]}, which {arguments.pairs_file} names")
         return sorted(asked)

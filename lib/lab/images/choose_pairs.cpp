@@ -86,18 +86,26 @@ std::vector<std::string> NamesOfLine(std::string_view line, const std::function<
 
 std::vector<ListedPair> ReadListedPairs(const std::string& path,
                                         const std::function<bool(const std::string&)>& is_known) {
-  const std::string text = ReadTextFile(path);
+  // Of FILE#NAME the part that begins with the line [NAME].
+  const std::size_t mark = path.rfind('#');
+  const bool in_parts = mark != std::string::npos && !std::filesystem::exists(path);
+  const std::string file = in_parts ? path.substr(0, mark) : path;
+  const std::string heading = in_parts ? "[" + path.substr(mark + 1) + "]" : "";
+  const std::string text = ReadTextFile(file);
   std::vector<ListedPair> pairs;
   std::string_view rest = text, line;
+  bool inside = !in_parts, found = inside;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
     line = Trimmed(line);
-    if (line.empty() || line.starts_with('#')) continue;
-    const std::string place = path + ":" + std::to_string(number);
+    if (in_parts && line.starts_with('[')) found |= inside = line == heading;
+    if (!inside || line.empty() || line.starts_with('#') || line == heading) continue;
+    const std::string place = file + ":" + std::to_string(number);
     const std::vector<std::string> names = NamesOfLine(line, is_known);
     if (names.empty())
       throw Error(place + ": expected the names of two images; with a tab between them where they have blanks");
     pairs.push_back({place, {names[0], names[1]}});
   }
+  if (!found) throw Error(file + ": there is no part " + heading);
   return pairs;
 }
 

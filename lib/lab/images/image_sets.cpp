@@ -105,7 +105,8 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("sequence", pairs.sequence).Help("of KITTI");
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
   b.Field("every", pairs.choice.every, AtLeast(1)).Help("only every so many images");
-  b.Field("pairs_file", pairs.choice.pairs_file).Help("the pairs: the names of two images in each line; empty: all");
+  b.Field("pairs_file", pairs.choice.pairs_file)
+      .Help("the pairs: the names of two images in each line, of FILE#NAME below the line [NAME]; empty: all");
   b.Field("turn_deg", pairs.choice.turn_deg, Within(0, 180))
       .Help("only cameras so much turned: least and greatest, degrees");
   b.Field("random_pairs", pairs.choice.random_pairs, AtLeast(0)).Help("so many pairs drawn at random; 0: all");

@@ -40,6 +40,10 @@ TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
   WriteRaw(folder / "pairs.txt", "# chosen\nim-0.png im-5.png\nsome/folder/im-2.png, im_1\nim-3.png im-4.png\n");
   CHECK(names(choose({1, {}, folder / "pairs.txt"}), 0) == "05 21 ");
   const auto error = [&](const PairChoice& choice) { return ErrorOf([&] { choose(choice); }); };
+  WriteRaw(folder / "parts.txt", "# all\n[a]\nim-0 im-1\n[b]\nim-0 im-2\nim-4 im-5\n[c]\nim-9 im-9\n");
+  CHECK(names(choose({1, {}, folder / "parts.txt#b"}), 0) == "02 45 ");
+  CHECK(Has(error({1, {}, folder / "parts.txt#c"}), "parts.txt:8: there is no image im-9"));
+  CHECK(Has(error({1, {}, folder / "parts.txt#d"}), "parts.txt: there is no part [d]"));
   const auto list_error = [&](const std::string& text) {
     WriteRaw(folder / "pairs.txt", text);
     return error({1, {}, folder / "pairs.txt"});
