@@ -49,7 +49,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} 
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
   DESTINATION ${_share}/configs COMPONENT programs FILES_MATCHING PATTERN "*.yaml")
-install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/learned_prosac.yaml
+install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/two_view.yaml
   ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml
   DESTINATION ${_share}/configs/rows COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
