@@ -96,22 +96,7 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
       .OnlyIf(displaced_share.high > 0.0, "a displaced_share above 0")
       .Help("by how much, log-uniform");
   b.Field("match_ratio", match_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
-  b.Field("correct_ratio_power", correct_ratio_power, Within(0.1, 1000.0))
-      .OnlyIf(match_ratio, "match_ratio: true")
-      .Help("a of correct matches, log-uniform a problem");
-  b.Field("wrong_ratio_power", wrong_ratio_power, Within(0.1, 1000.0))
-      .OnlyIf(match_ratio, "match_ratio: true")
-      .Help("a of wrong ones");
   b.Field("similarities", similarities).Help("whether matches know how their keypoints differ in size and angle");
-  b.Field("similarity_noise", similarity_noise, Within(0.0, 10.0))
-      .OnlyIf(similarities, "similarities: true")
-      .Help("σ of the logarithm of a correct match's scale, and of its turn in radians; one value a problem");
-  b.Field("gross_similarities", gross_similarities, Within(0.0, 1.0))
-      .OnlyIf(similarities, "similarities: true")
-      .Help("share of the correct matches whose similarity is any");
-  b.Field("wrong_scale_spread", wrong_scale_spread, Within(0.0, 10.0))
-      .OnlyIf(similarities, "similarities: true")
-      .Help("σ of the logarithm of a wrong match's scale; its turn is uniform");
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 

@@ -27,15 +27,18 @@ inline constexpr auto kEnumNames<NgRansacLoss> = NamesOf<NgRansacLoss>({{NgRansa
 
 namespace {
 
+/// The target of the initialisation falls with exp(−r² / 2σ²): σ in multiples of ε.
+constexpr double kTargetSigma = 1.0;
+/// An error counts at most so many validation thresholds, as 1.
+constexpr double kLossCap = 4.0;
+
 /// The group `ng_ransac` of a training configuration: Brachmann and Rother, "Neural-guided RANSAC", ICCV 2019.
 struct NgRansacPhases {
   int initialization_iterations = 2500;
-  double target_sigma = 1.0;
   double rate_factor = 0.1;
   int pools = 4;
   int hypotheses = 16;
   NgRansacLoss loss = NgRansacLoss::kError;
-  double loss_cap = 4.0;
   static constexpr const char* kHelp = "NG-RANSAC's two phases (docs/ng_ransac.md)";
   void Bind(OptionsBinder& b);
 };
@@ -45,7 +48,6 @@ void NgRansacPhases::Bind(OptionsBinder& b) {
       .Help(
           "the first steps train towards a target distribution made of residuals to the true model, the others "
           "minimise the expected task loss");
-  b.Field("target_sigma", target_sigma, Positive()).Help("the target falls with exp(−r² / 2σ²), σ in multiples of ε");
   b.Field("rate_factor", rate_factor, Positive()).Help("of the learning rate after the initialisation");
   b.Field("pools", pools, Within(2, 1000))
       .Help("draws of a pool of hypotheses for each problem; their mean loss is the baseline");
@@ -54,9 +56,6 @@ void NgRansacPhases::Bind(OptionsBinder& b) {
       .Help(
           "`error`: of the hypothesis that the consensus of `inference` selects and refines, the error of the task's "
           "tables; `inliers`: minus its share of inliers, which needs no truth");
-  b.Field("loss_cap", loss_cap, Positive())
-      .OnlyIf(loss == NgRansacLoss::kError, "loss: error")
-      .Help("an error counts at most this many validation thresholds, as 1");
 }
 
 template <MinimalModel Model>
@@ -103,7 +102,7 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
     const double of_one = MainError(MeasureError(estimate, OfStructure(example, k)), tolerance);
     error = k == 0 ? of_one : std::min(error, of_one);
   }
-  return std::isnan(error) ? 1.0 : std::min(1.0, error / (own_.learning.loss_cap * tolerance.value));
+  return std::isnan(error) ? 1.0 : std::min(1.0, error / (kLossCap * tolerance.value));
 }
 
 Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& items, const torch::Tensor& log_weights,
@@ -139,7 +138,7 @@ Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, s
   const auto points = CollatePoints(items);
   const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->network).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
-  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, own_.learning.target_sigma));
+  for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, kTargetSigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));
   auto loss = IsInitialization(iteration) ? Loss{divergence, {divergence.item<double>(), kNotMeasured}}
                                           : ExpectedLoss(items, log_weights, divergence.item<double>());

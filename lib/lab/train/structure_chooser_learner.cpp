@@ -19,21 +19,21 @@ namespace {
 /// What a hypothesis is worth at so many degrees from a true direction: the mean of its shares in AUC@5° and AUC@10°.
 constexpr float kNearDegrees = 5.0f, kFarDegrees = 10.0f;
 
+/// Share of the choices in training that are drawn by what the network says, in place of its best.
+constexpr double kExplored = 0.3;
+/// Of what each layer adds, in training.
+constexpr double kDropout = 0.1;
+
 /// The group `structure_chooser` of a training configuration.
 struct ChooserLearning {
   int draws = 1500;
   int most = 5;
-  double explore = 0.3;
-  double dropout = 0.1;
   void Bind(OptionsBinder& b);
 };
 
 void ChooserLearning::Bind(OptionsBinder& b) {
   b.Field("draws", draws, Within(10, 100000)).Help("minimal sets of an image, drawn by the segments' lengths");
   b.Field("most", most, Within(1, 20)).Help("structures that are chosen one after the other in a training step");
-  b.Field("explore", explore, Within(0.0, 1.0))
-      .Help("share of the choices in training that are drawn by what the network says, in place of its best");
-  b.Field("dropout", dropout, Within(0.0, 0.9)).Help("of what each layer adds, in training");
 }
 
 struct ChooserTraining : LearnerOptions {
@@ -205,14 +205,14 @@ Learner::Loss StructureChooserLearner::Compute(const std::vector<TrainingItem>& 
   double active_sets = 0.0;
   const std::int64_t steps = std::min<std::int64_t>(own_.learning.most, batch.structures.max().item<std::int64_t>());
   for (std::int64_t step = 0; step < steps; ++step) {
-    const auto logits = network_->Score(embedded, bias, there, taken, own_.learning.dropout);
+    const auto logits = network_->Score(embedded, bias, there, taken, kDropout);
     const auto free = there.logical_and(taken < 0.5);
     const auto gain = std::get<0>((worth - reached.unsqueeze(-1)).clamp_min(0.0).max(1));
     const auto active = (batch.structures > step).to(torch::kFloat).to(device_);
     const auto losses = torch::binary_cross_entropy_with_logits(logits, gain, {}, {}, at::Reduction::None) * free;
     total = total + kPerSet * (losses.sum(1) * active).sum();
     active_sets += active.sum().item<double>();
-    const auto pick = Pick(logits.detach(), free, own_.learning.explore);
+    const auto pick = Pick(logits.detach(), free, kExplored);
     taken = taken.scatter(1, pick, 1.0);
     const auto of_pick = worth.gather(2, pick.unsqueeze(1).expand({-1, worth.size(1), 1})).squeeze(-1);
     reached = torch::maximum(reached, of_pick);

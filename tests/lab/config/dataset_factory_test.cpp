@@ -51,7 +51,6 @@ TEST_CASE("a key that cannot act is an error with its line") {
   CHECK(Has(error("type: correspondences\ndominant_plane: true"), "task: homography"));
   CHECK(Has(error("type: kitti\nroot: a\ndescriptor_noise: 1"), "descriptors: true"));
   CHECK(Has(error("type: point_sets\npaths: [a]\nseed: 2"), "max_points"));
-  CHECK(Has(error("type: synthetic_two_view\nmatch_ratio: false\nwrong_ratio_power: 8"), "match_ratio: true"));
   CHECK(Has(error("type: synthetic_two_view\ndisplaced_share: 0\ndisplacement_px: 8"), "displaced_share"));
   CHECK(Has(error("type: synthetic_two_view\nforward: 0\nforward_cone_deg: 8"), "forward"));
   CHECK(Has(error("type: synthetic_two_view\nmixed: 0\nplane_share: 0.5"), "mixed"));
