@@ -74,11 +74,12 @@ TEST_CASE("every learned row with a shipped network says on the device what it s
     if (!std::filesystem::exists(checkpoint)) continue;
     CAPTURE(checkpoint);
     const auto trained = ReadTrainedConfig(checkpoint);
+    if (trained.method == "structure_chooser") continue;  // Part of rows, none of its own.
     const std::string engine = trained.method == "diffsac" ? ", engine: libtorch" : "";
     CheckRow(*Row(trained, TestDeviceName(), engine), *Row(trained, "cpu", engine), ExamplesOf(trained.task));
     ++rows;
   }
-  CHECK(rows >= 18);
+  CHECK(rows >= 17);
 }
 
 TEST_CASE("rows of DiffSAC choose the engine by the device") {
