@@ -10,15 +10,11 @@ endif()
 find_package(yaml-cpp REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
-# NumPy's .npz files are archives (data_tools). Debian's own package file asks for programs that it does not need.
 find_package(PkgConfig REQUIRED)
-pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)
 # Focal lengths of photographs.
 pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
 # Sizes of cameras' sensors, by name; without it EXIF data that only name the camera give no focal length.
 pkg_check_modules(LENSFUN IMPORTED_TARGET lensfun)
-# MATLAB files.
-pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
 # COLMAP's databases.
 find_package(SQLite3 REQUIRED)
 set(HDF5_PREFER_PARALLEL FALSE)

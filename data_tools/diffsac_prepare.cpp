@@ -96,9 +96,9 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--random-pairs", choice.random_pairs, "So many pairs drawn at random, always the same; 0: all");
   app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
-  app->add_option("--calibration", calibration.file, "poses, images, hloc: a file with the 3x3 matrix K of all images");
-  app->add_option("--focal", calibration.focal, "poses, images, hloc: focal length of all images, in pixels");
-  app->add_option("--center", calibration.center, "poses, images, hloc: principal point, as 320,240")->delimiter(',');
+  app->add_option("--calibration", calibration.file, "images, hloc: a file with the 3x3 matrix K of all images");
+  app->add_option("--focal", calibration.focal, "images, hloc: focal length of all images, in pixels");
+  app->add_option("--center", calibration.center, "images, hloc: principal point, as 320,240")->delimiter(',');
   diffsac::PrepareOptions& options = request->options;
   app->add_option_function<std::string>(
          "--features",
@@ -128,15 +128,13 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
 }
 
 void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
-  app->add_option("--format", request->format, "images, or a benchmark's folder data: nyu_vp, yud_plus")
-      ->check(CLI::IsMember({"images", "nyu_vp", "yud_plus"}));
   app->add_option("--input", request->input, "Folder of the images, or one image")->required();
   app->add_option("--output", request->output, "Folder that gets a folder a scene")->required();
-  app->add_option("--scene", request->scene, "images: name of the scene (default: the folder's)");
-  app->add_option("--calibration", request->calibration.file, "images: a file with the 3x3 matrix K of all images");
-  app->add_option("--focal", request->calibration.focal, "images: focal length of all images, in pixels (EXIF's)");
-  app->add_option("--center", request->calibration.center, "images: principal point, as 320,240")->delimiter(',');
-  app->add_option("--max-image-size", request->max_image_size, "images: reduce larger ones to this side; 0: never")
+  app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
+  app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of all images");
+  app->add_option("--focal", request->calibration.focal, "Focal length of all images, in pixels (EXIF's)");
+  app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
+  app->add_option("--max-image-size", request->max_image_size, "Reduce larger ones to this side; 0: never")
       ->check(diffsac::NumberFrom(0));
   app->add_flag("--overwrite", request->overwrite, "Make scenes again that are there already");
   app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));

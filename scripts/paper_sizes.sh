@@ -59,8 +59,10 @@ find_data() {
       [[ ! -d data/tutorial ]] || return 0
       what="12 pairs of fox"
       [[ -n "$data" && -d "$data/fox" && -d "$data/mobilebrick" ]] || return 1
-      pairs tutorial/train --format nerf --input "$data/fox" --steps 1 --max-pairs 12 --min-true-matches 30
-      pairs tutorial/val --format poses --input "$data/mobilebrick"
+      python3 data_tools/convert.py nerf "$data/fox" runs/converted/fox
+      pairs tutorial/train --format colmap --input runs/converted/fox --steps 1 --max-pairs 12 --min-true-matches 30
+      python3 data_tools/convert.py poses "$data/mobilebrick" runs/converted/mobilebrick
+      pairs tutorial/val --format colmap --input runs/converted/mobilebrick
       replaced=(--set "data.root=$runs/pairs/tutorial" --set "validation.data.root=$runs/pairs/tutorial") ;;
     *_modelnet40)
       what=ModelNet40

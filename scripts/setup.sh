@@ -10,9 +10,9 @@ readonly PACKAGES=(
   g++ cmake ninja-build ccache git pkg-config ca-certificates python3 python3-pip
   libeigen3-dev libhdf5-dev libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libtbb-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev catch2 libgloo-dev libnanoflann-dev
-  libboost-dev libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev libzip-dev libexif-dev liblensfun-dev libsqlite3-dev
-  libmatio-dev nettle-dev
-  python3-matplotlib python3-jinja2 python3-pandas python3-h5py python3-yaml fonts-dejavu-core clang-format-14)
+  libboost-dev libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev libexif-dev liblensfun-dev libsqlite3-dev
+  nettle-dev zlib1g-dev python3-matplotlib python3-jinja2 python3-pandas python3-h5py python3-yaml python3-scipy python3-pil
+  fonts-dejavu-core clang-format-14)
 
 usage() {
   cat <<'END'

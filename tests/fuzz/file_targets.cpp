@@ -22,7 +22,6 @@
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"
-#include "lab/images/numpy_file.h"
 #include "lab/report/compare_runs.h"
 #include "lab/report/markdown_report.h"
 #include "lab/report/merge.h"
@@ -86,8 +85,6 @@ void Read(const Bundle& bundle) {
   if (bundle.kind == "adelaidermf") {
     ReadAdelaideRmf(Scratch(), AdelaideCorrespondences::kLabelled);
     ReadAdelaideRmf(Scratch(), AdelaideCorrespondences::kTentative);
-  } else if (bundle.kind == "npz") {
-    ReadNpz(Scratch() + "/cameras.npz");
   } else if (bundle.kind == "sets") {
     ReadImageSets(Scratch() + "/sets.yaml");
   } else if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) {

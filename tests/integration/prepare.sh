@@ -63,10 +63,8 @@ expect_error 'every' "${some[@]}" --scene a --every 0
 expect_error 'center' "${some[@]}" --scene a --focal 500
 expect_error 'features' "${some[@]}" --scene a --features surf
 expect_error 'list.txt' "${some[@]}" --scene a --import-descriptors "$own/list.txt"
-expect_error 'intrinsic' prepare pairs --format poses --input "$own/some" --output "$own/scenes"
-expect_error 'transforms.json' prepare pairs --format nerf --input "$own/some" --output "$own/scenes"
 mkdir "$own/empty"
-for format in images strecha colmap nerf poses homographies adelaidermf colmap_database hloc; do
+for format in images colmap homographies adelaidermf colmap_database hloc; do
   expect_error 'empty' prepare pairs --format "$format" --input "$own/empty" --output "$own/scenes"
 done
 

@@ -77,6 +77,19 @@ bool PrepareWarped(const ImageSet& set, const std::string& input, PairsRequest p
   return true;
 }
 
+/// What the converter makes of a set's input. Throws Error.
+std::string Converted(const ImageSet& set, const std::string& input) {
+  const std::string model = "runs/converted/" + (set.pairs.scene.empty() ? FolderName(input) : set.pairs.scene);
+  std::vector<std::string> words = {set.convert, input, set.pairs.format.empty() ? set.output : model};
+  if (!set.pairs.scene.empty()) words.insert(words.end(), {"--scene", set.pairs.scene});
+  const GivenCalibration& given = set.pairs.calibration;
+  if (given.center.size() == 2)
+    words.insert(words.end(), {"--focal", std::to_string(given.focal), "--center",
+                               std::to_string(given.center[0]) + "," + std::to_string(given.center[1])});
+  RunScript("convert.py", words);
+  return model;
+}
+
 /// The same with descriptors of one kind.
 ImageSet Described(ImageSet set, const std::string& features) {
   set.name += "_" + features;
@@ -100,7 +113,10 @@ void ImageSet::Bind(OptionsBinder& b) {
   b.Field("warp_tilt", warp_tilt, Within(0, 89)).Help("of these views, degrees: the least and the greatest");
   b.Require(warp_tilt.size() == 2 && warp_tilt[0] <= warp_tilt[1], "warp_tilt", "two numbers, the smaller first");
   b.Field("warp_photograph", warp_photograph).Help("with a camera's blur, noise, tones and JPEG");
-  b.Choice("format", pairs.format, Registry<ImageFormat>::Instance().Names());
+  b.Field("convert", convert).Help("a format of data_tools/convert.py, which makes a COLMAP model or the scenes of it");
+  std::vector<std::string> formats = Registry<ImageFormat>::Instance().Names();
+  if (!convert.empty()) formats.push_back("");
+  b.Choice("format", pairs.format, formats).Help("what the images and their truth come as");
   b.Field("scene", pairs.scene).Help("replaces the name of a single scene");
   b.Field("sequence", pairs.sequence).Help("of KITTI");
   b.Field("steps", pairs.choice.steps, AtLeast(1)).Help("frames between the images of a pair");
@@ -161,7 +177,9 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
     }
     ++made;
     PairsRequest pairs = set.pairs;
-    pairs.input = files.input;
+    pairs.input = set.convert.empty() ? files.input : Converted(set, files.input);
+    if (stop) return false;
+    if (pairs.format.empty()) continue;
     pairs.output = set.output;
     pairs.options.import_descriptors = files.descriptors;
     pairs.options.threads = request.threads;

@@ -12,8 +12,11 @@ namespace diffsac {
 /// A set of images that tables or trainings are about, and how its matches are made: an entry of configs/sets.yaml.
 struct ImageSet {
   std::string name;
-  std::vector<std::string> input;   ///< Folders below the folder of data: the first that is there.
-  std::string needs;                ///< A folder in the input that must be there; empty: the input itself.
+  std::vector<std::string> input;  ///< Folders below the folder of data: the first that is there.
+  std::string needs;               ///< A folder in the input that must be there; empty: the input itself.
+  /// A format of data_tools/convert.py that the input comes in: what it makes, a COLMAP model below runs/converted, is
+  /// the input instead. Without a `format` its scenes are the set.
+  std::string convert;
   std::string output;               ///< Holds the scenes' folders; empty: only those with descriptors are made.
   std::vector<std::string> scenes;  ///< Which scenes it makes; `*` stands for any text.
   /// "test" or "train": the scenes are also made with descriptors, of each kind, in runs/descriptors/KIND/<this>.

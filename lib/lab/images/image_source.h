@@ -80,10 +80,6 @@ struct GivenCalibration {
 /// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
 ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps);
 
-/// The dense-matching benchmark of Strecha et al. (CVPR 2008): `images/`, and `gt_dense_cameras/<image file>.camera`
-/// with K, zeros, the camera-to-world rotation, the camera's centre and width, height. All pairs.
-ImageSource ReadStrecha(const std::string& folder);
-
 /// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
 /// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
 /// COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration takes back.
@@ -92,19 +88,6 @@ ImageSource ReadColmap(const std::string& folder);
 /// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or
 /// `H_1_N` and `1.ppm` (HPatches: Balntas et al., CVPR 2017).
 ImageSource ReadHomographies(const std::string& folder);
-
-/// NeRF's transforms.json as instant-ngp (Müller et al., SIGGRAPH 2022) writes it: fl_x, fl_y (or camera_angle_x), cx,
-/// cy, w, h, k1, k2, p1, p2 for all frames or in each; `transform_matrix`, camera-to-world, in OpenGL's axes (x right,
-/// y up, z backwards). cx and cy are COLMAP's, whose first pixel has its centre at (0.5, 0.5). `folder` may be the json
-/// file itself. An image that is not where the file says is looked for beside the file; where it is another size than
-/// w, h, of the same shape, the calibration is scaled with it. All pairs.
-ImageSource ReadNerf(const std::string& folder);
-
-/// Images with a 4 × 4 camera-to-world matrix each, in one of two layouts: folders `image` (or images, rgb, color),
-/// `pose` (or poses) and, unless a calibration is given, `intrinsic` (or intrinsics) with <name>.txt of 3 × 3; or
-/// <name>.pose.txt beside the images, which may be named <name>.color.png: then others (depth maps) are not taken.
-/// Pixel centres have whole coordinates. All pairs.
-ImageSource ReadPoses(const std::string& folder, const GivenCalibration& calibration);
 
 /// Any images, all pairs, without truth.
 ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration = {});

@@ -15,8 +15,7 @@
 #include "lab/config/progress.h"
 #include "lab/images/detection.h"
 #include "lab/images/exif_focal.h"
-#include "lab/images/image_format.h"
-#include "lab/images/segment_benchmarks.h"
+#include "lab/images/image_source.h"
 
 namespace diffsac {
 namespace {
@@ -64,36 +63,6 @@ std::string SceneOfPhotographs(const SegmentsRequest& request) {
   return FolderName(folder.empty() ? "." : folder);
 }
 
-std::string FileOf(const SegmentsRequest& request, const std::string& scene) {
-  return (fs::path(request.output) / scene / kSegmentsFile).string();
-}
-
-bool IsDone(const SegmentsRequest& request, const std::string& scene) {
-  const std::string path = FileOf(request, scene);
-  if (request.overwrite || !fs::exists(path)) return false;
-  LogInfo(path + " is there already (--overwrite makes it again)");
-  return true;
-}
-
-void Say(const SegmentScene& scene, const std::string& path) {
-  std::size_t segments = 0, known = 0;
-  for (const ImageSegments& image : scene.images) {
-    segments += static_cast<std::size_t>(image.segments.rows());
-    known += image.vanishing_points.size();
-  }
-  std::cout << path << ": " << scene.images.size() << " images, " << segments << " segments";
-  if (known > 0) std::cout << ", " << known << " vanishing points";
-  std::cout << std::endl;
-}
-
-void Write(const SegmentsRequest& request, const SegmentScene& scene) {
-  if (scene.images.empty()) throw Error(request.input + ": no image could be read");
-  const std::string path = FileOf(request, scene.name);
-  MakeWritableFolder(fs::path(path).parent_path().string());
-  WriteSegments(path, scene.images);
-  Say(scene, path);
-}
-
 }  // namespace
 
 ImageSegments DetectSegments(const cv::Mat& gray, int max_image_size) {
@@ -134,39 +103,21 @@ Photograph ReadPhotograph(const std::string& path, const GivenCalibration& calib
 
 bool PrepareSegments(const SegmentsRequest& request, const std::atomic<bool>& stop) {
   if (!fs::exists(request.input)) throw Error("--input " + request.input + ": there is no such folder or file");
-  if (request.format == "images") {
-    const std::string name = SceneOfPhotographs(request);
-    if (IsDone(request, name)) return true;
-    const SegmentScene scene{name, ReadPhotographs(request, stop)};
-    if (stop) return false;
-    Write(request, scene);
+  const std::string name = SceneOfPhotographs(request);
+  const std::string path = (fs::path(request.output) / name / kSegmentsFile).string();
+  if (!request.overwrite && fs::exists(path)) {
+    LogInfo(path + " is there already (--overwrite makes it again)");
     return true;
   }
-  for (const SegmentScene& scene : request.format == "nyu_vp" ? ReadNyuVp(request.input) : ReadYudPlus(request.input)) {
-    if (stop) return false;
-    if (!IsDone(request, scene.name)) Write(request, scene);
-  }
+  const std::vector<ImageSegments> images = ReadPhotographs(request, stop);
+  if (stop) return false;
+  if (images.empty()) throw Error(request.input + ": no image could be read");
+  MakeWritableFolder(fs::path(path).parent_path().string());
+  WriteSegments(path, images);
+  std::size_t segments = 0;
+  for (const ImageSegments& image : images) segments += static_cast<std::size_t>(image.segments.rows());
+  std::cout << path << ": " << images.size() << " images, " << segments << " segments" << std::endl;
   return true;
 }
-
-namespace {
-
-/// The benchmarks as image sets, beside those of pairs.
-PrepareResult PrepareBenchmark(const PairsRequest& pairs, const std::atomic<bool>& stop) {
-  if (!pairs.scene.empty()) throw Error("--scene is not for " + pairs.format);
-  SegmentsRequest request;
-  request.format = pairs.format;
-  request.input = pairs.input;
-  request.output = pairs.output;
-  request.overwrite = pairs.options.overwrite;
-  PrepareResult result;
-  result.finished = PrepareSegments(request, stop);
-  return result;
-}
-
-const Registered<ImageFormat> kNyuVp("nyu_vp", {.write = PrepareBenchmark});
-const Registered<ImageFormat> kYudPlus("yud_plus", {.write = PrepareBenchmark});
-
-}  // namespace
 
 }  // namespace diffsac

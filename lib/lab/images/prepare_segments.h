@@ -10,16 +10,13 @@
 
 namespace diffsac {
 
-/// The command `diffsac_prepare segments`: line segments of images as SCENE/segments.h5 (lab/files/segment_files.h).
-///   images    photographs in a folder, or one photograph: segments by OpenCV's detector (von Gioi et al., "LSD", PAMI
-///             2010), K from --calibration, --focal or EXIF
-///   nyu_vp    the folder `data` of NYU-VP (Kluger et al., CVPR 2020): scenes nyu_vp_train, _val and _test
-///   yud_plus  the folder `data` of YUD+ (the same): scenes yud_plus_train and _test
+/// The command `diffsac_prepare segments`: line segments of photographs in a folder, or of one, as SCENE/segments.h5
+/// (lab/files/segment_files.h), by OpenCV's detector (von Gioi et al., "LSD", PAMI 2010).
 struct SegmentsRequest {
-  std::string format = "images", input, output;
-  std::string scene;             ///< images: the scene's name; empty: the folder's.
-  GivenCalibration calibration;  ///< images: of all of them; not given: EXIF's focal length, if there is one.
-  int max_image_size = 0;        ///< images: larger ones are reduced to this longer side; 0: never.
+  std::string input, output;
+  std::string scene;             ///< The scene's name; empty: the folder's.
+  GivenCalibration calibration;  ///< Of all of them; not given: EXIF's focal length, if there is one.
+  int max_image_size = 0;        ///< Larger ones are reduced to this longer side; 0: never.
   bool overwrite = false;
   int threads = 0;
 };

@@ -1,22 +1,45 @@
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <numbers>
-#include <sstream>
+#include <optional>
 
 #include "core/errors.h"
+#include "lab/data/data_test_util.h"
 #include "lab/images/image_source.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {
+namespace {
+
+// Images of a folder with these poses; no image for nothing.
+ImageSource Posed(const TemporaryFolder& folder, const std::vector<std::optional<RigidMotion>>& poses) {
+  ImageSource source;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const std::string name = "im-" + std::to_string(i), path = folder / (name + ".png");
+    WriteSmall(path);
+    AddImage(
+        ImageName(name),
+        [&] {
+          if (!poses[i]) throw Error("no pose");
+          return SourceImage{ImageName(name), path, {}, poses[i]};
+        },
+        &source);
+  }
+  AddAllPairs(folder.path(), &source);
+  return source;
+}
+
+RigidMotion Turned(double degrees, double x) {
+  return {Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+          {x, 0, 0}};
+}
+
+}  // namespace
 
 TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
   TemporaryFolder folder;
-  for (int i = 0; i < 7; ++i) {
-    const std::string name = folder / ("im-" + std::to_string(i));
-    WriteSmall(name + ".png");
-    WriteRaw(name + ".pose.txt", i == 3 ? "broken\n" : "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-  }
-  const ImageSource all = ReadPoses(folder.path(), {"", 5, {1, 2}});
+  std::vector<std::optional<RigidMotion>> poses(7, RigidMotion());
+  poses[3].reset();
+  const ImageSource all = Posed(folder, poses);
   REQUIRE(all.images.size() == 6);
   const auto choose = [&](const PairChoice& choice) {
     ImageSource source = all;
@@ -62,15 +85,10 @@ TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
 
 TEST_CASE("pairs of cameras that stand still are left out on demand") {
   TemporaryFolder folder;
-  for (int i = 0; i < 4; ++i) {
-    const std::string name = folder / ("im_" + std::to_string(i));
-    WriteSmall(name + ".png");
-    // Turned, and at x = 0, 0, 1, 3.
-    const char* x[] = {"0", "0", "1", "3"};
-    WriteRaw(name + ".pose.txt", "0 -1 0 " + std::string(x[i]) + "\n1 0 0 0\n0 0 1 0\n0 0 0 1\n");
-  }
+  std::vector<std::optional<RigidMotion>> poses;
+  for (const double x : {0.0, 0.0, 1.0, 3.0}) poses.push_back(Turned(90.0, x));
   const auto left = [&](double min_motion) {
-    ImageSource source = ReadPoses(folder.path(), {"", 5, {1, 2}});
+    ImageSource source = Posed(folder, poses);
     RequireMotion(min_motion, "here", &source);
     return source.scenes[0].pairs.size();
   };
@@ -85,19 +103,10 @@ TEST_CASE("pairs of cameras that stand still are left out on demand") {
 
 TEST_CASE("pairs are chosen by how far their cameras are turned, and at random") {
   TemporaryFolder folder;
-  for (int i = 0; i < 6; ++i) {
-    const std::string name = folder / ("im_" + std::to_string(i));
-    WriteSmall(name + ".png");
-    // Turned about z by 0, 10, 20 ... degrees.
-    const double angle = i * std::numbers::pi / 18.0;
-    std::ostringstream pose;
-    pose.precision(17);
-    pose << std::cos(angle) << " " << -std::sin(angle) << " 0 0\n"
-         << std::sin(angle) << " " << std::cos(angle) << " 0 0\n0 0 1 0\n0 0 0 1\n";
-    WriteRaw(name + ".pose.txt", pose.str());
-  }
+  std::vector<std::optional<RigidMotion>> poses;
+  for (int i = 0; i < 6; ++i) poses.push_back(Turned(10.0 * i, 0.0));
   const auto choose = [&](std::vector<double> turn_deg, int random_pairs) {
-    ImageSource source = ReadPoses(folder.path(), {"", 5, {1, 2}});
+    ImageSource source = Posed(folder, poses);
     PairChoice choice;
     choice.turn_deg = std::move(turn_deg);
     choice.random_pairs = random_pairs;

@@ -5,11 +5,14 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "lab/data/data_test_util.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/images/lens_camera.h"
 
@@ -48,6 +51,20 @@ inline cv::Mat Render(const cv::Mat& texture, const LensCamera& camera, const Ri
   }
   cv::remap(texture, image, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_REFLECT);
   return image;
+}
+
+// COLMAP's text of one camera and of images with these names and poses, `images/` beside it.
+inline void WriteColmapModel(const std::string& root, const std::string& camera, const std::vector<std::string>& names,
+                             const std::vector<RigidMotion>& poses) {
+  std::ostringstream images;
+  images.precision(17);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Eigen::Quaterniond q(poses[i].rotation);
+    images << i + 1 << " " << q.w() << " " << q.x() << " " << q.y() << " " << q.z() << " "
+           << poses[i].translation.transpose() << " 1 " << names[i] << "\n\n";
+  }
+  WriteRaw(root + "/images.txt", images.str());
+  WriteRaw(root + "/cameras.txt", "1 " + camera + "\n");
 }
 
 // A camera about 5 units before the plane, moved and turned a little.

@@ -62,38 +62,22 @@ void WriteKitti(const Views& views, const std::string& root) {
   WriteRaw(root + "/sequences/07/calib.txt", "P0: 300 0 158 0 0 310 121 0 0 0 1 0\n");
 }
 
-void WriteStrecha(const Views& views, const std::string& root) {
-  fs::create_directories(root + "/images");
-  fs::create_directories(root + "/gt_dense_cameras");
-  for (int i = 0; i < 3; ++i) {
-    const std::string name = "000" + std::to_string(i) + ".png";
-    views.Write(root + "/images/" + name, i, PlainCamera());
-    const Eigen::Matrix3d to_world = views.poses[i].rotation.inverse();
-    const Eigen::Vector3d centre = -(to_world * views.poses[i].translation);
-    WriteRaw(root + "/gt_dense_cameras/" + name + ".camera",
-             Text(PlainCamera().K) + "0 0 0\n" + Text(to_world) + Text(centre.transpose()) + "320 240\n");
-  }
-}
-
 void WriteColmap(const Views& views, const std::string& root) {
   fs::create_directories(root + "/images");
   LensCamera camera = PlainCamera();
   camera.K = Calibration(300, 300, 158, 121);
   camera.k1 = -0.15;
-  std::string images;
-  for (int i = 0; i < 3; ++i) {
-    const std::string name = "im-" + std::to_string(i) + ".png";
-    views.Write(root + "/images/" + name, i, camera);
-    const Eigen::Quaterniond q(views.poses[i].rotation);
-    const Eigen::Vector3d& t = views.poses[i].translation;
-    Eigen::RowVectorXd line(7);
-    line << q.w(), q.x(), q.y(), q.z(), t.transpose();
-    std::string numbers = Text(line);
-    numbers.pop_back();
-    images += std::to_string(i + 1) + " " + numbers + " 1 " + name + "\n\n";
-  }
-  WriteRaw(root + "/images.txt", images);
-  WriteRaw(root + "/cameras.txt", "1 SIMPLE_RADIAL 320 240 300 158.5 121.5 -0.15\n");
+  const std::vector<std::string> names = {"im-0.png", "im-1.png", "im-2.png"};
+  for (int i = 0; i < 3; ++i) views.Write(root + "/images/" + names[i], i, camera);
+  WriteColmapModel(root, "SIMPLE_RADIAL 320 240 300 158.5 121.5 -0.15", names, views.poses);
+}
+
+// The same without distortion.
+void WritePinhole(const Views& views, const std::string& root) {
+  fs::create_directories(root + "/images");
+  const std::vector<std::string> names = {"0000.png", "0001.png", "0002.png"};
+  for (int i = 0; i < 3; ++i) views.Write(root + "/images/" + names[i], i, PlainCamera());
+  WriteColmapModel(root, "PINHOLE 320 240 300 310 158.5 121.5", names, views.poses);
 }
 
 PairsRequest Request(const std::string& format, const std::string& input, const std::string& output) {
@@ -125,9 +109,8 @@ TEST_CASE("views in every layout give matches on their true geometry") {
   TemporaryFolder folder;
   const Views views;
   WriteKitti(views, folder / "kitti");
-  WriteStrecha(views, folder / "strecha");
   WriteColmap(views, folder / "colmap");
-  for (const std::string format : {"kitti", "strecha", "colmap"}) {
+  for (const std::string format : {"kitti", "colmap"}) {
     CAPTURE(format);
     const std::string output = folder / ("out_" + format);
     REQUIRE(RunPairs(Request(format, folder / format, output), kNeverStop).finished);
@@ -163,8 +146,8 @@ TEST_CASE("views in every layout give matches on their true geometry") {
 
 TEST_CASE("the files depend neither on threads nor on an earlier run") {
   TemporaryFolder folder;
-  WriteStrecha(Views(), folder / "s");
-  PairsRequest request = Request("strecha", folder / "s", folder / "one");
+  WritePinhole(Views(), folder / "s");
+  PairsRequest request = Request("colmap", folder / "s", folder / "one");
   request.options.threads = 1;
   request.options.descriptors = true;
   REQUIRE(RunPairs(request, kNeverStop).finished);
@@ -258,9 +241,9 @@ TEST_CASE("homographies, plain images, limits on pairs and matches") {
 
 TEST_CASE("a request to stop leaves whole scenes only") {
   TemporaryFolder folder;
-  WriteStrecha(Views(), folder / "s");
+  WritePinhole(Views(), folder / "s");
   const std::atomic<bool> stop{true};
-  CHECK(!RunPairs(Request("strecha", folder / "s", folder / "out"), stop).finished);
+  CHECK(!RunPairs(Request("colmap", folder / "s", folder / "out"), stop).finished);
   CHECK(!fs::exists(folder / "out/s"));
 }
 
@@ -299,15 +282,13 @@ TEST_CASE("broken images are left out, counted and named, the rest is done") {
   CHECK(!fs::exists(folder / "out/kitti_07_step_01"));
   CHECK(CorrespondenceScene(folder / "out/kitti_07_step_02").size() == 1);
 
-  WriteStrecha(Views(), folder / "s");
+  WritePinhole(Views(), folder / "s");
   WriteImage(folder / "s/images/0001.png", cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
-  WriteImage(folder / "s/images/0009.png", cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
-  const PrepareResult result = RunPairs(Request("strecha", folder / "s", folder / "out"), kNeverStop);
+  const PrepareResult result = RunPairs(Request("colmap", folder / "s", folder / "out"), kNeverStop);
   CHECK(result.finished);
   CHECK(result.written == 1);
-  REQUIRE(result.left_out.size() == 2);
-  CHECK(Has(result.left_out[0], "0009.png.camera"));
-  CHECK(Has(result.left_out[1], "0001.png: is 100x100, but its calibration is for 320x240"));
+  REQUIRE(result.left_out.size() == 1);
+  CHECK(Has(result.left_out[0], "0001.png: is 100x100, but its calibration is for 320x240"));
   CHECK(CorrespondenceScene(folder / "out/s").pairs() == std::vector<std::string>{"0000-0002"});
 }
 
@@ -359,10 +340,10 @@ TEST_CASE("scenes that are there stay, and an interrupted preparation goes on wi
 
 TEST_CASE("all kinds of features match the views, and their descriptors are stored") {
   TemporaryFolder folder;
-  WriteStrecha(Views(), folder / "s");
+  WritePinhole(Views(), folder / "s");
   for (FeatureKind kind : {FeatureKind::kSift, FeatureKind::kRootSift, FeatureKind::kOrb}) {
     CAPTURE(ToString(kind));
-    PairsRequest request = Request("strecha", folder / "s", folder / ToString(kind));
+    PairsRequest request = Request("colmap", folder / "s", folder / ToString(kind));
     request.options.features.kind = kind;
     request.options.descriptors = true;
     REQUIRE(RunPairs(request, kNeverStop).finished);

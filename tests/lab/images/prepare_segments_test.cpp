@@ -28,21 +28,12 @@ void WriteLines(const std::string& path) {
   cv::imwrite(path, image);
 }
 
-std::vector<ImageSegments> Prepared(const std::string& format, const std::string& input, const std::string& output,
-                                    const std::string& scene) {
+std::vector<ImageSegments> Prepared(const std::string& input, const std::string& output, const std::string& scene) {
   SegmentsRequest request;
-  request.format = format;
   request.input = input;
   request.output = output;
   REQUIRE(PrepareSegments(request, kGoOn));
   return ReadSegments(output + "/" + scene + "/segments.h5");
-}
-
-void WriteNyuVp(const TemporaryFolder& folder) {
-  WriteRaw(folder / "lsd_lines_0000.csv",
-           "line_hom_a line_hom_b line_hom_c centroid_x centroid_y centroid_z point1_x point1_y point1_z point2_x "
-           "point2_y point2_z\n0 1 2 3 4 1.0 10.5 20.25 1.0 30 40 1.0\n0 1 2 3 4 1.0 100 20 1.0 110 60 1.0\n");
-  WriteRaw(folder / "vps_0000.csv", "idx X Y\n0 -657.11 24713.53\n1 2563.22 372.42\n");
 }
 
 }  // namespace
@@ -51,7 +42,7 @@ TEST_CASE("segments of a photograph lie along its lines, longest first") {
   const TemporaryFolder folder, output;
   WriteLines(folder / "room.png");
   WriteRaw(folder / "broken.png", "no image");
-  const auto images = Prepared("images", folder.path(), output.path(), fs::path(folder.path()).filename());
+  const auto images = Prepared(folder.path(), output.path(), fs::path(folder.path()).filename());
   REQUIRE(images.size() == 1);
   CHECK(images[0].name == "room");
   CHECK(images[0].size == ImageSize{320, 240});
@@ -127,24 +118,6 @@ TEST_CASE("the orientation flag turns an image, but not one that a calibration i
   given.focal = 300.0;
   given.center = {160.0, 120.0};
   CHECK(ReadPhotograph(path, given).gray.size() == cv::Size(320, 240));
-}
-
-TEST_CASE("NYU-VP's files: segments, vanishing points, calibration; a wrong line is named") {
-  const TemporaryFolder folder, output;
-  WriteNyuVp(folder);
-  const auto images = Prepared("nyu_vp", folder.path(), output.path(), "nyu_vp_train");
-  REQUIRE(images.size() == 1);
-  CHECK(images[0].segments.row(0) == Eigen::RowVector4d(10.5, 20.25, 30, 40));
-  REQUIRE(images[0].vanishing_points.size() == 2);
-  CHECK(images[0].vanishing_points[1] == Eigen::Vector3d(2563.22, 372.42, 1.0));
-  CHECK((*images[0].K)(0, 0) == Approx(518.857901));
-  WriteRaw(folder / "vps_0000.csv", "idx X Y\n0 -657.11 oops\n");
-  SegmentsRequest request;
-  request.format = "nyu_vp";
-  request.input = folder.path();
-  request.output = output.path();
-  request.overwrite = true;
-  CHECK(Has(ErrorOf([&] { PrepareSegments(request, kGoOn); }), "vps_0000.csv:2"));
 }
 
 TEST_CASE("the dataset of vanishing points labels segments by the nearest, and gives K only where it is told to") {
