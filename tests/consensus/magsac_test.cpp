@@ -94,35 +94,6 @@ TEST_CASE("The exact loss is a score") {
   }
 }
 
-TEST_CASE("The score of the first MAGSAC is the likelihood averaged over sigma") {
-  const double threshold = 0.7, range = 50.0, k = ChiQuantile99(1), sigma_max = threshold / k;
-  const auto likelihood = [&](double r) {
-    const auto log_ratio = [&](double sigma) { return std::log(ChiDensity(r, sigma, 1) * range); };
-    return Integrate(log_ratio, r / k, sigma_max) / sigma_max;
-  };
-  // At 0 by hand: log(√(2/π) l/σ) averaged over σ up to σmax is log(√(2/π) l/σmax) + 1.
-  const double most = std::log(std::sqrt(2.0 / 3.14159265358979323846) * range / sigma_max) + 1.0;
-  const FirstMagsac magsac(threshold, range);
-  CHECK(magsac.Score(0.0) == 1.0);
-  for (double share : {0.05, 0.3, 0.6, 0.95}) {
-    CAPTURE(share);
-    CHECK(magsac.Score(share * threshold) == Approx(likelihood(share * threshold) / most).epsilon(1e-9));
-  }
-  CHECK(magsac.Score(threshold) == 0.0);
-}
-
-TEST_CASE("The score of the first MAGSAC is a score, however small the range of outliers is") {
-  for (double range : {1e-3, 0.5, 5.0, 50.0, 1e6}) {
-    CAPTURE(range);
-    const FirstMagsac magsac(2.0, range);
-    // Where it reaches 0 before the threshold, the derivative jumps.
-    double end = 2.0;
-    while (end > 0.0 && magsac.Score(end - 1e-3) == 0.0) end -= 1e-3;
-    testing::CheckScore(
-        {[&](double r) { return magsac.Score(r); }, [&](double r) { return magsac.Derivative(r); }, 2.0, {end, 2.0}});
-  }
-}
-
 TEST_CASE("Weights are finite and end at the threshold") {
   for (int dof = 1; dof <= 6; ++dof) {
     const MagsacLoss loss(2.0, dof);

@@ -13,7 +13,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 double Of(const MarginalLikelihood& score, const std::vector<double>& residuals) {
-  return score(residuals.data(), nullptr, static_cast<int>(residuals.size()), 0.0);
+  return score.OfAll(residuals.data(), nullptr, static_cast<int>(residuals.size()), 0.0);
 }
 
 /// The paper's formula for these inliers, with lengths in units of a, less its value for none.
@@ -118,7 +118,7 @@ TEST_CASE("A residual that grows never raises the marginal likelihood") {
       double last = 1e300;
       for (int step = 0; step <= 400; ++step) {
         residuals[7] = 0.04 * step;
-        const double value = score(residuals.data(), weights.data(), 30, 0.0);
+        const double value = score.OfAll(residuals.data(), weights.data(), 30, 0.0);
         REQUIRE(value <= last + 1e-9);
         last = value;
       }
@@ -136,8 +136,8 @@ TEST_CASE("The bound of counted residuals is above the score of all that they ma
       histogram.Add(&least, static_cast<const double*>(nullptr), 1);
     }
     const double value = Of(score, residuals);
-    CHECK(score.Bound(histogram) >= value);
-    CHECK(score.Bound(histogram) < 2.0 * value);
+    CHECK(score.BoundOfAll(histogram) >= value);
+    CHECK(score.BoundOfAll(histogram) < 2.0 * value);
   }
 }
 

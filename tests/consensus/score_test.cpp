@@ -14,9 +14,9 @@ namespace diffsac {
 namespace {
 
 /// Those that are sums over points.
-constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac,   ScoreKind::kGaussianUniform,
-                                ScoreKind::kFirstMagsac, ScoreKind::kMagsac, ScoreKind::kMarginalised};
-constexpr ScoreKind kWholes[] = {ScoreKind::kMarginalLikelihood, ScoreKind::kMixtureProfile};
+constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
+                                ScoreKind::kMagsac, ScoreKind::kMarginalised};
+constexpr ScoreKind kWholes[] = {ScoreKind::kMarginalLikelihood};
 
 TEST_CASE("Every sum over points has the properties of a score, at any scale") {
   for (ScoreKind kind : kKinds)

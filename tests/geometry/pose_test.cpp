@@ -154,45 +154,6 @@ TEST_CASE("Far points that are all on the wrong side do not choose the sign of t
   CHECK(choice.runner_up == 300);
 }
 
-TEST_CASE("The share in front counts the inliers that one of the four poses puts before both cameras") {
-  Rng rng(8);
-  for (int trial = 0; trial < 50; ++trial) {
-    const auto problem = RandomProblem(20, rng);
-    const Eigen::Matrix3d e = AsMatrix(problem.essential);
-    PointMatrix points = problem.normalized;
-    std::vector<std::uint8_t> inliers(20, 1);
-    CHECK(ShareInFront(e, points, inliers) == 1.0);
-    // Five points behind both cameras project as if they were before them: the rays meet at negative depths.
-    for (int i = 0; i < 5; ++i) {
-      const Eigen::Vector3d behind(rng.Uniform(-2, 2), rng.Uniform(-2, 2), rng.Uniform(-9, -6));
-      const Eigen::Vector3d second = problem.pose.rotation * behind + problem.pose.translation;
-      points.row(i) << behind.hnormalized().transpose(), second.hnormalized().transpose();
-    }
-    CHECK(ShareInFront(-e, points, inliers) == 0.75);
-    for (int i = 0; i < 4; ++i) inliers[i] = 0;
-    CHECK(ShareInFront(e, points, inliers) == 15.0 / 16.0);
-    CHECK(Essential::ShareInFront(points, problem.essential, inliers) == 15.0 / 16.0);
-    PointMatrix pixels(20, 4);
-    for (int i = 0; i < 20; ++i) {
-      const auto row = points.row(i);
-      pixels.row(i) << (problem.k1 * Eigen::Vector3d(row[0], row[1], 1.0)).hnormalized().transpose(),
-          (problem.k2 * Eigen::Vector3d(row[2], row[3], 1.0)).hnormalized().transpose();
-    }
-    CHECK(Fundamental::ShareInFront(pixels, problem.fundamental, inliers, problem.k1, problem.k2) == 15.0 / 16.0);
-  }
-}
-
-TEST_CASE("Of no inliers, and for what is no matrix, the share in front is 0") {
-  Rng rng(9);
-  const auto problem = RandomProblem(10, rng);
-  const Eigen::Matrix3d e = AsMatrix(problem.essential);
-  CHECK(ShareInFront(e, problem.normalized, std::vector<std::uint8_t>(10, 0)) == 0.0);
-  CHECK(ShareInFront(e, PointMatrix(0, 4), {}) == 0.0);
-  CHECK(ShareInFront(Eigen::Matrix3d::Zero(), problem.normalized, std::vector<std::uint8_t>(10, 1)) == 0.0);
-  CHECK(ShareInFront(Eigen::Matrix3d::Constant(std::nan("")), problem.normalized, std::vector<std::uint8_t>(10, 1)) ==
-        0.0);
-}
-
 TEST_CASE("Angles of rotations and directions keep their digits at both ends") {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
   const Eigen::Matrix3d start = Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.2, 1, 3).normalized()).toRotationMatrix();

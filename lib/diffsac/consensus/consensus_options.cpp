@@ -19,8 +19,8 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
 void BindScales(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("threshold", o.threshold)
       .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = o.Scores(ScoreKind::kMarginalised) || o.Scores(ScoreKind::kMixtureProfile) ||
-                      o.final_refinement == FinalRefinement::kMarginalised || o.threshold == ThresholdKind::kAdaptive;
+  const bool scales = o.ScoresNeed(&ScoreNeeds::scales) || o.final_refinement == FinalRefinement::kMarginalised ||
+                      o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
       .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
       .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
@@ -52,11 +52,6 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
       .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
-  b.Field("cheirality", o.cheirality)
-      .OnlyIf(o.refit_candidates > 1 || !o.cheirality, "refit_candidates above 1")
-      .Help(
-          "E, and F with a camera_prior: of a candidate's inliers those behind a camera do not count when the final "
-          "score chooses");
   b.Field("refine_finalists", o.refine_finalists, Within(0, 1e4))
       .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement: lm or lm_marginalised")
       .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");
@@ -75,26 +70,25 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score_threshold_factor", score_threshold_factor, Positive())
       .Help("scoring threshold as a multiple of the inlier threshold ε");
 
-  const bool gaussian = Scores(ScoreKind::kGaussianUniform), marginal = Scores(ScoreKind::kMarginalLikelihood);
+  const bool marginal = ScoresNeed(&ScoreNeeds::half_width);
   const bool reweighted = local_optimization == LocalOptimization::kReweighted || refit == Refit::kReweighted;
   const bool graph_cut = local_optimization == LocalOptimization::kGraphCut;
   b.Field("residual_dof", residual_dof, Within(0, 6))
-      .OnlyIf(Scores(ScoreKind::kMagsac) || reweighted, "magsac_pp as a score or irls")
+      .OnlyIf(ScoresNeed(&ScoreNeeds::dof) || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
   BindScales(*this, b);
   b.Field("noise_prior", noise_prior, AtLeast(0.0))
       .OnlyIf(marginal, "marginal_likelihood as a score")
       .Help("σ = sigma_factor · ε counts as so many inliers' worth of evidence; 0: nothing is known of σ");
   b.Field("sigma_factor", sigma_factor, Positive())
-      .OnlyIf(gaussian || refit == Refit::kMixture || (marginal && noise_prior > 0.0),
+      .OnlyIf(ScoresNeed(&ScoreNeeds::sigma) || refit == Refit::kMixture || (marginal && noise_prior > 0.0),
               "gaussian_uniform as a score, marginal_likelihood with a noise_prior or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
   b.Field("outlier_half_width", outlier_half_width, AtLeast(0.0))
-      .OnlyIf(marginal || Scores(ScoreKind::kMixtureProfile) || Scores(ScoreKind::kFirstMagsac),
-              "marginal_likelihood, gaussian_uniform_em or magsac as a score")
+      .OnlyIf(marginal, "marginal_likelihood as a score")
       .Help("outliers' residuals are uniform within ± this, in the data's unit; 0: half the points' extent");
   b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999))
-      .OnlyIf(gaussian, "gaussian_uniform as a score")
+      .OnlyIf(ScoresNeed(&ScoreNeeds::share), "gaussian_uniform as a score")
       .Help("share of inliers that the score assumes during the search");
   b.Field("local_samples", local_samples, AtLeast(0))
       .OnlyIf(graph_cut || local_optimization == LocalOptimization::kInnerSamples,

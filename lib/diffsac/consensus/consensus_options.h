@@ -72,10 +72,9 @@ struct ConsensusOptions {
   /// Degrees of freedom of a residual for MAGSAC++ (score and weights), 1 to 6; 0: the model's own (model_hooks.h).
   int residual_dof = 0;
   ThresholdKind threshold = ThresholdKind::kFixed;
-  /// The smallest and the greatest threshold that a score (marginalised_msac, gaussian_uniform_em) or refinement over
-  /// scales, or an estimated noise, reckons
-  /// with; in the data's unit. 0: an eighth of the greatest, and the scoring threshold. With both given, and the noise
-  /// estimated, ε is what the mask's threshold is at most, and nothing else.
+  /// The smallest and the greatest threshold that a score (marginalised_msac) or refinement over scales, or an
+  /// estimated noise, reckons with; in the data's unit. 0: an eighth of the greatest, and the scoring threshold. With
+  /// both given, and the noise estimated, ε is what the mask's threshold is at most, and nothing else.
   double least_scale = 0.0;
   double greatest_scale = 0.0;
   /// Each point counts in scores and nonlinear refinement with the probability of being an inlier that is known of it
@@ -91,8 +90,8 @@ struct ConsensusOptions {
   double focal_log_sigma = 0.43;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
-  /// An outlier's residual is uniform within ± this: what magsac, marginal_likelihood and gaussian_uniform_em reckon
-  /// with; in the data's unit. 0: half the mean side of the points' bounding box (MakeMixture).
+  /// An outlier's residual is uniform within ± this: what marginal_likelihood reckons with; in the data's unit. 0: half
+  /// the mean side of the points' bounding box (MakeMixture).
   double outlier_half_width = 0.0;
   /// Of marginal_likelihood: as so many inliers' worth of evidence counts that σ is sigma_factor · ε. 0: nothing is
   /// known of σ.
@@ -122,10 +121,6 @@ struct ConsensusOptions {
   /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
   int refit_candidates = 1;
   ScoreKind final_score = ScoreKind::kInlierCount;
-  /// Epipolar geometry: candidates are chosen by their final score times the share of their inliers that lies before
-  /// both cameras, so that what is behind one counts as little as an outlier. Fundamental matrices: with the guessed
-  /// cameras of camera_prior.
-  bool cheirality = false;
   /// All candidates are refitted once and refined by a few steps, and so many, those of the highest final score, to the
   /// end. 0: all of them.
   int refine_finalists = 0;
@@ -133,8 +128,8 @@ struct ConsensusOptions {
   FinalRefinement final_refinement = FinalRefinement::kNone;
   /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.
   int block_size = 0;
-  /// Whether this score is one of the two.
-  bool Scores(ScoreKind kind) const { return score == kind || final_score == kind; }
+  /// Whether one of the two scores asks for it.
+  bool ScoresNeed(bool ScoreNeeds::*what) const { return NeedsOf(score).*what || NeedsOf(final_score).*what; }
   void Bind(OptionsBinder& b);
 };
 

@@ -41,10 +41,6 @@ namespace diffsac {
 ///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
 ///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
 ///                                    homography: (s₁ − s₃)/s₂ of the motion)
-///   ShareInFront(points, model, inliers[, K1, K2])
-///                                    which share of the inliers (N values, not 0) the model puts before both cameras,
-///                                    for the choice among refined hypotheses; with cameras: where a CameraPrior is
-///                                    given (for a fundamental matrix)
 ///   Marginalise(points, weights, loss, prior, model, out)
 ///                                    for a model with an unknown focal length: its posterior under the prior, and the
 ///                                    model at the posterior's median, asked for once at the end where a prior is given
@@ -107,18 +103,6 @@ struct CameraPrior {
 template <class M>
 concept HasCameraPrior = requires(const typename M::Parameters& model, const Eigen::Matrix3d& camera) {
   { ModelHooks<M>::CameraMismatch(model, camera, camera) } -> std::same_as<double>;
-};
-
-template <class M>
-concept HasCheirality = requires(const PointMatrix& points, const typename M::Parameters& model,
-                                 const std::vector<std::uint8_t>& inliers) {
-  { ModelHooks<M>::ShareInFront(points, model, inliers) } -> std::same_as<double>;
-};
-
-template <class M>
-concept HasCheiralityOfCameras = requires(const PointMatrix& points, const typename M::Parameters& model,
-                                          const std::vector<std::uint8_t>& inliers, const Eigen::Matrix3d& camera) {
-  { ModelHooks<M>::ShareInFront(points, model, inliers, camera, camera) } -> std::same_as<double>;
 };
 
 template <class M>

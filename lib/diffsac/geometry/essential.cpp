@@ -279,11 +279,6 @@ int Essential::SolveMinimal(const PointMatrix& points, const int* set, Parameter
   return SolveFivePoints(p, true, out);
 }
 
-double Essential::ShareInFront(const PointMatrix& points, const Parameters& model,
-                               const std::vector<std::uint8_t>& inliers) {
-  return diffsac::ShareInFront(AsMatrix(model), points, inliers);
-}
-
 bool SatisfiesCheirality(const Eigen::Matrix3d& e, const double (*points)[4], int count) {
   Eigen::Matrix3d cofactors;
   cofactors << e.col(1).cross(e.col(2)), e.col(2).cross(e.col(0)), e.col(0).cross(e.col(1));

@@ -55,10 +55,6 @@ struct Essential {
   /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
-
-  /// Which share of the inliers (N values, not 0) lies before both cameras.
-  static double ShareInFront(const PointMatrix& points, const Parameters& model,
-                             const std::vector<std::uint8_t>& inliers);
 };
 
 /// Whether for one of the four poses of E all points lie before both cameras, points[i] = x1 y1 x2 y2 in normalised

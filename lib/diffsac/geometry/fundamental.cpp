@@ -121,13 +121,6 @@ int Fundamental8::RecoverFromDegeneracy(const PointMatrix& points, const int* se
 /// Of a matrix of rank 1, and of what is no matrix.
 constexpr double kWorstMismatch = 1e6;
 
-double Fundamental::ShareInFront(const PointMatrix& points, const Parameters& model,
-                                 const std::vector<std::uint8_t>& inliers, const Eigen::Matrix3d& K1,
-                                 const Eigen::Matrix3d& K2) {
-  return diffsac::ShareInFront(EssentialFromFundamental(AsMatrix(model), K1, K2), NormalizedCoordinates(points, K1, K2),
-                               inliers);
-}
-
 double Fundamental::CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2) {
   const Eigen::Matrix3d e = K2.transpose() * AsMatrix(model) * K1;
   // Of rank 2: s₁² + s₂² = |E|², s₁ s₂ = |cofactors of E|.

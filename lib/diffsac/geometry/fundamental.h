@@ -54,11 +54,6 @@ struct Fundamental {
   /// (s₁ − s₂)/s₂ of the essential matrix K2ᵀ F K1, whose singular values s₁ ≥ s₂ are equal for the true cameras.
   static double CameraMismatch(const Parameters& model, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2);
 
-  /// Which share of the inliers (N values, not 0) lies before both cameras, were these their calibrations.
-  static double ShareInFront(const PointMatrix& points, const Parameters& model,
-                             const std::vector<std::uint8_t>& inliers, const Eigen::Matrix3d& K1,
-                             const Eigen::Matrix3d& K2);
-
   /// DEGENSAC: when all but two or fewer of the set `model` was solved from are on one plane, up to kMaxSolutions
   /// models by plane and parallax (RecoverFromPlane); 0 otherwise.
   static int RecoverFromDegeneracy(const PointMatrix& points, const int* set, const Parameters& model, double threshold,

@@ -145,12 +145,6 @@ PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points, const
   return choice;
 }
 
-double ShareInFront(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
-  const auto count = inliers.size() - static_cast<std::size_t>(std::count(inliers.begin(), inliers.end(), 0));
-  const int in_front = ChoosePose(e, points, inliers).in_front;
-  return count > 0 && in_front > 0 ? static_cast<double>(in_front) / static_cast<double>(count) : 0.0;
-}
-
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2) {
   // |R1 − R2| = 2 √2 sin(θ/2) and tr(R1ᵀ R2) = 4 cos²(θ/2) − 1: sine and cosine of the half angle each keep their
   // digits.

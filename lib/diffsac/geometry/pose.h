@@ -56,10 +56,6 @@ struct PoseChoice {
 PoseChoice ChoosePose(const Eigen::Matrix3d& e, const PointMatrix& points,
                       const std::vector<std::uint8_t>& inliers = {}, double noise = 0.0);
 
-/// Which share of the points, of those with inliers[i] != 0, lies before both cameras of the best of the four poses; 0
-/// where there is none (PoseChoice::status says why).
-double ShareInFront(const Eigen::Matrix3d& e, const PointMatrix& points, const std::vector<std::uint8_t>& inliers);
-
 /// Angle of R1ᵀ R2 in degrees, [0, 180]; exact near 0 and near 180.
 double RotationAngleDegrees(const Eigen::Matrix3d& r1, const Eigen::Matrix3d& r2);
 /// Angle of two vectors in degrees, [0, 180]; NaN for a zero vector.

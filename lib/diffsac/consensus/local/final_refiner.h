@@ -14,8 +14,7 @@
 namespace diffsac {
 
 /// What happens after the search: the best hypotheses are refitted and refined, and the best result by
-/// options.final_score, and with options.cheirality by
-/// what lies before the cameras, is chosen. Those that are refitted to the same model are refined once. With
+/// options.final_score is chosen. Those that are refitted to the same model are refined once. With
 /// options.refine_finalists, all are refitted once and refined by a few steps, and only the best of them to the end.
 /// Borrows scorer and options.
 template <MinimalModel Model>
@@ -34,19 +33,19 @@ class FinalRefiner {
                                                int* fits) const {
     const bool staged = InStages(hypotheses.size());
     std::vector<Parameters> refitted;
-    std::vector<Candidate> candidates;
+    std::vector<ScoredModel<Model>> candidates;
     for (const auto& hypothesis : hypotheses) {
       const ScoredModel<Model> start = Refitted(hypothesis.model, staged ? 1 : options_.refit_rounds, fits);
       if (std::find(refitted.begin(), refitted.end(), start.model) != refitted.end()) continue;
       refitted.push_back(start.model);
-      candidates.push_back(CandidateOf(Refined(start, staged ? kFirstSteps : kMostRefineSteps, fits)));
+      candidates.push_back(Refined(start, staged ? kFirstSteps : kMostRefineSteps, fits));
     }
     if (staged) Finish(&candidates, fits);
     const auto best = std::max_element(candidates.begin(), candidates.end(),
-                                       [](const auto& a, const auto& b) { return a.worth < b.worth; });
+                                       [](const auto& a, const auto& b) { return a.score < b.score; });
     if (best == candidates.end()) return std::nullopt;
-    if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(best->found, fits);
-    return best->found;
+    if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(*best, fits);
+    return *best;
   }
 
   /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
@@ -104,34 +103,6 @@ class FinalRefiner {
   /// Steps of nonlinear refinement before the finalists are chosen.
   static constexpr int kFirstSteps = 2;
 
-  struct Candidate {
-    ScoredModel<Model> found;
-    double worth;  ///< By what it is chosen.
-  };
-
-  Candidate CandidateOf(const ScoredModel<Model>& found) const {
-    return {found, options_.cheirality ? found.score * ShareInFront(found.model) : found.score};
-  }
-
-  /// 1 where nothing is known of it.
-  double ShareInFront([[maybe_unused]] const Parameters& model) const {
-    if constexpr (HasCheirality<Model>) {
-      return ModelHooks<Model>::ShareInFront(scorer_.points(), model, Supporters(model));
-    } else if constexpr (HasCheiralityOfCameras<Model>) {
-      if (const auto& cameras = scorer_.prior().cameras)
-        return ModelHooks<Model>::ShareInFront(scorer_.points(), model, Supporters(model), cameras->K1, cameras->K2);
-    }
-    return 1.0;
-  }
-
-  std::vector<std::uint8_t> Supporters(const Parameters& model) const {
-    const Eigen::VectorXd residuals = scorer_.Residuals(model);
-    const double threshold = scales_.SupportThreshold(residuals);
-    std::vector<std::uint8_t> mask(residuals.size());
-    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = residuals[static_cast<Eigen::Index>(i)] <= threshold;
-    return mask;
-  }
-
   /// A model and what its residuals say, which are worked out once.
   struct Evaluation {
     Eigen::VectorXd residuals;
@@ -155,12 +126,12 @@ class FinalRefiner {
   }
 
   /// Leaves the best candidates, refined to the end.
-  void Finish(std::vector<Candidate>* candidates, int* fits) const {
+  void Finish(std::vector<ScoredModel<Model>>* candidates, int* fits) const {
     std::stable_sort(candidates->begin(), candidates->end(),
-                     [](const auto& a, const auto& b) { return a.worth > b.worth; });
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
     const auto most = static_cast<std::size_t>(options_.refine_finalists);
     if (candidates->size() > most) candidates->erase(candidates->begin() + most, candidates->end());
-    for (Candidate& candidate : *candidates) candidate = CandidateOf(Refined(candidate.found, kMostRefineSteps, fits));
+    for (auto& candidate : *candidates) candidate = Refined(candidate, kMostRefineSteps, fits);
   }
 
   double ScoreOf(const Parameters& model) const {

@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::array<double, MagsacLoss::kMaxDof> kChiQuantiles99 = {
     2.575829303548900, 3.034854258770293, 3.368214175218708, 3.643721193503647, 3.884105105347836, 4.100230948345577};
-/// Of FirstMagsac: √(2/π), and k²/2 for one degree of freedom.
-constexpr double kHalfNormal = 0.797884560802865356, kHalfSquare = 0.5 * kChiQuantiles99[0] * kChiQuantiles99[0];
 /// Residuals below this share of the threshold weigh as if they were there.
 constexpr double kSmallestShare = 1e-3;
 
@@ -83,27 +81,6 @@ double MagsacLoss::ExactWeight(double residual) const {
 double MagsacLoss::Weight(double residual) const {
   // In this order max keeps a NaN.
   return ExactWeight(std::max(residual, kSmallestShare * threshold_));
-}
-
-FirstMagsac::FirstMagsac(double threshold, double outlier_range)
-    : inverse_threshold_(1.0 / threshold),
-      log_odds_(std::log(std::max(2.0, kHalfNormal * kChiQuantiles99[0] * outlier_range / threshold))) {}
-
-double FirstMagsac::Likelihood(double share) const {
-  const double entropy = share > 0.0 ? share * std::log(share) : 0.0;
-  return (1.0 - share) * (log_odds_ + 1.0 - kHalfSquare * share) + entropy;
-}
-
-double FirstMagsac::Score(double residual) const {
-  const double share = residual * inverse_threshold_;
-  return share < 1.0 ? std::max(0.0, Likelihood(share) / (log_odds_ + 1.0)) : 0.0;
-}
-
-double FirstMagsac::Derivative(double residual) const {
-  const double share = residual * inverse_threshold_;
-  if (!(share > 0.0 && share < 1.0) || Likelihood(share) <= 0.0) return 0.0;
-  const double slope = 2.0 * kHalfSquare * share - kHalfSquare - log_odds_ + std::log(share);
-  return slope * inverse_threshold_ / (log_odds_ + 1.0);
 }
 
 const double* MagsacScoreTable(int dof) {

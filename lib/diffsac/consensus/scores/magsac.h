@@ -35,30 +35,6 @@ class MagsacLoss {
   double total_;        ///< ρ(τ) in the units above.
 };
 
-/// The score of the first MAGSAC (Barath, Noskova, Matas, CVPR 2019, section 3): the logarithm of an inlier's
-/// half-normal density over an outlier's, which is uniform up to l, averaged over σ from 0 to τ/k, where an inlier is
-/// within kσ:
-///   ∫ log(√(2/π) l/σ) − r²/2σ²  dσ k/τ, σ from r/k to τ/k   =   (1 − x)(log(√(2/π) kl/τ) + 1 − k²x/2) + x log x
-/// for x = r/τ ≤ 1, beyond 0. Where that is negative, which needs a small l, it counts as 0; √(2/π) kl/τ as at least 2.
-///
-/// A residual has one degree of freedom, k = 2.576: with the four of the paper the density is 0 at r = 0, and so is the
-/// likelihood of a model through a point, unless the model is fitted again for each σ, as the paper does.
-class FirstMagsac {
- public:
-  /// threshold: τ, outlier_range: l; linear, positive.
-  FirstMagsac(double threshold, double outlier_range);
-  /// In units of its value for r = 0, so in [0, 1]; 0 for NaN.
-  double Score(double residual) const;
-  /// d/dr of it, ≤ 0.
-  double Derivative(double residual) const;
-
- private:
-  double Likelihood(double share) const;
-
-  double inverse_threshold_;
-  double log_odds_;  ///< log(√(2/π) kl/τ)
-};
-
 /// The .99 quantile of the χ distribution with n degrees of freedom, 1 … 6.
 double ChiQuantile99(int dof);
 

@@ -24,7 +24,8 @@ double LogGamma(double z) {
 }  // namespace
 
 MarginalLikelihood::MarginalLikelihood(double half_width, int dimension, int free, double prior, double sigma)
-    : inverse_half_width_(1.0 / half_width),
+    : half_width_(half_width),
+      inverse_half_width_(1.0 / half_width),
       half_dimension_(0.5 * dimension),
       free_(free),
       shape_(prior * half_dimension_),
@@ -67,13 +68,13 @@ void MarginalLikelihood::SweepBins(const SquareHistogram& histogram, Sweep* swee
   if (size > 0) sweep->bounds[0] = std::max(sweep->bounds[0], crossing);
 }
 
-double MarginalLikelihood::Bound(const SquareHistogram& histogram) const {
+double MarginalLikelihood::BoundOfAll(const SquareHistogram& histogram) const {
   Sweep sweep;
   SweepBins(histogram, &sweep);
   return sweep.size == 0 ? 0.0 : std::max(0.0, sweep.bounds.maxCoeff());
 }
 
-double MarginalLikelihood::operator()(const double* residuals, const double* weights, int count, double bar) const {
+double MarginalLikelihood::OfAll(const double* residuals, const double* weights, int count, double bar) const {
   std::vector<double> squares(count);
   for (int i = 0; i < count; ++i) {
     const double share = residuals[i] * inverse_half_width_;

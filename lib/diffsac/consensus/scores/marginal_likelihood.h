@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "diffsac/consensus/scores/square_histogram.h"
+#include "diffsac/consensus/scores/score.h"
 
 namespace diffsac {
 
@@ -26,16 +26,21 @@ namespace diffsac {
 /// Instead of sorting, residuals are counted by size (square_histogram.h). S is convex in n while points of one size
 /// are added (ψ₁(z) ≥ 1/z), so that within a bin it is below its values at the ends of the bin with all points of the
 /// bin at its lower edge. Only bins whose bound is above the best value at the edges are sorted.
-class MarginalLikelihood {
+class MarginalLikelihood : public ScoreFunction {
  public:
+  explicit MarginalLikelihood(const ScoreSetting& setting)
+      : MarginalLikelihood(setting.likelihood.half_width, setting.likelihood.dimension, setting.likelihood.free,
+                           setting.likelihood.noise_prior, setting.sigma) {}
   /// half_width: a, linear, positive. dimension: d. free: γ. prior: n₀, and sigma: σ₀, linear.
   MarginalLikelihood(double half_width, int dimension, int free, double prior, double sigma);
 
-  /// Of residuals (linear; not a number: as if infinitely far), with weights unless null. Gives up once it is known to
-  /// be below `bar`, returning `bar`.
-  double operator()(const double* residuals, const double* weights, int count, double bar) const;
-  /// At least the score of residuals whose squares, in squares of a, are at least the counted ones.
-  double Bound(const SquareHistogram& histogram) const;
+  bool IsSum() const override { return false; }
+  bool HasBound() const override { return true; }
+  /// A residual that is not a number is as if infinitely far.
+  double OfAll(const double* residuals, const double* weights, int count, double bar) const override;
+  double BoundOfAll(const SquareHistogram& histogram) const override;
+  /// a
+  double unit() const override { return half_width_; }
 
  private:
   using Bin = SquareHistogram::Bin;
@@ -53,7 +58,7 @@ class MarginalLikelihood {
   double BestInside(const SquareHistogram& histogram, const Sweep& sweep, const std::vector<double>& squares,
                     const double* weights) const;
 
-  double inverse_half_width_;
+  double half_width_, inverse_half_width_;
   double half_dimension_;
   double free_;
   double shape_;     ///< α

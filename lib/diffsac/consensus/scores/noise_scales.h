@@ -32,9 +32,8 @@ struct NoiseScales {
 
   /// A score with these constants.
   Score MakeScore(ScoreKind kind, double inlier_prior) const {
-    const bool over_scales = kind == ScoreKind::kMarginalised || kind == ScoreKind::kMixtureProfile;
-    return Score(kind, over_scales ? greatest : score_threshold, mixture.sigma, mixture.Odds(inlier_prior),
-                 residual_dof, least, likelihood);
+    return Score(
+        kind, {score_threshold, mixture.sigma, mixture.Odds(inlier_prior), residual_dof, least, greatest, likelihood});
   }
 
   /// What supports a model of such residuals: what is within ε, or, whatever ε is, within the threshold that suits
