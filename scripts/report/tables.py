@@ -12,7 +12,7 @@ UNKNOWN = "–"  # Stands in tables for what is not known.
 @dataclasses.dataclass
 class Row:
     cells: list  # As many texts as the table has columns; the first is the row's name.
-    best: list  # As many: to be set in bold.
+    best: list = dataclasses.field(default_factory=list)  # As many: to be set in bold; none: no cell.
     intervals: list = dataclasses.field(default_factory=list)  # As many, or none: "[0.45, 0.57]", empty for no interval.
     from_paper: bool = False
 
@@ -25,7 +25,10 @@ class Table:
 
     @staticmethod
     def of_json(json_table):
-        return Table(json_table["heading"], json_table["columns"], [Row(**row) for row in json_table["rows"]])
+        table = Table(json_table["heading"], json_table["columns"], [Row(**row) for row in json_table["rows"]])
+        for row in table.rows:
+            row.best = row.best or [False] * len(row.cells)
+        return table
 
     def to_json(self):
         return dataclasses.asdict(self)
