@@ -35,21 +35,13 @@ std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::RobustEstimator& me
   return trace;
 }
 
-/// What a page says that it was written by.
-std::string CommandOf(const diffsac::EvalRequest& request) {
-  if (request.effects.empty()) return "diffsac_eval --config " + request.config_path;
-  std::string command = "diffsac_eval --effects";
-  for (const std::string& run : request.effects) command += " " + run;
-  return command;
-}
-
 constexpr const char* kExamples = R"(
 Examples:
   diffsac_eval --config configs/tables/line.yaml --limit 200
   diffsac_eval --config points.yaml --output runs/scan        your own points: docs/points.md
   diffsac_eval --config configs/tables/line.yaml --methods diffsac,ransac_1000 --set seed=2
   diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
-  diffsac_eval --compare runs/a runs/b
+  python3 scripts/report/compare.py runs/a runs/b
 
 The run's folder gets report.html (for a browser), table.md, results.csv, problems.csv, estimates.h5 and pictures.
 Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
@@ -66,6 +58,7 @@ void AddRunOptions(CLI::App* app, diffsac::EvalRequest* request) {
       ->check(CLI::ExistingDirectory);
   app->add_flag("--train-missing", request->train_missing,
                 "Trains networks under runs/ that rows name and that are missing");
+  app->add_flag("--rows", request->rows, "Only prints the rows, by their labels");
   app->add_flag("--needs", request->needs, "Only prints which folders the rows and missing networks read");
   app->add_option("--checkpoint", request->context.checkpoint_override,
                   "Replaces the checkpoint of the rows of its method (default: the rows' own)");
@@ -86,10 +79,6 @@ void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
   app->add_option("--output", request->output, "Run folder (default: runs/NAME, the experiment's name)");
   auto* update =
       app->add_flag("--update", request->update, "Nothing is done where the run folder holds these results already");
-  auto* page = app->add_option("--page", request->page, "Also a page with tables and pictures, a Markdown file");
-  app->add_option("--page-command", request->page_command,
-                  "What the page says that it was written by (default: this call)")
-      ->needs(page);
   auto* database =
       app->add_option("--export-colmap", request->colmap.database, "COLMAP database that gets the verified matches");
   app->add_flag("--export-overwrite", request->colmap.overwrite, "Replaces two-view geometries that it has")
@@ -111,32 +100,21 @@ void AddJoiningOptions(CLI::App* app, diffsac::EvalRequest* request, double* tim
   const char* finished = "Finished runs, instead of --config";
   app->add_option("--merge", request->merge, "FOLDER...: joins the folders of all shards into --output")
       ->group(finished);
-  app->add_option("--compare", request->compare, "RUN_A RUN_B: what two run folders differ in, with --output")
-      ->expected(2)
-      ->group(finished);
-  app->add_option("--effects", request->effects, "RUN...: what the factors of these run folders decide, on one --page")
-      ->group(finished);
 }
 
 /// What is made of finished runs goes with few of the other options. CLI11's own exclusions would name them all in
 /// --help.
 void CheckAlone(const CLI::App& app) {
-  const std::pair<const char*, const char*> alone[] = {
-      {"--merge", "--output"}, {"--compare", "--output"}, {"--effects", "--page"}};
-  for (const auto& [name, with] : alone) {
-    if (app.count(name) == 0) continue;
-    for (const CLI::Option* option : app.get_options())
-      if (option->count() > 0 && option->get_name() != name && !option->get_name().starts_with(with))
-        throw CLI::ExcludesError(name, option->get_name());
-  }
+  if (app.count("--merge") == 0) return;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && option->get_name() != "--merge" && option->get_name() != "--output")
+      throw CLI::ExcludesError("--merge", option->get_name());
 }
 
 void Parse(CLI::App* app, int argc, char** argv, diffsac::EvalRequest* request) {
   app->parse(argc, argv);
   CheckAlone(*app);
-  if (request->merge.empty() && request->compare.empty() && request->effects.empty() && request->config_path.empty())
-    throw CLI::RequiredError("--config");
-  if (request->page_command.empty()) request->page_command = CommandOf(*request);
+  if (request->merge.empty() && request->config_path.empty()) throw CLI::RequiredError("--config");
 }
 
 }  // namespace

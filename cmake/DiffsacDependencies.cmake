@@ -15,6 +15,8 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
 # Sizes of cameras' sensors, by name; without it EXIF data that only name the camera give no focal length.
 pkg_check_modules(LENSFUN IMPORTED_TARGET lensfun)
+# Recordings of other people's estimators.
+find_package(ZLIB REQUIRED)
 # COLMAP's databases.
 find_package(SQLite3 REQUIRED)
 set(HDF5_PREFER_PARALLEL FALSE)

@@ -100,17 +100,6 @@ function(diffsac_test name)
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
 endfunction()
 
-# diffsac_embed(TARGET NAME FILE): compiles the text of a file into a library, as `extern const char NAME[]` in diffsac.
-function(diffsac_embed target name file)
-  set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated/${name}.cpp)
-  add_custom_command(OUTPUT ${generated}
-    COMMAND ${CMAKE_COMMAND} -DINPUT=${CMAKE_CURRENT_SOURCE_DIR}/${file} -DOUTPUT=${generated} -DNAME=${name}
-            -P ${PROJECT_SOURCE_DIR}/cmake/DiffsacEmbed.cmake
-    DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${file} ${PROJECT_SOURCE_DIR}/cmake/DiffsacEmbed.cmake
-    COMMENT "Embedding ${file}" VERBATIM)
-  target_sources(${target} PRIVATE ${generated})
-endfunction()
-
 # diffsac_use_opencv(TARGET PRIVATE|PUBLIC MODULE...). Debian ships the package file of find_package only with all of OpenCV's
 # modules, so those that are needed are looked up one by one.
 function(diffsac_use_opencv target visibility)

@@ -72,6 +72,14 @@ estimate() {
   echo "reproduce: $# tables; $((total / jobs / 3600)) h $((total / jobs % 3600 / 60)) min by the times on their pages, $jobs at a time"
   [[ ${#unknown[@]} -eq 0 ]] || echo "reproduce: no time is known of: ${unknown[*]}"
 }
+# report SCRIPT OPTIONS...: of scripts/report, by a python3 that has its modules.
+report() {
+  local python
+  for python in python3 /usr/bin/python3; do
+    if "$python" scripts/report/check_modules.py 2>/dev/null; then "$python" "scripts/report/$1" "${@:2}"; return; fi
+  done
+  fail "no python3 has the modules of scripts/report (scripts/setup.sh installs them)"
+}
 # evaluate TABLE OPTIONS...
 evaluate() {
   local seeds=()
@@ -83,10 +91,16 @@ make_table() {
   local output=()
   if [[ "$mode" == kitti ]]; then output=(--output "runs/kitti/$1"); fi
   if [[ -n "$quick" ]]; then output=(--output "runs/quick/$1"); fi
-  if [[ -n "$verify" ]]; then output=(--output "runs/verify/$1" --page "runs/verify/$1.md" --page-command verify); fi
-  evaluate "$1" --train-missing $update "${output[@]}" \
-    ${page:+--page "docs/results/$1.md" --page-command "scripts/reproduce.sh $1${data:+ --data DIR}"} || return
-  [[ -z "$verify" ]] || build/release/bin/diffsac_docs --compare "docs/results/$1.md" "runs/verify/$1.md"
+  if [[ -n "$verify" ]]; then output=(--output "runs/verify/$1"); fi
+  evaluate "$1" --train-missing $update "${output[@]}" || return
+  # Nothing is here of a table that was skipped.
+  if [[ -n "$page" && -e "runs/$1/results.json" ]]; then
+    report page.py "runs/$1" --page "docs/results/$1.md" --command "scripts/reproduce.sh $1${data:+ --data DIR}" || return
+  fi
+  if [[ -n "$verify" && -e "runs/verify/$1/results.json" ]]; then
+    report page.py "runs/verify/$1" --page "runs/verify/$1.md" --command verify || return
+    report docs.py --compare "docs/results/$1.json" "runs/verify/$1.json"
+  fi
 }
 # A table among others. What it printed is in runs/logs/TABLE.log; its last lines are shown where it failed.
 make_logged() {
@@ -124,8 +138,8 @@ else
   for table in "${wanted[@]}"; do make_table "$table" || { [[ -n "$verify" ]] || exit; failed=1; }; done
 fi
 if [[ ${#effects[@]} -gt 0 ]]; then   # Names those that are not made.
-  build/release/bin/diffsac_eval --effects "${effects[@]}" \
-    ${page:+--page docs/results/what_decides.md --page-command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"}
+  report effects.py "${effects[@]}" \
+    ${page:+--page docs/results/what_decides.md} --command "scripts/reproduce.sh scoreboard${data:+ --data DIR}"
 fi
-if [[ -n "$page" ]]; then build/release/bin/diffsac_docs README.md docs/*.md docs/results/claims.md; fi   # Their figures.
+if [[ -n "$page" ]]; then report docs.py README.md docs/*.md docs/results/claims.md; fi   # Their figures.
 if [[ "$failed" != 0 ]]; then fail "not every table was made, or is as its page says"; fi

@@ -19,6 +19,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import argparse
 import collections
 import csv
+import gzip
 import importlib
 import importlib.metadata
 import platform
@@ -213,9 +214,15 @@ def comments(arguments, peers):
         *(f"{peer}: {PEERS[peer].options}" for peer in peers)]]
 
 
+def opened(path, mode, compressed=None):
+    """A text file, compressed where it is called .gz."""
+    compressed = str(path).endswith(".gz") if compressed is None else compressed
+    return gzip.open(path, mode, newline="") if compressed else open(path, mode, newline="")
+
+
 def read_rows(path):
     """Its comments and its rows."""
-    with open(existing(path, "file")) as file:
+    with opened(existing(path, "file"), "rt") as file:
         lines = file.readlines()
     first = [line for line in lines if line.startswith("#")]
     rows = list(csv.reader(lines[len(first):]))
@@ -224,7 +231,7 @@ def read_rows(path):
 
 def write_rows(path, first, blocks):
     """The file is there whole or not at all."""
-    with open(f"{path}.new", "w", newline="") as file:
+    with opened(f"{path}.new", "wt", path.endswith(".gz")) as file:
         file.writelines(first)
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *(row for key in sorted(blocks) for row in blocks[key])])
     os.replace(f"{path}.new", path)

@@ -7,6 +7,15 @@ rm -rf "$own"
 mkdir -p "$own"
 cd "$source"
 
+# The python3 that has the modules of scripts/report; fails where there is none.
+report_python() {
+  local python
+  for python in python3 /usr/bin/python3; do
+    if "$python" scripts/report/check_modules.py 2>/dev/null; then echo "$python"; return; fi
+  done
+  return 1
+}
+
 train() { "$build/bin/diffsac_train" "$@"; }
 evaluate() { "$build/bin/diffsac_eval" "$@"; }
 prepare() { "$build/bin/diffsac_prepare" "$@"; }

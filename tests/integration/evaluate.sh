@@ -41,15 +41,33 @@ needs ablation | grep -qx runs/pairs/test/castle-P19 || fail "the ablation's sce
 run_expecting 0 evaluate --config configs/tables/scans.yaml --data "$data" --output "$own/scans"
 grep -q 'scans: skipped.*pyransac3d_ply' "$own/out" || { cat "$own/out"; fail "what is left out is not named"; }
 
-# A page, and a run that is there already.
-page=(--config configs/tables/line.yaml --methods ransac_20 --output "$own/page" --page "$own/docs/line.md" --update)
+# A run that is there already, its page, and how it differs from another.
+page=(--config configs/tables/line.yaml --methods ransac_20,ransac_100 --output "$own/page" --update)
 run_expecting 0 evaluate "${page[@]}" --limit 3
-expect_file "$own/docs/line.md" "$own/docs/line_curve.png"
+if python=$(report_python); then
+  run_expecting 0 "$python" scripts/report/page.py "$own/page" --page "$own/docs/line.md" --command 'make line'
+  expect_file "$own"/docs/{line.md,line.json,line_curve.png}
+  grep -q '^Written by `make line`' "$own/docs/line.md" || fail "a page does not say what made it"
+  grep -q '^- git revision: ' "$own/docs/line.md" || fail "a page names no revision"
+  run_expecting 0 "$python" scripts/report/docs.py --compare "$own"/docs/line.json "$own"/docs/line.json
+  sed 's/"0\.9/"0.1/' "$own/docs/line.json" >"$own/docs/other.json"
+  run_expecting 1 "$python" scripts/report/docs.py --compare "$own"/docs/line.json "$own"/docs/other.json
+  grep -q 'mAA@0.5deg.*: RANSAC 20, 0.1: 0.9' "$own/out" || { cat "$own/out"; fail "the value that differs was not named"; }
+  run_expecting 0 evaluate --config configs/tables/line.yaml --methods ransac_20 --limit 3 --output "$own/other"
+  run_expecting 0 "$python" scripts/report/compare.py "$own/page" "$own/other" --output "$own/compared"
+  expect_file "$own"/compared/{compare.md,compare.csv,report.html}
+  grep -q "row 'ransac_100' is in page alone" "$own/compared/compare.md" || fail "a row of one run alone is not named"
+  grep -q 'All problems have the same answers' "$own/compared/compare.md" || fail "the same problems differ"
+  run_expecting 0 evaluate --config configs/tables/line.yaml --methods ransac_20 --limit 3 --seed 7 --output "$own/drawn"
+  run_expecting 2 "$python" scripts/report/compare.py "$own/page" "$own/drawn" --output "$own/compared"
+  grep -q 'drawn with another seed' "$own/err" || { cat "$own/err"; fail "why nothing is shared is not said"; }
+  run_expecting 2 "$python" scripts/report/page.py "$own/nowhere" --page "$own/docs/x.md"
+fi
 run_expecting 0 evaluate "${page[@]}" --limit 3
 grep -q 'made already' "$own/out" || fail "a run that is there is made again"
 run_expecting 0 evaluate "${page[@]}" --limit 2
 grep -q 'made already' "$own/out" && fail "another run passes for this one"
-expect_error '--page' evaluate "${page[@]}" --shard 1/2
+expect_error '--update' evaluate "${page[@]}" --shard 1/2
 
 # Networks that rows name and that are not there are trained by the configuration of their name, where the program runs.
 mkdir -p "$own/there/configs"

@@ -15,7 +15,9 @@ methods:
 END
 : >"$own/points/empty.csv"
 expect_error "empty.csv: no points" evaluate --config "$own/points.yaml" --set "data.paths=[$own/points/empty.csv]" --output "$own/none"
-expect_error 'would be written over an input' evaluate --config "$own/points.yaml" --page "$own/points/good.csv" --output "$own/none"
+mkdir "$own/same"
+cp "$own/points/good.csv" "$own/same/problems.csv"
+expect_error 'would be written over an input' evaluate --config "$own/points.yaml" --set "data.paths=[$own/same/problems.csv]" --output "$own/same"
 # Of a folder it is named and left out.
 run_expecting 0 evaluate --config "$own/points.yaml" --threads 1 --device cpu --output "$own/run"
 for method in ransac diffsac; do

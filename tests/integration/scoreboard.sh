@@ -49,12 +49,13 @@ for other in merged again; do
 done
 
 # One page of several tables; those that are not there are named.
-run_expecting 0 evaluate --effects "$run" "$own/runs/scoreboard_plane" --page "$own/docs/what_decides.md"
-expect_file "$own/docs/what_decides.md"
-grep -q '^Not made: scoreboard_plane' "$own/docs/what_decides.md" || fail "a table that is not made is not named"
-grep -q '^| draws: 200 ' "$own/docs/what_decides.md" || fail "the page has no effects"
-[[ ! -e "$run/effects.png" ]] || expect_file "$own/docs/what_decides_scoreboard_line_effects.png"
-expect_error 'none of these folders' evaluate --effects "$own/nowhere"
-expect_error 'excludes' evaluate --effects "$run" --limit 3
+if python=$(report_python); then
+  run_expecting 0 "$python" scripts/report/effects.py "$run" "$own/runs/scoreboard_plane" --page "$own/docs/what_decides.md"
+  grep -q '^Not made: scoreboard_plane' "$own/docs/what_decides.md" || fail "a table that is not made is not named"
+  grep -q '^| draws: 200 ' "$own/docs/what_decides.md" || fail "the page has no effects"
+  expect_file "$own/docs/what_decides_scoreboard_line_effects.png"
+  run_expecting 1 "$python" scripts/report/effects.py "$own/nowhere"
+  grep -q 'none of these folders' "$own/err" || fail "a folder without a run is no error"
+fi
 sed 's/bins: \[0.3/bin: [0.3/' "$own/scoreboard_line.yaml" >"$own/wrong.yaml"
 expect_error "wrong\.yaml:16: unknown key 'strata\.0\.bin'; did you mean 'bins'" evaluate --config "$own/wrong.yaml" --output "$own/wrong"

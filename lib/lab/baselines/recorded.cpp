@@ -1,5 +1,7 @@
 #include "lab/baselines/recorded.h"
 
+#include <zlib.h>
+
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -12,6 +14,20 @@
 
 namespace diffsac {
 namespace {
+
+/// The text of a file, which may be compressed (.gz).
+std::string ReadRecording(const std::string& path) {
+  if (!path.ends_with(".gz")) return ReadTextFile(path);
+  const gzFile file = gzopen(path.c_str(), "rb");
+  if (file == nullptr) throw Error(path + ": cannot be opened");
+  std::string text, part(1 << 16, '\0');
+  int count = 0;
+  while ((count = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0)
+    text.append(part, 0, static_cast<std::size_t>(count));
+  const bool whole = gzclose(file) == Z_OK && count == 0;
+  if (!whole) throw Error(path + ": is damaged");
+  return text;
+}
 
 constexpr std::string_view kColumns = "row,condition,id,seed,ms,model";
 
@@ -31,7 +47,7 @@ void RecordedOptions::Bind(OptionsBinder& b) {
 }
 
 RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(options) {
-  const std::string text = ReadTextFile(options.recording);
+  const std::string text = ReadRecording(options.recording);
   std::string_view rest = text, line;
   bool named = false;
   for (std::size_t number = 1; TakeLine(&rest, &line); ++number) {

@@ -15,8 +15,6 @@
 #include "lab/eval/example_files.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
-#include "lab/report/compare_runs.h"
-#include "lab/report/effects_page.h"
 #include "lab/report/labelled_points.h"
 #include "lab/report/markdown_report.h"
 #include "lab/report/merge.h"
@@ -85,7 +83,6 @@ void WriteWhole(const ExperimentResults& results, const EvalRequest& request, co
   WritePairs(results, folder);
   EndResults(report, folder);
   TellRun(folder);
-  if (!results.partial && !request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << std::endl;
 }
 
@@ -127,10 +124,9 @@ void CheckRequest(const EvalRequest& request) {
   if (request.group.has_value() && (!request.merge.empty() || !request.shard.empty()))
     throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
   const bool shared = request.group.has_value() || !request.shard.empty();
-  if (shared && (request.train_missing || request.update || !request.page.empty()))
-    throw Error("--train-missing, --update and --page are for one process that does all of the work");
-  RefuseInputsAsOutputs({request.page, request.colmap.database},
-                        {request.config_path, request.context.checkpoint_override});
+  if (shared && (request.train_missing || request.update))
+    throw Error("--train-missing and --update are for one process that does all of the work");
+  RefuseInputsAsOutputs({request.colmap.database}, {request.config_path, request.context.checkpoint_override});
 }
 
 /// The plain values of a configuration, and so the files that it names.
@@ -157,7 +153,7 @@ void AddFilesOf(const std::string& value, std::vector<std::string>* files) {
 
 /// Of what the run writes nothing may be what it reads; what an earlier run left in its folder is replaced.
 void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
-  std::vector<std::string> values = {request.context.checkpoint_override}, outputs = {request.page}, files;
+  std::vector<std::string> values = {request.context.checkpoint_override}, outputs, files;
   for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &values);
   for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &values);
   for (const std::string& value : values) AddFilesOf(value, &files);
@@ -202,15 +198,12 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
     MergeFolders(request.merge, request.output, out);
     return kExitOk;
   }
-  if (!request.compare.empty()) {
-    CompareFolders(request.compare, request.output, out);
-    return kExitOk;
-  }
-  if (!request.effects.empty()) {
-    WriteEffectsPage(request.effects, request.page, request.page_command, out);
-    return kExitOk;
-  }
   ExperimentOptions experiment = ReadRequest(request);
+  if (request.rows) {
+    for (const EstimatorRow& row : experiment.methods) out << row.label << "\n";
+    for (const auto& [label, values] : experiment.paper) out << label << "\n";
+    return kExitOk;
+  }
   if (experiment.seeds && !request.colmap.database.empty())
     throw Error("--export-colmap is for one run; of several seeds choose one with --seed");
   if (experiment.seeds) return EvaluateSeeds(request, experiment, trace, stop, out);
@@ -220,7 +213,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   const Shard shard = ShardOf(request);
   const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
   RefuseInputs(request, experiment, folder);
-  if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder, request.page)) {
+  if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
     // It was not where a disk was full or the process was killed.
     if (experiment.report && !std::filesystem::exists(folder + "/" + kReportFile)) TellRun(folder);

@@ -34,15 +34,12 @@ struct EvalRequest {
   std::int64_t seed = -1;                ///< --seed; negative: as configured, all of its `seeds`
   std::string shard;                     ///< --shard i/n; empty: all problems
   std::vector<std::string> merge;        ///< --merge: folders of shards to join; then only `output` counts beside it
-  std::vector<std::string> compare;      ///< --compare: two run folders; then only `output` counts beside it
-  std::vector<std::string> effects;      ///< --effects: run folders; then only `page` and its command count beside it
   std::string data_root;                 ///< --data: replaces the experiment's data_root
   bool needs = false;                    ///< --needs: only says which folders the experiment reads
+  bool rows = false;                     ///< --rows: only says the rows, by their labels, those of the paper included
   bool train_missing = false;  ///< --train-missing: networks under runs/ that rows name and that are not there
   std::string training_device = "auto";  ///< Of these: --device where it is given.
   bool update = false;                   ///< --update: nothing is done where the folder holds the results already
-  std::string page;                      ///< --page: a page with tables and pictures; empty: none
-  std::string page_command;              ///< --page-command: how the page says that it was made
   ColmapExport colmap;                   ///< --export-colmap, --export-overwrite
   EstimatorContext context;              ///< --checkpoint, --device, --threads (0: as configured)
   std::optional<WorkGroup> group;        ///< Nothing: this process alone.

@@ -15,8 +15,8 @@
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/data/point_source.h"
-#include "lab/eval/format.h"
 #include "lab/eval/colours.h"
+#include "lab/eval/format.h"
 
 namespace diffsac {
 namespace {

@@ -169,16 +169,6 @@ void ReadFacts(const std::string& path, ExperimentResults* results) {
 
 }  // namespace
 
-RunFacts ReadRunFacts(const std::string& folder) {
-  const std::string path = (fs::path(folder) / "results.json").string();
-  try {
-    const auto json = nlohmann::json::parse(ReadFile(path));
-    return json.contains("facts") ? FactsOf(json.at("facts")) : RunFacts();
-  } catch (const nlohmann::json::exception&) {
-    throw Error(path + ": not the results.json of a run, or damaged");
-  }
-}
-
 ExperimentResults ReadRun(const std::string& folder) {
   const fs::path path(folder);
   if (!fs::is_directory(path)) throw Error("no folder '" + folder + "'");

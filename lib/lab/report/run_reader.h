@@ -12,7 +12,4 @@ namespace diffsac {
 /// damaged files.
 ExperimentResults ReadRun(const std::string& folder);
 
-/// What that run took and read; nothing known where an older program made it. Throws Error as ReadRun does.
-RunFacts ReadRunFacts(const std::string& folder);
-
 }  // namespace diffsac

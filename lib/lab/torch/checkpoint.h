@@ -10,8 +10,8 @@
 
 namespace diffsac {
 
-/// Writes the average and info and, where there is an optimiser (it may be null), what training goes on from: the weights
-/// themselves and the optimiser's state. Whole or not at all. Throws Error naming the path.
+/// Writes the average and info and, where there is an optimiser (it may be null), what training goes on from: the
+/// weights themselves and the optimiser's state. Whole or not at all. Throws Error naming the path.
 void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const torch::nn::Module& network,
                     const ExponentialMovingAverage& average, const torch::optim::Adam* optimizer);
 

@@ -1,6 +1,8 @@
 // Rows of models that another program estimated.
 #include "lab/baselines/recorded.h"
 
+#include <zlib.h>
+
 #include <catch2/catch.hpp>
 
 #include "core/temporary_folder.h"
@@ -58,6 +60,13 @@ TEST_CASE("a recorded row of fewer seeds gives those in turn, and says which pro
 TEST_CASE("a file of recorded models that is none is an error with its line") {
   const TemporaryFolder folder;
   const std::string columns = "row,condition,id,seed,ms,model\n";
+  const std::string compressed = folder.File("r.csv.gz");
+  const gzFile file = gzopen(compressed.c_str(), "wb");
+  gzputs(file, (columns + "other,all,s/p1,1,2.5,1 2 3\n").c_str());
+  gzclose(file);
+  CHECK_NOTHROW(RecordedEstimator({compressed, "other"}));
+  WriteFileAtomically(compressed, ReadFile(compressed).substr(0, 30));
+  CHECK_THROWS_WITH(RecordedEstimator({compressed, "other"}), Contains("r.csv.gz: is damaged"));
   CHECK_THROWS_WITH(Recorded(folder, "a,b\n"), Contains("r.csv:1") && Contains("row,condition"));
   CHECK_THROWS_WITH(Recorded(folder, columns + "other,all,s/p1\n"), Contains("r.csv:2") && Contains("six"));
   CHECK_THROWS_WITH(Recorded(folder, columns + "other,all,s/p1,x,1,1\n"), Contains("seed 'x'"));

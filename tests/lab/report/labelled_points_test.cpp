@@ -5,8 +5,8 @@
 #include <iterator>
 
 #include "diffsac/core/status.h"
-#include "lab/eval/eval_fixtures.h"
 #include "lab/eval/colours.h"
+#include "lab/eval/eval_fixtures.h"
 #include "lab/report/model_table.h"
 
 namespace diffsac {

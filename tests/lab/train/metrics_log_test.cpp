@@ -56,7 +56,8 @@ TEST_CASE("a training's page is made beside it, and once more when it ends") {
   log.Tell(false);
   REQUIRE(std::filesystem::exists(folder.File("report.html")) == HasReportPython());
   if (HasReportPython())
-    CHECK_THAT(ReadFile(folder.File("report.html")), !Contains("http-equiv=\"refresh\"") && Contains("To iteration 5."));
+    CHECK_THAT(ReadFile(folder.File("report.html")),
+               !Contains("http-equiv=\"refresh\"") && Contains("To iteration 5."));
 }
 
 TEST_CASE("rows of other columns are not gone on with") {

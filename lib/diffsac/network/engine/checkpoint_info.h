@@ -28,8 +28,8 @@ struct CheckpointInfo {
   LossSums losses = {};         ///< Only where training can resume; none in files of earlier versions.
 };
 
-// A checkpoint is a safetensors file (core/safetensors.h; docs/reliability.md): tensors `average.*` and, where training can
-// resume, `network.*` and `optimizer.*`, named by the network's parameters, and the info as the file's metadata.
+// A checkpoint is a safetensors file (core/safetensors.h; docs/reliability.md): tensors `average.*` and, where training
+// can resume, `network.*` and `optimizer.*`, named by the network's parameters, and the info as the file's metadata.
 
 /// What the names of a network's weights begin with, in checkpoints and in files that are imported, and of the weights'
 /// moving average, which inference takes.
