@@ -54,6 +54,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE
   DESTINATION ${_share}/configs/rows COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)
+install(FILES ${PROJECT_SOURCE_DIR}/data_tools/convert.py DESTINATION ${_share} COMPONENT programs)
 foreach(_name ${DIFFSAC_NETWORKS} line plane)
   install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
     COMPONENT library)
@@ -65,3 +66,4 @@ foreach(_name configs models)
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${_name} ${PROJECT_BINARY_DIR}/share/diffsac/${_name} SYMBOLIC)
 endforeach()
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/scripts/report ${PROJECT_BINARY_DIR}/share/diffsac/report SYMBOLIC)
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data_tools/convert.py ${PROJECT_BINARY_DIR}/share/diffsac/convert.py SYMBOLIC)

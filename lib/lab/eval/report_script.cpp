@@ -84,8 +84,13 @@ std::string FindPython() {
   return "";
 }
 
+/// Throws Error without any.
 const std::string& Python() {
   static const std::string python = FindPython();
+  if (python.empty())
+    throw Error(
+        "no python3 with matplotlib, jinja2, pandas, h5py, yaml, scipy and PIL was found (Debian: python3-matplotlib "
+        "python3-jinja2 python3-pandas python3-h5py python3-yaml python3-scipy python3-pil)");
   return python;
 }
 
@@ -94,10 +99,6 @@ const std::string& Python() {
 void ReportScript::Start(const std::string& name, const std::vector<std::string>& arguments) {
   Stop();
   try {
-    if (Python().empty())
-      throw Error(
-          "no python3 with matplotlib, jinja2, pandas and h5py was found (Debian: python3-matplotlib python3-jinja2 "
-          "python3-pandas python3-h5py)");
     std::vector<std::string> words = {Python(), "-B", SharedFile("report/" + name)};
     words.insert(words.end(), arguments.begin(), arguments.end());
     called_ = words.back();
@@ -138,7 +139,25 @@ bool RunReportScript(const std::string& name, const std::vector<std::string>& ar
   return script.Wait();
 }
 
-bool HasReportPython() { return !Python().empty(); }
+bool HasReportPython() {
+  try {
+    Python();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void RunPythonScript(const std::string& shared_file, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = {Python(), "-B", SharedFile(shared_file)};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  int output = -1;
+  const int process = Spawn(words, &output);
+  if (process < 0) throw Error(shared_file + ": cannot be started");
+  const std::string said = LastLine(output);
+  ::close(output);
+  if (End(process) != 0) throw Error(said.empty() ? shared_file + ": was stopped" : said);
+}
 
 bool TellRun(const std::string& folder) {
   RemoveFile((std::filesystem::path(folder) / kReportFile).string());  // An earlier run's.

@@ -36,6 +36,9 @@ bool RunReportScript(const std::string& name, const std::vector<std::string>& ar
 /// Whether a python3 has their modules.
 bool HasReportPython();
 
+/// Runs another Python script, of share/diffsac, by the same python3. What it says last is the Error where it fails.
+void RunPythonScript(const std::string& shared_file, const std::vector<std::string>& arguments);
+
 /// Pictures, report.html, table.tex and table.csv of a run's folder that holds results.json.
 bool TellRun(const std::string& folder);
 

@@ -8,6 +8,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/report_script.h"
 #include "lab/images/image_format.h"
 #include "lab/images/warp_images.h"
 
@@ -86,7 +87,7 @@ std::string Converted(const ImageSet& set, const std::string& input) {
   if (given.center.size() == 2)
     words.insert(words.end(), {"--focal", std::to_string(given.focal), "--center",
                                std::to_string(given.center[0]) + "," + std::to_string(given.center[1])});
-  RunScript("convert.py", words);
+  RunPythonScript("convert.py", words);
   return model;
 }
 

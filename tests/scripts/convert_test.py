@@ -1,17 +1,22 @@
-"""What data_tools/convert.py makes of files in each format, written here from the formats' own documents."""
+"""What data_tools/convert.py makes of files in each format, written here from the formats' own documents: convert_test.py BUILD SOURCE."""
 
+import atexit
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
 
 import h5py
 import numpy as np
 from PIL import Image
 from scipy.io import savemat
 
-ROOT = pathlib.Path(sys.argv[1])
+SOURCE = sys.argv[2]
+ROOT = pathlib.Path(tempfile.mkdtemp())
+atexit.register(shutil.rmtree, ROOT)
 SIZE = (320, 240)
 K = np.array([[300.0, 0, 158], [0, 310, 121], [0, 0, 1]])
 
@@ -46,7 +51,7 @@ def text(matrix):
 
 
 def convert(*words, expect=0):
-    done = subprocess.run([sys.executable, "data_tools/convert.py", *map(str, words)], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, os.path.join(SOURCE, "data_tools/convert.py"), *map(str, words)], capture_output=True, text=True)
     assert done.returncode == expect, done
     return done.stdout + done.stderr
 
