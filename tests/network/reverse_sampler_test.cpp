@@ -228,8 +228,7 @@ TEST_CASE("bad sampler options are errors") {
 }
 
 TEST_CASE("sampler options come from YAML and go back") {
-  const auto options = ReadOptions<ReverseSamplerOptions>(
-      ConfigFromYaml("kind: ddim\nsteps: 7\n"));
+  const auto options = ReadOptions<ReverseSamplerOptions>(ConfigFromYaml("kind: ddim\nsteps: 7\n"));
   CHECK(options.kind == ReverseSamplerKind::kDdim);
   CHECK(options.steps == 7);
   const auto again = ReadOptions<ReverseSamplerOptions>(ToConfig(options));

@@ -15,7 +15,6 @@
 #include "lab/report/markdown_report.h"
 #include "lab/report/merge.h"
 #include "lab/report/result_files.h"
-#include "lab/report/results_page.h"
 #include "lab/report/run_files.h"
 #include "lab/report/run_reader.h"
 
@@ -27,7 +26,6 @@ EvalRequest RequestOf(int seed, const EvalRequest& request, const std::string& f
   one.seed = seed;
   one.output = (std::filesystem::path(folder) / "points" / ("seed=" + std::to_string(seed))).string();
   one.update = true;
-  one.page.clear();
   return one;
 }
 
@@ -65,7 +63,6 @@ void WriteJoined(ExperimentResults results, const std::string& first_run, const 
   CopyFits(first_run, folder);
   EndResults(report, folder);
   TellRun(folder);
-  if (!request.page.empty()) WritePage(folder, request.page, request.page_command);
   out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
 }
 
