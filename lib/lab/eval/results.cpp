@@ -269,7 +269,8 @@ SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::s
       cell, [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); }, limit);
 }
 
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of, std::size_t limit) {
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of,
+                            std::size_t limit) {
   const auto value_of = [&](const ProblemRecord& record) {
     const double error = error_of(record.error);
     return std::isnan(error) ? error : AverageAccuracyWithin(error, tolerance);

@@ -187,8 +187,8 @@ SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t
 SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
 
 /// The same of another error than the task's main one: rotation alone, say. Problems whose error is NaN are left out.
-using ErrorOf = std::function<double(const EstimateError&)>;
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorOf& error_of,
+using ErrorMeasure = std::function<double(const EstimateError&)>;
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of,
                             std::size_t limit = 0);
 
 /// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems of which both know it, with its 95

@@ -73,8 +73,7 @@ void WriteShard(const ExperimentResults& results, const std::string& setup, cons
       << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
 }
 
-void WriteWhole(const ExperimentResults& results, const EvalRequest& request, const std::string& folder,
-                std::ostream& out) {
+void WriteWhole(const ExperimentResults& results, const std::string& folder, std::ostream& out) {
   const Report report = MakeReport(results);
   WriteResults(report, folder);
   KeepEstimates(results, folder);
@@ -233,7 +232,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (request.group.has_value() && !JoinShards(*request.group, Setup(request), &results))
     return results.partial ? kExitInterrupted : kExitOk;
   if (request.shard.empty())
-    WriteWhole(results, request, folder, out);
+    WriteWhole(results, folder, out);
   else
     WriteShard(results, Setup(request), folder, out);
   if (!results.partial) ExportColmap(results, request.colmap, out);

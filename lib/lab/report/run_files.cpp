@@ -64,7 +64,7 @@ Json ComparisonsJson(const Report& report) {
 }
 
 /// Of one angle of the poses alone, as bars show it.
-Json AngleJson(const ExperimentResults& results, const Cell& cell, const ErrorOf& error_of) {
+Json AngleJson(const ExperimentResults& results, const Cell& cell, const ErrorMeasure& error_of) {
   return IntervalJson(
       BootstrapMean(SceneAccuracies(cell, results.experiment.tolerance(), error_of), BootstrapRng(results)));
 }

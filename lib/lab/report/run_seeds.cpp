@@ -51,8 +51,8 @@ std::vector<int> CheckedSeeds(const EvalRequest& request, const std::vector<int>
 }
 
 /// Fits of single problems are the first seed's.
-void WriteJoined(ExperimentResults results, const std::string& first_run, const EvalRequest& request,
-                 const std::string& folder, std::ostream& out) {
+void WriteJoined(ExperimentResults results, const std::string& first_run, const std::string& folder,
+                 std::ostream& out) {
   // Pictures of pairs are in the runs' own reports.
   for (Cell& cell : results.cells) cell.estimates.clear();
   const Report report = MakeReport(results);
@@ -94,8 +94,7 @@ int EvaluateSeeds(const EvalRequest& request, const ExperimentOptions& experimen
     results.push_back(ReadRun(one.output));
     out << "[" << results.size() << "/" << seeds.size() << "] seed=" << seed << ": in " << one.output << std::endl;
   }
-  if (!request.needs)
-    WriteJoined(JoinSeeds(results), RequestOf(seeds.front(), request, folder).output, request, folder, out);
+  if (!request.needs) WriteJoined(JoinSeeds(results), RequestOf(seeds.front(), request, folder).output, folder, out);
   return kExitOk;
 }
 

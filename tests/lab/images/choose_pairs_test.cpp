@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "core/errors.h"
-#include "lab/data/data_test_util.h"
 #include "lab/images/image_source.h"
 #include "lab/images/image_test_util.h"
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/rigid_motion.h"
-#include "lab/data/data_test_util.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/images/lens_camera.h"
 

@@ -87,16 +87,6 @@ TEST_CASE("the folder of data is the command line's, and what is needed is only 
   CHECK_FALSE(std::filesystem::exists(folder.File("out")));
 }
 
-TEST_CASE("what works on the whole alone is refused for a shard") {
-  const TemporaryFolder folder;
-  const std::atomic<bool> stop{false};
-  std::ostringstream out;
-  EvalRequest request = Request(folder);
-  request.shard = "1/2";
-  request.page = folder.File("page.md");
-  CHECK_THROWS_WITH(Evaluate(request, {}, stop, out), Contains("--page"));
-}
-
 TEST_CASE("wrong input is one clear line") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};
