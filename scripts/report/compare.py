@@ -12,7 +12,7 @@ import numpy
 import yaml
 
 from files import write_whole
-from html_page import HtmlPage
+from html_page import Page
 from tables import UNKNOWN, Row, Run, Table, markdown_table, tables_csv
 from values import bootstrap, certain, interval_text, known
 
@@ -170,7 +170,7 @@ def main():
         os.makedirs(output, exist_ok=True)
         write_whole(os.path.join(output, "compare.md"), text)
         write_whole(os.path.join(output, "compare.csv"), tables_csv(tables))
-        page = HtmlPage(title)
+        page = Page(title)
         page.text(f"A: {names[0]}, B: {names[1]}")
         page.section("Rows")
         page.table(tables[0], "In bold where the interval leaves zero out.")

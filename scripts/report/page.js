@@ -1,4 +1,4 @@
-// What every page of HtmlPage can do: tables that sort, data that is read when it is asked for, and an address whose
+// What every page can do: tables that sort, data that is read when it is asked for, and an address whose
 // fragment asks for things (#sort=1.2&pair=3), so that what one person sees can be sent to another.
 'use strict';
 const diffsacPage = (() => {
