@@ -15,19 +15,29 @@ namespace {
 using Descriptions = std::vector<OptionDescription>;
 
 constexpr char kIntroduction[] =
-    "Made by `diffsac_train --describe-options` from what the code itself reads; `cmake --build --preset release "
-    "--target\n"
-    "diffsac_reference` writes it. An unknown key, a wrong type, a value out of range or a key that cannot act is an "
-    "error\n"
-    "that names file, line and nearest key; `--set a.b=value` sets any key on the command line; the resolved "
-    "configuration is\n"
-    "written to `config.yaml` in the run folder. A top-level `include: other.yaml` reads that file first.\n\n"
-    "Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are "
-    "relative to that\n"
-    "file. But for `include`, what is not there is looked for in the current folder, as what `--set` gives is, and "
-    "what\n"
-    "begins with `models/` then in `$DIFFSAC_MODELS` and in `share/diffsac/models` beside the program. Where nothing\n"
-    "is found, the message names every place.";
+    R"(Made by `diffsac_train --describe-options` from what the code itself reads; `cmake --build --preset release --target
+diffsac_reference` writes it.
+
+A configuration is one YAML file, of a training or of a table. Its concepts:
+
+| concept | |
+|---|---|
+| key | belongs to a group; each is in the tables below, with default and range. An unknown key, a wrong type, a value out of range or a key that cannot act is an error that names file, line and nearest key |
+| `type`, `method`, `task` | choose what is made; which other keys there are depends on them |
+| `include` | files that are read first, the file's own keys override theirs. A table includes at most two: its problems and its rows |
+| row | `methods: {NAME: {type: ...}}`: what a table compares. `rows` chooses and orders them |
+| `settings`, `use` | named parts of rows; a row takes them by `use: NAME`, later ones and its own keys override earlier ones |
+| `preset` | of a row: `recommended`, `paper` and such, the options that the row's keys then change |
+| condition | a column of a table: `sweep: {KEY: [...]}` for each value of one option of the data, `conditions` where more differs |
+| `seeds` | the whole table with each, whose mean it shows |
+| `mixture` | training on several data sets, drawn by weight |
+| `${KEY}` | another key's value, in any text; `--set a.b=value` sets any key on the command line |
+
+What is read, all includes, settings and defaults resolved, is written to `config.yaml` in the run folder.
+
+Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are relative to that file. But for `include`,
+what is not there is looked for in the current folder, as what `--set` gives is, and what begins with `models/` then in `$DIFFSAC_MODELS`
+and in `share/diffsac/models` beside the program. Where nothing is found, the message names every place.)";
 
 constexpr char kMainMethod[] = "diffsac";
 
