@@ -14,7 +14,7 @@
 #include "lab/config/number_checks.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
-#include "lab/report/command_line.h"
+#include "lab/eval/evaluate.h"
 #include "lab/torch/process_group.h"
 
 namespace {

@@ -20,16 +20,16 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/terminal_log.h"
+#include "lab/eval/evaluate.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/images/calibration_options.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/match_picture.h"
 #include "lab/images/match_two_images.h"
+#include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
 #include "lab/images/picture.h"
-#include "lab/report/command_line.h"
-#include "lab/report/pair_text.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
-#include "lab/report/result_files.h"
+#include "lab/eval/result_files.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/configuration_reference.h"
 #include "lab/train/import_network.h"

@@ -16,13 +16,13 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/colours.h"
+#include "lab/eval/evaluate.h"
 #include "lab/eval/format.h"
 #include "lab/files/own_pictures.h"
 #include "lab/images/picture.h"
 #include "lab/images/prepare_segments.h"
 #include "lab/images/vanishing_picture.h"
-#include "lab/report/command_line.h"
-#include "lab/report/vanishing_text.h"
+#include "lab/images/vanishing_text.h"
 
 namespace {
 

@@ -17,7 +17,7 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
-#include "lab/report/command_line.h"
+#include "lab/eval/evaluate.h"
 
 namespace diffsac {
 namespace {

@@ -23,7 +23,7 @@
 #include "lab/config/make_estimator.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
-#include "lab/report/command_line.h"
+#include "lab/eval/evaluate.h"
 
 namespace diffsac {
 namespace {

@@ -16,16 +16,16 @@
 #include "lab/data/point_files.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/experiment.h"
+#include "lab/eval/markdown_report.h"
+#include "lab/eval/merge.h"
+#include "lab/eval/results_page.h"
+#include "lab/eval/run_reader.h"
 #include "lab/eval/shard_records.h"
 #include "lab/files/colmap_lens.h"
 #include "lab/files/colmap_test_util.h"
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"
-#include "lab/report/markdown_report.h"
-#include "lab/report/merge.h"
-#include "lab/report/results_page.h"
-#include "lab/report/run_reader.h"
 
 namespace diffsac::testing {
 namespace {

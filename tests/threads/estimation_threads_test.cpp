@@ -14,8 +14,8 @@
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
-#include "lab/report/run_files.h"
 
 namespace diffsac {
 namespace {

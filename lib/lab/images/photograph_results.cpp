@@ -17,13 +17,13 @@
 #include "lab/eval/example_files.h"
 #include "lab/eval/export_colmap.h"
 #include "lab/eval/format.h"
+#include "lab/eval/long_lines.h"
 #include "lab/eval/report_script.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
 #include "lab/files/colmap_create.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
-#include "lab/report/long_lines.h"
-#include "lab/report/run_files.h"
 
 namespace diffsac {
 namespace {

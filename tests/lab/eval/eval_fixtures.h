@@ -11,8 +11,8 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
-#include "lab/report/run_files.h"
 
 namespace diffsac::testing {
 

@@ -11,9 +11,9 @@
 #include "diffsac/core/files.h"
 #include "diffsac/geometry/epipolar.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/eval/evaluate.h"
 #include "lab/files/colmap_test_util.h"
 #include "lab/files/colmap_two_view_geometries.h"
-#include "lab/report/command_line.h"
 
 namespace diffsac {
 namespace {

@@ -11,8 +11,8 @@
 #include "lab/config/yaml.h"
 #include "lab/eval/effects.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/report/command_line.h"
-#include "lab/report/run_reader.h"
+#include "lab/eval/evaluate.h"
+#include "lab/eval/run_reader.h"
 
 namespace diffsac {
 namespace {

@@ -12,8 +12,8 @@
 #include "lab/config/dataset_registry.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/selection.h"
-#include "lab/report/run_files.h"
 
 namespace diffsac {
 namespace {

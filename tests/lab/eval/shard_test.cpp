@@ -10,10 +10,10 @@
 #include "diffsac/core/status.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/report/command_line.h"
-#include "lab/report/markdown_report.h"
-#include "lab/report/merge.h"
-#include "lab/report/run_files.h"
+#include "lab/eval/evaluate.h"
+#include "lab/eval/markdown_report.h"
+#include "lab/eval/merge.h"
+#include "lab/eval/run_files.h"
 
 namespace diffsac {
 namespace {

@@ -1,0 +1,194 @@
+#include "lab/eval/metric_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lab/eval/format.h"
+
+namespace diffsac {
+namespace {
+
+std::string General(double value) { return std::isnan(value) ? kUnknown : Format("%.3g", value); }
+
+double MedianOverAll(const ExperimentResults& results, std::size_t method, double (*get)(const ProblemRecord&)) {
+  std::vector<double> values;
+  for (const Cell& cell : results.cells) {
+    if (cell.method != method) continue;
+    for (const ProblemRecord& record : cell.records) values.push_back(get(record));
+  }
+  return Median(std::move(values));
+}
+
+// "2000", or "100–2000" where conditions differ.
+std::string CountText(const ExperimentResults& results, std::size_t method) {
+  std::size_t low = 0, high = 0;
+  for (const Cell& cell : results.cells) {
+    if (cell.method != method) continue;
+    low = low == 0 ? cell.records.size() : std::min(low, cell.records.size());
+    high = std::max(high, cell.records.size());
+  }
+  return low == high ? std::to_string(high) : std::to_string(low) + kUnknown + std::to_string(high);
+}
+
+bool HasRecords(const ExperimentResults& results, std::size_t method) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [&](const Cell& cell) { return cell.method == method; });
+}
+
+bool CountsDiffer(const ExperimentResults& results) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [&](const Cell& cell) { return cell.records.size() != results.cells.front().records.size(); });
+}
+
+void AddCosts(const ExperimentResults& results, std::size_t method, bool with_counts, Table::Row* row) {
+  const double models =
+      MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
+  const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.report.ms_total; });
+  const bool oracle = results.experiment.methods[method].type == "oracle";
+  if (JudgesStructures(results)) {
+    const double draws =
+        MedianOverAll(results, method, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
+    row->cells.push_back(oracle || draws == 0.0 ? kUnknown : FixedText(draws, 0));
+  }
+  row->cells.push_back(oracle ? kUnknown : FixedText(models, 0));
+  row->cells.push_back(oracle ? kUnknown : General(ms));
+  if (with_counts) row->cells.push_back(CountText(results, method));
+}
+
+// The 95 % interval of a cell's accuracy or of its sets, which are means over scenes.
+std::string RangeOf(const Report& report, const MetricColumn& column, std::size_t method) {
+  const Cell* cell = report.results.Find(column.condition, method);
+  const bool of_accuracy = column.metric == AccuracyMetric(report.results);
+  if (cell == nullptr || column.scene != "mean" || (!of_accuracy && column.metric != kSetsMetric)) return "";
+  const ConfidenceInterval& interval = of_accuracy ? report.Of(*cell).accuracy : report.Of(*cell).sets;
+  return RangeText(interval, column.digits);
+}
+
+void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_counts, Table* table) {
+  const ExperimentResults& results = report.results;
+  std::vector<NumberRow> numbers;
+  for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {
+    if (!HasRecords(results, m)) continue;
+    const EstimatorRow& method = results.experiment.methods[m];
+    NumberRow number_row{{}, method.Competes()};
+    Table::Row row;
+    row.cells.push_back(method.label);
+    for (const MetricColumn& column : shown.columns) {
+      number_row.values.push_back(column.scale * report.Metric(column.condition, m, column.scene, column.metric));
+      row.cells.push_back(FixedText(number_row.values.back(), column.digits));
+      row.intervals.resize(row.cells.size());
+      const std::string interval = RangeOf(report, column, m);
+      if (shown.intervals && !interval.empty())
+        row.cells.back() += " " + interval;
+      else
+        row.intervals.back() = interval;
+    }
+    if (shown.costs) AddCosts(results, m, with_counts, &row);
+    row.best.resize(row.cells.size());
+    row.intervals.resize(row.cells.size());
+    table->rows.push_back(std::move(row));
+    numbers.push_back(std::move(number_row));
+  }
+  for (std::size_t c = 0; c < shown.columns.size(); ++c) {
+    const MetricColumn& column = shown.columns[c];
+    if (shown.best && RowsShareProblems(results, column.condition))
+      MarkBest(numbers, c, column.digits, column.higher_is_better, table);
+  }
+}
+
+// With the paper's digits: two, or three where it gives three.
+std::string PaperText(double value) {
+  const double hundredths = 100.0 * value;
+  return FixedText(value, std::abs(hundredths - std::round(hundredths)) < 1e-6 ? 2 : 3);
+}
+
+void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Table* table) {
+  for (const auto& [label, paper] : results.experiment.paper) {
+    Table::Row row;
+    bool known = false;
+    row.cells.push_back(label + (paper.same_data ? " (published)" : " (paper, other data)"));
+    for (const MetricColumn& column : shown.columns) {
+      const auto found = paper.values.find(results.experiment.conditions[column.condition].name);
+      const bool has_value = column.paper != nullptr && found != paper.values.end();
+      const auto value = has_value ? found->second.*column.paper : std::nullopt;
+      known = known || value.has_value();
+      row.cells.push_back(PaperText(value.value_or(std::nan(""))));
+    }
+    row.cells.resize(table->columns.size(), "");
+    row.best.resize(row.cells.size());
+    row.from_paper = true;
+    if (known) table->rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+std::string FixedText(double value, int digits) { return std::isnan(value) ? kUnknown : FixedNumber(value, digits); }
+
+std::string RangeText(const ConfidenceInterval& interval, int digits) {
+  if (std::isnan(interval.low)) return "";
+  return "[" + FixedText(interval.low, digits) + ", " + FixedText(interval.high, digits) + "]";
+}
+
+std::string ConditionText(const ExperimentOptions& experiment, std::size_t condition) {
+  if (experiment.conditions.size() < 2) return "";
+  return ", " + experiment.condition_label + " " + experiment.conditions[condition].label;
+}
+
+std::string ComparisonLabel(const ExperimentOptions& experiment, const Comparison& pair) {
+  return experiment.methods[experiment.RowOf(pair.a)].label + " − " +
+         experiment.methods[experiment.RowOf(pair.b)].label;
+}
+
+void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
+              Table* table) {
+  double best = std::nan("");
+  for (const NumberRow& row : numbers) {
+    const double value = row.values[column];
+    if (!row.competes || std::isnan(value)) continue;
+    if (std::isnan(best) || (higher_is_better ? value > best : value < best)) best = value;
+  }
+  for (std::size_t r = 0; r < numbers.size(); ++r) {
+    const std::string text = FixedText(numbers[r].values[column], digits);
+    table->rows[r].best[column + 1] =
+        numbers[r].competes && !std::isnan(best) && text != kUnknown && text == FixedText(best, digits);
+  }
+}
+
+bool RowsShareProblems(const ExperimentResults& results, std::size_t condition) {
+  const Cell* largest = nullptr;
+  std::vector<const Cell*> cells;
+  for (const Cell& cell : results.cells) {
+    if (cell.condition != condition || !results.experiment.methods[cell.method].Competes()) continue;
+    cells.push_back(&cell);
+    if (largest == nullptr || cell.records.size() > largest->records.size()) largest = &cell;
+  }
+  return std::all_of(cells.begin(), cells.end(), [&](const Cell* cell) { return SameProblems(*cell, *largest); });
+}
+
+void AddConditions(const ExperimentResults& results, const MetricColumn& one, const std::string& unit,
+                   MetricTable* table) {
+  const auto& conditions = results.experiment.conditions;
+  for (std::size_t c = 0; c < conditions.size(); ++c) {
+    table->columns.push_back(one);
+    table->columns.back().condition = c;
+    table->columns.back().heading = conditions[c].label + (unit.empty() ? "" : ": " + unit);
+  }
+}
+
+Table FillTable(const Report& report, const MetricTable& shown) {
+  Table table;
+  table.heading = shown.heading;
+  table.columns.push_back("method");
+  for (const MetricColumn& column : shown.columns) table.columns.push_back(column.heading);
+  const bool with_counts = shown.costs && CountsDiffer(report.results);
+  if (shown.costs && JudgesStructures(report.results)) table.columns.push_back("draws");
+  if (shown.costs) table.columns.insert(table.columns.end(), {"hypotheses", "ms"});
+  if (with_counts) table.columns.push_back("n");
+  AddEstimatorRows(report, shown, with_counts, &table);
+  AddPaperRows(report.results, shown, &table);
+  return table;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,221 @@
+#include "lab/eval/tables.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lab/eval/effect_tables.h"
+#include "lab/eval/metric_table.h"
+#include "lab/eval/model_table.h"
+#include "lab/eval/paper_table.h"
+#include "lab/eval/strata_tables.h"
+#include "lab/eval/structure_tables.h"
+
+namespace diffsac {
+namespace {
+
+constexpr std::size_t kMostConditionsTogether = 3;  // In a table that shows several metrics of each.
+
+// The scenes of a condition, in the order in which they first appear.
+std::vector<std::string> Scenes(const ExperimentResults& results, std::size_t condition) {
+  std::vector<std::string> scenes;
+  for (const Cell& cell : results.cells) {
+    if (cell.condition != condition) continue;
+    for (const ProblemRecord& record : cell.records)
+      if (std::find(scenes.begin(), scenes.end(), record.scene) == scenes.end()) scenes.push_back(record.scene);
+  }
+  return scenes;
+}
+
+bool HasSets(const ExperimentResults& results) {
+  if (!IsTwoView(results.experiment.task)) return false;
+  for (const Cell& cell : results.cells)
+    for (const ProblemRecord& record : cell.records)
+      if (!std::isnan(record.all_inlier_sets)) return true;
+  return false;
+}
+
+MetricTable AccuracyKind(const ExperimentResults& results, const std::string& scene, const std::string& note) {
+  const std::string name = MetricName("mAA", results.experiment.tolerance());
+  MetricTable kind{name + note + ", higher is better", {}, scene == "mean"};
+  AddConditions(results, {"", 0, scene, name, 3, true, scene == "mean" ? &PaperValue::accuracy : nullptr}, "", &kind);
+  return kind;
+}
+
+MetricTable MedianKind(const ExperimentResults& results) {
+  const bool pixels = results.experiment.tolerance().pixels;
+  MetricTable kind{std::string("median error in ") + (pixels ? "pixels" : "degrees") + ", lower is better", {}, true};
+  AddConditions(results, {"", 0, "mean", pixels ? "median_px" : "median_deg", 3, false, &PaperValue::median_deg}, "",
+                &kind);
+  return kind;
+}
+
+// One table of several metrics; with many conditions, which would make it too wide, one table for each.
+std::vector<MetricTable> KindsOf(const ExperimentResults& results, const std::string& heading_together,
+                                 const std::string& heading_apart, const std::vector<MetricColumn>& metrics) {
+  std::vector<MetricTable> kinds;
+  const bool together = results.experiment.conditions.size() <= kMostConditionsTogether;
+  for (const MetricColumn& metric : metrics) {
+    if (!together || kinds.empty())
+      kinds.push_back({together ? heading_together : heading_apart + ", " + metric.heading, {}});
+    AddConditions(results, metric, together ? metric.heading : "", &kinds.back());
+  }
+  return kinds;
+}
+
+// Rotation or translation alone: `letter` is R or t.
+std::vector<MetricTable> PoseKinds(const ExperimentResults& results, const std::string& what,
+                                   const std::string& letter) {
+  const Tolerance c = results.experiment.tolerance();
+  const bool rotation = letter == "R";
+  return KindsOf(results, what + " alone", what + " alone",
+                 {{MetricName("mAA", c), 0, "mean", MetricName("mAA_" + letter, c), 3, true,
+                   rotation ? &PaperValue::rotation : &PaperValue::translation},
+                  {"median degrees", 0, "mean", "median_" + letter + "_deg", 3, false,
+                   rotation ? &PaperValue::median_rotation_deg : &PaperValue::median_translation_deg}});
+}
+
+// Two views: the area under the recall, and how often there was no model or no pose.
+std::vector<MetricTable> AreaKinds(const ExperimentResults& results, bool poses) {
+  std::vector<Tolerance> thresholds = {results.experiment.tolerance()};
+  if (poses) thresholds = {Tolerance(5.0), Tolerance(10.0), Tolerance(20.0)};
+  std::vector<MetricColumn> metrics;
+  for (const Tolerance& threshold : thresholds)
+    metrics.push_back({MetricName("AUC", threshold), 0, "mean", MetricName("AUC", threshold)});
+  metrics.push_back({"failures", 0, "mean", "failures", 0, false});
+  const std::string of = poses ? "max(R, t)" : "errors";
+  return KindsOf(results, of + ": exact AUC and failures", of, metrics);
+}
+
+MetricTable SetsKind(const ExperimentResults& results) {
+  MetricTable kind{"share of all-inlier sets among the first 20 minimal sets", {}};
+  AddConditions(results, {"", 0, "mean", "all_inlier_sets"}, "", &kind);
+  return kind;
+}
+
+MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
+  const bool structures = JudgesStructures(results);
+  const std::string name = structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
+  MetricTable kind{
+      (structures ? "misclassification error in %" : name) + " by scene" + ConditionText(results.experiment, condition),
+      {}};
+  for (const std::string& scene : Scenes(results, condition))
+    kind.columns.push_back({scene, condition, scene, name, structures ? 2 : 3, !structures});
+  return kind;
+}
+
+// "+0.208 [+0.154, +0.265]" for each comparison and condition; in bold where the interval leaves zero out.
+Table DifferenceTable(const Report& report, const std::string& metric, const Differences& differences) {
+  const ExperimentOptions& experiment = report.results.experiment;
+  Table table;
+  table.heading = "differences in " + metric + " with 95 % bootstrap intervals";
+  table.columns.push_back("A minus B");
+  for (const Condition& condition : experiment.conditions) table.columns.push_back(condition.label);
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
+    AddIntervalRow(ComparisonLabel(experiment, experiment.compare[i]), differences[i], IntervalKind::kDifference,
+                   &table);
+  return table;
+}
+
+void AddDifferences(const Report& report, std::vector<Table>* tables) {
+  if (report.results.experiment.compare.empty()) return;
+  tables->push_back(DifferenceTable(report, AccuracyMetric(report.results), report.differences));
+  const bool sets = std::any_of(report.cells.begin(), report.cells.end(),
+                                [](const CellReport& cell) { return !std::isnan(cell.sets.mean); });
+  if (sets)
+    tables->push_back(DifferenceTable(report, "the share of minimal sets of one structure", report.set_differences));
+}
+
+// What the networks of learned rows were made by (imported ones: by others); their hypotheses are in the first table.
+Table LearnedTable(const ExperimentResults& results) {
+  Table table;
+  table.heading = "learned rows";
+  table.columns = {"method", "parameters", "training problems", "of a run of", "began with"};
+  for (const LearnedRow& row : results.learned) {
+    const TrainingFacts& facts = row.facts;
+    const auto problems = [&](std::int64_t count) { return facts.samples > 0 ? std::to_string(count) : kUnknown; };
+    table.rows.push_back(
+        {{results.experiment.methods[row.method].label, std::to_string(facts.parameters), problems(facts.samples),
+          problems(facts.run_samples), facts.start.empty() ? kUnknown : facts.start},
+         std::vector<bool>(5, false)});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::size_t MostScenes(const ExperimentResults& results) {
+  std::size_t most = 0;
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
+    most = std::max(most, Scenes(results, c).size());
+  return most;
+}
+
+namespace {
+
+// What a table of means over seeds is worth: the deviation of each number over these seeds.
+MetricTable DeviationKind(const ExperimentResults& results, const MetricTable& means) {
+  MetricTable kind{"standard deviation over " + std::to_string(results.seeds.size()) + " seeds of " + means.heading,
+                   means.columns};
+  kind.heading = kind.heading.substr(0, kind.heading.find(", higher is better"));
+  kind.heading = kind.heading.substr(0, kind.heading.find(", lower is better"));
+  for (MetricColumn& column : kind.columns) {
+    column.scene = DeviationOf(column.scene);
+    column.paper = nullptr;
+  }
+  kind.best = false;
+  return kind;
+}
+
+// Accuracy and error, or, without ground truth, inliers; of several structures what is said of those.
+std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth) {
+  std::vector<MetricTable> kinds;
+  if (!truth) {
+    kinds.push_back({"median number of inliers (no ground truth)", {}, true});
+    AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
+    return kinds;
+  }
+  if (JudgesStructures(results)) {
+    kinds = StructureKinds(results);
+    if (!results.seeds.empty()) kinds.push_back(DeviationKind(results, kinds.front()));
+    return kinds;
+  }
+  const std::size_t scenes = MostScenes(results);
+  kinds.push_back(AccuracyKind(
+      results, "mean", scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : std::string()));
+  if (scenes > 1) kinds.push_back(AccuracyKind(results, kAllPairs, ", mean over all pairs"));
+  kinds.push_back(MedianKind(results));
+  if (!results.seeds.empty()) kinds.push_back(DeviationKind(results, kinds.front()));
+  return kinds;
+}
+
+}  // namespace
+
+std::vector<Table> MakeTables(const Report& report) {
+  const ExperimentResults& results = report.results;
+  const ExperimentOptions& experiment = results.experiment;
+  const bool truth = HasTruth(report), structures = JudgesStructures(results),
+             poses = JudgesPoses(results) && !structures;
+  std::vector<MetricTable> kinds = MainKinds(results, truth);
+  const auto add = [&](const std::vector<MetricTable>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
+  if (poses) add(PoseKinds(results, "rotation", "R"));
+  if (poses) add(PoseKinds(results, "translation", "t"));
+  if (truth && !structures && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
+  if (!structures && HasSets(results)) kinds.push_back(SetsKind(results));
+  for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
+    if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
+  std::vector<Table> tables;
+  for (const MetricTable& kind : kinds) tables.push_back(FillTable(report, kind));
+  if (truth) AddDifferences(report, &tables);
+  for (auto* more : {&EffectTables, &StrataTables})
+    for (Table& table : more(report)) tables.push_back(std::move(table));
+  Table paper = structures ? Table() : PaperTable(report);
+  if (!paper.rows.empty()) tables.push_back(std::move(paper));
+  if (!results.learned.empty()) tables.push_back(LearnedTable(results));
+  // Last, so that a terminal ends with it.
+  Table models = ModelTable(results);
+  if (!models.rows.empty()) tables.push_back(std::move(models));
+  return tables;
+}
+
+}  // namespace diffsac

@@ -1,0 +1,231 @@
+#include "lab/images/pair_text.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lab/eval/estimates.h"
+#include "lab/eval/format.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "  F = " and below it two more lines of three numbers.
+std::string MatrixText(const std::string& name, const double* row_by_row) {
+  std::string text;
+  for (int r = 0; r < 3; ++r) {
+    text += r == 0 ? "  " + name + " = " : std::string(name.size() + 5, ' ');
+    for (int c = 0; c < 3; ++c) text += Format(" %14.7g", row_by_row[3 * r + c]);
+    text += "\n";
+  }
+  return text;
+}
+
+/// The largest standard deviation of any direction, in degrees; `first`: of a block of three of radians.
+double SpreadDegrees(const Eigen::MatrixXd& covariance, int first) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance.block<3, 3>(first, first));
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi;
+}
+
+/// With a digit behind the point, unless that would be a long number.
+std::string PixelText(double value) { return Format(std::abs(value) < 1e7 ? "%.1f" : "%.4g", value); }
+
+std::string FocalText(const FocalEstimate& focal) {
+  const auto text = [&](const std::string& name, int image) {
+    return "  " + name + " = " + PixelText(focal.focal_px[image]) + " px, 68 % within " +
+           PixelText(focal.low_px[image]) + " and " + PixelText(focal.high_px[image]);
+  };
+  const bool shared = focal.focal_px[0] == focal.focal_px[1];
+  const std::string lengths = shared ? text("f", 0) : text("f1", 0) + "\n" + text("f2", 1);
+  return lengths + (focal.observable ? "\n" : ": not observable, the prior's\n");
+}
+
+std::string RotationText(const Eigen::Matrix3d& r) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r;
+  const Eigen::AngleAxisd turn(r);
+  return MatrixText("R", rotation.data()) + Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n",
+                                                   turn.angle() * 180.0 / std::numbers::pi, turn.axis()[0],
+                                                   turn.axis()[1], turn.axis()[2]);
+}
+
+std::string PoseText(const RigidMotion& pose) {
+  return RotationText(pose.rotation) + Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n",
+                                              pose.translation[0], pose.translation[1], pose.translation[2]);
+}
+
+std::string TimesText(const PairTimes& times, const EstimateReport& report) {
+  std::string text = Format("milliseconds: keypoints %.3g, matching %.3g", times.keypoints, times.matching);
+  if (report.ms_features > 0.0) text += Format(", features %.3g", report.ms_features);
+  if (report.ms_network > 0.0) text += Format(", network %.3g", report.ms_network);
+  text += Format(", consensus %.3g; estimate in all %.3g", report.ms_consensus, report.ms_total);
+  return text + "\n";
+}
+
+std::string LetterOf(Task task) {
+  const std::string name = ToString(task);
+  return name == "homography" ? "H" : name == "fundamental" ? "F" : "E";
+}
+
+std::string NameOf(const Problem& problem) {
+  const std::string name = ToString(problem.task);
+  return name == "shared_focal" ? "essential matrix and focal length" : name + " matrix";
+}
+
+std::size_t InlierCount(const Estimate& estimate) {
+  return static_cast<std::size_t>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
+}
+
+/// ", 3 repeated, 2 not finite".
+std::string UnusedText(const Estimate& estimate) {
+  std::string text;
+  if (estimate.repeated_rows > 0) text += ", " + std::to_string(estimate.repeated_rows) + " repeated";
+  if (estimate.rows_left_out > 0) text += ", " + std::to_string(estimate.rows_left_out) + " not finite";
+  return text;
+}
+
+Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json MatrixJson(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    rows.push_back(Json::array());
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) rows.back().push_back(matrix(r, c));
+  }
+  return rows;
+}
+
+Json FocalJson(const FocalEstimate& focal) {
+  return {
+      {"px", focal.focal_px},           {"low_px", focal.low_px},           {"high_px", focal.high_px},
+      {"observable", focal.observable}, {"prior_px", focal.prior_focal_px}, {"prior_log_sigma", focal.prior_log_sigma}};
+}
+
+/// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio where that is known.
+Json CorrespondencesJson(const Problem& problem) {
+  const auto rounded = [](double value) { return FiniteJson(std::round(1e4 * value) / 1e4); };
+  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index c = 0; c < problem.points.cols(); ++c) row.push_back(rounded(problem.points(i, c)));
+    if (has_ratio) row.push_back(rounded(problem.match_ratio[i]));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json PoseJson(const RigidMotion& pose, Translation translation) {
+  const Eigen::Vector3d& t = pose.translation;
+  return {{"R", MatrixJson(pose.rotation)},
+          {"t", IsUndetermined(translation) ? Json(nullptr) : Json({t[0], t[1], t[2]})}};
+}
+
+}  // namespace
+
+std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times) {
+  const std::size_t inliers = InlierCount(estimate);
+  const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
+  std::string text = pair.id + ": " + std::to_string(matches) + " matches" + UnusedText(estimate) + "\n";
+  if (estimate.status != Status::kOk)
+    return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
+           TimesText(times, estimate.report);
+  text += NameOf(pair.problem) + ": " + std::to_string(inliers) + " inliers";
+  if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
+  if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
+  text += "\n";
+  const bool determined = !IsUndetermined(estimate.translation);
+  // Digits of what is anything would be taken for what they are not.
+  if (determined) text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
+  if (estimate.focal) text += FocalText(*estimate.focal);
+  if (!determined) {
+    if (estimate.translation == Translation::kTurn && estimate.turn) text += RotationText(*estimate.turn);
+    return text + "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n" +
+           TimesText(times, estimate.report);
+  }
+  if (const auto pose = PoseOfEstimate(estimate, pair.problem)) {
+    text += PoseText(*pose);
+    if (const auto& covariance = estimate.pose_covariance)
+      text += Format("  standard deviations by noise, at most: R %.2g degrees, t %.2g degrees\n",
+                     SpreadDegrees(*covariance, 0), SpreadDegrees(*covariance, 3));
+  }
+  return text + TimesText(times, estimate.report);
+}
+
+std::string UndeterminedText(Translation translation, Task task) {
+  const std::string letter = LetterOf(task), without = (letter == "E" ? "t" : letter) + " is not determined: ";
+  switch (translation) {
+    case Translation::kTurn:
+      return "t is not determined: the camera only turned";
+    case Translation::kStatic:
+      return without + "the images show no motion";
+    case Translation::kPlane:
+      return without + "the matches lie on one plane, or the camera only turned";
+    case Translation::kLine:
+      return without + "the matches lie on one line";
+    case Translation::kNotTested:
+    case Translation::kDetermined:
+      break;
+  }
+  return "";
+}
+
+std::string MatchesText(const Problem& problem) {
+  std::string text;
+  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
+  const bool has_similarity = problem.similarities.rows() == problem.points.rows();
+  for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
+    const double* match = problem.points.row(i).data();
+    text += Format("%.17g %.17g %.17g %.17g", match[0], match[1], match[2], match[3]);
+    text += Format(" %.17g", has_ratio ? problem.match_ratio[i] : 1.0);
+    if (has_similarity) text += Format(" %.17g %.17g", problem.similarities(i, 0), problem.similarities(i, 1));
+    text += "\n";
+  }
+  return text;
+}
+
+std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times, const PairRun& run) {
+  const EstimateRecord record = RecordOf(pair, estimate);
+  const EstimateReport& report = estimate.report;
+  Json model = Json::array();
+  for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
+  const std::optional<CameraPair>& cameras = pair.problem.cameras;
+  const Json json = {{"pair", pair.id},
+                     {"image1", run.image1},
+                     {"image2", run.image2},
+                     {"method", run.method},
+                     {"seed", run.seed},
+                     {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
+                     {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
+                     {"task", ToString(pair.problem.task)},
+                     {"status", std::string(ToString(record.status))},
+                     {"may_be_chance", estimate.MayBeChance()},
+                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"model", model},
+                     {"pose", record.pose ? PoseJson(*record.pose, record.translation) : Json(nullptr)},
+                     {"translation", ToString(record.translation)},
+                     {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
+                     {"share_behind", record.share_behind},
+                     {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
+                     {"matches", record.points},
+                     {"inliers", record.inliers},
+                     {"rows_left_out", estimate.rows_left_out},
+                     {"repeated_rows", estimate.repeated_rows},
+                     {"noise_scale_px", FiniteJson(record.noise_scale)},
+                     {"ms",
+                      {{"keypoints", times.keypoints},
+                       {"matching", times.matching},
+                       {"features", report.ms_features},
+                       {"network", report.ms_network},
+                       {"consensus", report.ms_consensus},
+                       {"estimate", report.ms_total}}},
+                     {"correspondences", CorrespondencesJson(pair.problem)}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace diffsac

@@ -1,0 +1,184 @@
+#include "lab/images/vanishing_text.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "lab/eval/format.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is so many longer sides from the image's middle is at infinity for all that a person cares.
+constexpr double kInfinity = 30.0;
+
+std::string PointText(const VanishingImage& found, std::size_t k, int segments) {
+  const VanishingPointsEstimate& estimate = found.estimate;
+  std::string text = Format("  %zu  %s", k + 1, PlaceText(estimate.points[k], found.image.size).c_str());
+  text += std::string(text.size() < 38 ? 38 - text.size() : 1, ' ');
+  if (!estimate.directions.empty()) {
+    const Eigen::Vector3d& d = estimate.directions[k];
+    text += Format("direction (%7.4f, %7.4f, %7.4f)  ", d[0], d[1], d[2]);
+  }
+  text += Format("%4d segments", segments);
+  if (!estimate.values.empty()) text += Format("  sure %.2f", estimate.values[k]);
+  return text + "\n";
+}
+
+/// "1, 2 and 3".
+std::string Listed(const std::vector<int>& places) {
+  std::string text;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == places.size() ? " and " : ", ") + std::to_string(places[i] + 1);
+  return text;
+}
+
+std::string FocalText(const VanishingImage& found) {
+  const VanishingPointsEstimate& estimate = found.estimate;
+  if (estimate.focal)
+    return Format("focal length: %.0f px (standard deviation %.0f %%), since %s are orthogonal\n",
+                  estimate.focal->focal_px, 100.0 * estimate.focal->log_sigma,
+                  Listed(estimate.focal->orthogonal).c_str());
+  if (!estimate.K) return "focal length: not determined: no two vanishing points show it\n";
+  return Format("focal length: %.0f px, %s\n", (*estimate.K)(0, 0), found.exif ? "by EXIF data" : "as given");
+}
+
+std::string HorizonText(const VanishingImage& found) {
+  if (!found.estimate.horizon) return "horizon: not determined\n";
+  const Horizon& horizon = *found.estimate.horizon;
+  const double tilt = horizon.TiltDeg(), pitch = horizon.PitchDeg();
+  std::string text = Format("horizon: row %.1f in the middle, ", horizon.RowAt(0.5 * (found.image.size.width - 1)));
+  if (std::abs(tilt) < 0.005)
+    text += "level";
+  else
+    text += Format("%s to the right by %.2f degrees", tilt < 0.0 ? "rises" : "falls", std::abs(tilt));
+  if (found.estimate.K)
+    text += Format("; the camera looks %s by %.1f degrees", pitch < 0.0 ? "down" : "up", std::abs(pitch));
+  return text + "\n";
+}
+
+Json VectorJson(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json CameraJson(const std::optional<Eigen::Matrix3d>& K) {
+  if (!K) return nullptr;
+  Json rows = Json::array();
+  for (int i = 0; i < 3; ++i) rows.push_back(VectorJson(K->row(i)));
+  return rows;
+}
+
+/// Numbered from 1, as the assignment is.
+Json PlacesJson(const std::vector<int>& places) {
+  Json numbers = Json::array();
+  for (const int place : places) numbers.push_back(place + 1);
+  return numbers;
+}
+
+Json FocalJson(const std::optional<VanishingFocal>& focal) {
+  if (!focal) return nullptr;
+  return {{"px", focal->focal_px}, {"log_sigma", focal->log_sigma}, {"orthogonal", PlacesJson(focal->orthogonal)}};
+}
+
+Json HorizonJson(const VanishingPointsEstimate& estimate) {
+  if (!estimate.horizon) return nullptr;
+  const Horizon& horizon = *estimate.horizon;
+  return {{"line", VectorJson(horizon.line)},
+          {"tilt_deg", horizon.TiltDeg()},
+          {"pitch_deg", estimate.K ? Json(horizon.PitchDeg()) : Json(nullptr)},
+          {"up", estimate.K ? VectorJson(horizon.up) : Json(nullptr)},
+          {"vertical", horizon.vertical >= 0 ? Json(horizon.vertical + 1) : Json(nullptr)},
+          {"horizontal", PlacesJson(horizon.horizontal)}};
+}
+
+Json PointsJson(const VanishingPointsEstimate& estimate) {
+  const std::vector<int> counts = SegmentCounts(estimate);
+  Json points = Json::array();
+  for (std::size_t k = 0; k < estimate.points.size(); ++k)
+    points.push_back({{"point", VectorJson(estimate.points[k])},
+                      {"direction", estimate.directions.empty() ? Json(nullptr) : VectorJson(estimate.directions[k])},
+                      {"value", estimate.values.empty() ? Json(nullptr) : Json(estimate.values[k])},
+                      {"segments", counts[k]}});
+  return points;
+}
+
+std::string CameraSource(const VanishingImage& found) {
+  if (found.estimate.focal) return "vanishing_points";
+  if (!found.estimate.K) return "none";
+  return found.exif ? "exif" : "given";
+}
+
+Json ImageJson(const VanishingImage& found) {
+  const VanishingPointsEstimate& estimate = found.estimate;
+  return {{"image", found.image.name},
+          {"size", {found.image.size.width, found.image.size.height}},
+          {"segments", found.image.segments.rows()},
+          {"status", std::string(ToString(estimate.status))},
+          {"vanishing_points", PointsJson(estimate)},
+          {"assignment", estimate.assignment},
+          {"K", CameraJson(estimate.K)},
+          {"K_from", CameraSource(found)},
+          {"focal", FocalJson(estimate.focal)},
+          {"horizon", HorizonJson(estimate)},
+          {"ms", {{"segments", found.ms_segments}, {"estimate", estimate.cost.ms_total}}}};
+}
+
+}  // namespace
+
+std::string PlaceText(const Eigen::Vector3d& point, const ImageSize& size) {
+  const Eigen::Vector2d middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  const Eigen::Vector2d away = point.head<2>() - point[2] * middle;
+  if (away.norm() < kInfinity * std::max(size.width, size.height) * std::abs(point[2]))
+    return Format("(%.1f, %.1f)", point[0] / point[2], point[1] / point[2]);
+  Eigen::Vector2d along = away.normalized();
+  // Of a line's two directions the one to the right, or down; no "-0.00".
+  constexpr double kShown = 0.005;
+  if (std::abs(along[0]) < kShown) along[0] = 0.0;
+  if (std::abs(along[1]) < kShown) along[1] = 0.0;
+  const bool back = along[0] < 0.0 || (along[0] == 0.0 && along[1] < 0.0);
+  along = (back ? -1.0 : 1.0) * along + Eigen::Vector2d::Zero();
+  return Format("at infinity along (%.2f, %.2f)", along[0], along[1]);
+}
+
+std::vector<int> SegmentCounts(const VanishingPointsEstimate& estimate) {
+  std::vector<int> counts(estimate.points.size(), 0);
+  for (const std::int32_t label : estimate.assignment)
+    if (label > 0) ++counts[static_cast<std::size_t>(label - 1)];
+  return counts;
+}
+
+std::string VanishingText(const VanishingImage& found) {
+  const VanishingPointsEstimate& estimate = found.estimate;
+  const ImageSize& size = found.image.size;
+  std::string text = found.image.name + Format(": %d x %d pixels, %d segments\n", size.width, size.height,
+                                               static_cast<int>(found.image.segments.rows()));
+  const std::string times =
+      Format("milliseconds: segments %.3g, estimate %.3g\n", found.ms_segments, estimate.cost.ms_total);
+  if (!estimate.ok()) return text + "no vanishing points: " + std::string(ToString(estimate.status)) + "\n" + times;
+  const std::vector<int> counts = SegmentCounts(estimate);
+  const char* order = estimate.values.empty() ? "that of most length" : "the surest";
+  text += estimate.points.size() == 1 ? "one vanishing point\n"
+                                      : Format("%zu vanishing points, %s first\n", estimate.points.size(), order);
+  for (std::size_t k = 0; k < estimate.points.size(); ++k) text += PointText(found, k, counts[k]);
+  return text + FocalText(found) + HorizonText(found) + times;
+}
+
+std::string SegmentsText(const VanishingImage& found) {
+  std::string text;
+  const PointMatrix& segments = found.image.segments;
+  const auto& assignment = found.estimate.assignment;
+  for (Eigen::Index i = 0; i < segments.rows(); ++i) {
+    const int label = assignment.empty() ? 0 : assignment[static_cast<std::size_t>(i)];
+    text += Format("%.9g %.9g %.9g %.9g %d\n", segments(i, 0), segments(i, 1), segments(i, 2), segments(i, 3), label);
+  }
+  return text;
+}
+
+std::string VanishingJson(const std::vector<VanishingImage>& images) {
+  Json all = Json::array();
+  for (const VanishingImage& found : images) all.push_back(ImageJson(found));
+  return Json{{"images", all}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace diffsac

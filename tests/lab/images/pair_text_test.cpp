@@ -1,0 +1,174 @@
+#include "lab/images/pair_text.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "diffsac/core/random.h"
+#include "diffsac/problem/pair_truth.h"
+#include "geometry/two_view_problems.h"
+
+namespace diffsac {
+namespace {
+
+using Catch::Contains;
+
+struct Answered {
+  Example pair;
+  Estimate estimate;
+};
+
+// Twelve outliers and the others right, with the true model as the estimate.
+Answered AnsweredPair(Task task, int points) {
+  Rng rng(4);
+  const testing::TwoViewProblem random = testing::RandomProblem(points, rng, 0.0);
+  Answered answered;
+  answered.pair.id = "a-b";
+  Problem& problem = answered.pair.problem;
+  problem.task = task;
+  problem.points = random.pixels;
+  problem.inlier_threshold = 1.0;
+  problem.size1 = problem.size2 = {1000, 800};
+  if (task == TaskFromString("essential")) problem.cameras = CameraPair{random.k1, random.k2};
+  answered.estimate.status = Status::kOk;
+  answered.estimate.model = problem.cameras ? ModelParameters(random.essential) : ModelParameters(random.fundamental);
+  answered.estimate.inliers.assign(static_cast<std::size_t>(points), 1);
+  std::fill_n(answered.estimate.inliers.begin(), 12, 0);
+  answered.estimate.noise_scale = 0.25;
+  answered.estimate.report.ms_consensus = answered.estimate.report.ms_total = 3.5;
+  return answered;
+}
+
+TEST_CASE("the text of an essential matrix has model, pose, inliers, noise and times") {
+  const Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  const std::string text = PairText(answered.pair, answered.estimate, {100.0, 20.0});
+  CHECK_THAT(text, Contains("a-b: 60 matches") && Contains("48 inliers (80 %), noise 0.25 px") && Contains("  E = ") &&
+                       Contains("  R = ") && Contains("turned by") && Contains("x2 = R x1 + t") &&
+                       Contains("keypoints 100, matching 20, consensus 3.5"));
+}
+
+TEST_CASE("the text of a fundamental matrix without calibration has no pose, that of a failure says why") {
+  Answered answered = AnsweredPair(TaskFromString("fundamental"), 60);
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}), Contains("  F = ") && !Contains("R ="));
+  answered.estimate = Estimate();
+  answered.estimate.status = Status::kTooFewPoints;
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}), Contains("no fundamental matrix: too_few_points"));
+}
+
+TEST_CASE("the text and the JSON have the pose's standard deviations and the focal length") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  Estimate& estimate = answered.estimate;
+  const double radian = std::numbers::pi / 180.0;
+  Eigen::VectorXd deviations(6);
+  deviations << 0.1, 0.3, 0.2, 0.0, 0.5, 0.4;
+  estimate.pose_covariance = Eigen::MatrixXd((radian * deviations).cwiseAbs2().asDiagonal());
+  estimate.focal = FocalEstimate{{700, 700}, {650, 650}, {760, 760}, true, 800, 0.1};
+  CHECK_THAT(PairText(answered.pair, estimate, {}),
+             Contains("standard deviations by noise, at most: R 0.3 degrees, t 0.5 degrees") &&
+                 Contains("  f = 700.0 px, 68 % within 650.0 and 760.0\n"));
+  auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+  CHECK(json.at("pose_covariance").size() == 6);
+  CHECK(json.at("pose_covariance")[4][4].get<double>() == Approx(std::pow(0.5 * radian, 2)));
+  CHECK(json.at("focal").at("px")[1] == 700);
+  CHECK(json.at("focal").at("observable").get<bool>());
+  CHECK(json.at("focal").at("prior_log_sigma") == 0.1);
+
+  estimate.pose_covariance.reset();
+  estimate.focal = FocalEstimate{{700, 900}, {700, 650}, {700, 960}, false, 800, 0.4};
+  CHECK_THAT(PairText(answered.pair, estimate, {}),
+             !Contains("standard deviations") &&
+                 Contains("  f1 = 700.0 px, 68 % within 700.0 and 700.0\n  f2 = 900.0 px, 68 % within 650.0 and 960.0: "
+                          "not observable, the prior's\n"));
+  json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+  CHECK(json.at("pose_covariance").is_null());
+  CHECK_FALSE(json.at("focal").at("observable").get<bool>());
+}
+
+// A translation was printed to six digits of an image with itself.
+TEST_CASE("the text and the JSON have no digits of a translation that is not determined, and say why") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  Estimate& estimate = answered.estimate;
+  estimate.turn = Eigen::Matrix3d::Identity();
+  for (const auto& [translation, why] : {std::pair{Translation::kTurn, "t is not determined: the camera only turned"},
+                                         {Translation::kStatic, "t is not determined: the images show no motion"}}) {
+    estimate.translation = translation;
+    const std::string text = PairText(answered.pair, estimate, {});
+    CHECK_THAT(text, Contains(why) && !Contains("t =") && !Contains("E ="));
+    CHECK((text.find("R = ") != std::string::npos) == (translation == Translation::kTurn));
+    const auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
+    CHECK(json.at("translation") == ToString(translation));
+    CHECK(json.at("pose").at("t").is_null());
+    CHECK(json.at("pose").at("R").size() == 3);
+  }
+  Answered plane = AnsweredPair(TaskFromString("fundamental"), 60);
+  plane.estimate.translation = Translation::kPlane;
+  CHECK_THAT(
+      PairText(plane.pair, plane.estimate, {}),
+      Contains("F is not determined: the matches lie on one plane, or the camera only turned") && !Contains("F ="));
+  CHECK(UndeterminedText(Translation::kLine, TaskFromString("homography")) ==
+        "H is not determined: the matches lie on one line");
+  CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());
+}
+
+TEST_CASE("the JSON has the images, the method, the seed, K and the matches; no text has a number of 300 digits") {
+  Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  const Problem& problem = answered.pair.problem;
+  const PairRun run{"photos/a.jpg", "photos/b.jpg", "learned_prosac", 7};
+  const auto json = nlohmann::json::parse(PairJson(answered.pair, answered.estimate, {}, run));
+  CHECK(json.at("image1") == "photos/a.jpg");
+  CHECK(json.at("image2") == "photos/b.jpg");
+  CHECK(json.at("method") == "learned_prosac");
+  CHECK(json.at("seed") == 7);
+  CHECK(json.at("K1")[0][2].get<double>() == problem.cameras->K1(0, 2));
+  CHECK(json.at("matches") == 60);
+  REQUIRE(json.at("correspondences").size() == 60);
+  for (int c = 0; c < 4; ++c)
+    CHECK(json.at("correspondences")[3][c].get<double>() == Approx(problem.points(3, c)).margin(1e-4));
+  const Answered plain = AnsweredPair(TaskFromString("fundamental"), 60);
+  CHECK(nlohmann::json::parse(PairJson(plain.pair, plain.estimate, {}, run)).at("K2").is_null());
+  answered.estimate.focal = FocalEstimate{{1e300, 1e300}, {650, 650}, {1e300, 1e300}, false, 800, 0.1};
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}), Contains("f = 1e+300 px, 68 % within 650.0 and 1e+300"));
+}
+
+TEST_CASE("matches are written with all digits") {
+  const Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  const Problem& problem = answered.pair.problem;
+  const std::string text = MatchesText(problem);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 60);
+  std::istringstream lines(text);
+  for (int i = 0; i < 60; ++i) {
+    double value = 0.0;
+    for (int c = 0; c < 4; ++c) CHECK((lines >> value && value == problem.points(i, c)));
+    CHECK((lines >> value && value == (problem.match_ratio.size() > 0 ? problem.match_ratio[i] : 1.0)));
+  }
+  Problem framed = problem;
+  framed.similarities = PointMatrix::Constant(60, 2, 0.25);
+  CHECK(MatchesText(framed).starts_with(text.substr(0, text.find('\n')) + " 0.25 0.25\n"));
+}
+
+TEST_CASE("the JSON says the same") {
+  const Answered answered = AnsweredPair(TaskFromString("essential"), 60);
+  const auto json = nlohmann::json::parse(PairJson(answered.pair, answered.estimate, {100.0, 20.0}));
+  CHECK(json.at("status") == "ok");
+  CHECK(json.at("inliers").size() == 48);
+  CHECK(json.at("inliers")[0] == 12);
+  CHECK(json.at("model").size() == 9);
+  CHECK(json.at("pose").at("R").size() == 3);
+  CHECK(json.at("noise_scale_px") == 0.25);
+  CHECK_FALSE(json.at("may_be_chance").get<bool>());
+  CHECK(json.at("repeated_rows") == 0);
+  Estimate repeated = answered.estimate;
+  repeated.repeated_rows = 3;
+  repeated.rows_left_out = 2;
+  CHECK(nlohmann::json::parse(PairJson(answered.pair, repeated, {})).at("rows_left_out") == 2);
+  CHECK_THAT(PairText(answered.pair, repeated, {}), Contains(": 60 matches, 3 repeated, 2 not finite\n"));
+  const auto none = nlohmann::json::parse(PairJson(answered.pair, Estimate(), {}));
+  CHECK(none.at("pose").is_null());
+  CHECK(none.at("status") == "no_model");
+}
+
+}  // namespace
+}  // namespace diffsac
