@@ -13,7 +13,8 @@ import yaml
 
 from files import write_whole
 from html_page import Page
-from tables import UNKNOWN, Row, Run, Table, markdown_table, tables_csv
+from runs import Run
+from tables import UNKNOWN, Row, Table, markdown_table, tables_csv
 from values import bootstrap, certain, interval_text, known
 
 MOST_CHANGED, MOST_KEYS = 30, 40

@@ -8,14 +8,14 @@ import argparse
 import os
 import sys
 
+import told_tables
 from files import write_whole
 from page import facts_of, picture_beside
-from tables import Row, Run, Table, markdown_table
+from runs import Run
+from tables import Row, Table, markdown_table
 from values import certain, interval_text, known
 
 BEST_ROWS = 8
-NOTE = ("Effects: the first level of a factor with its own mean; of the others the difference from it, or the ratio to it, of the same "
-        "problems, averaged over all combinations of the other factors' levels that both have; in bold where the interval leaves 0, or 1, out.")
 
 
 def short_names(names):
@@ -82,9 +82,8 @@ def section(run, page):
         path = run.path(picture + ".png")
         if page and os.path.exists(path):
             text += picture_beside(path, page, f"{name}_{experiment}")
-    effects = [table for table in run.tables if table.heading.startswith("effects on ")]
-    strata = [table for table in run.tables if " by " in table.heading and "(problems)" in table.heading]
-    for table in effects + [best_rows(run, c) for c in range(len(results["conditions"]))] + strata:
+    strata = told_tables.strata_tables(results)
+    for table in told_tables.effect_tables(results) + [best_rows(run, c) for c in range(len(results["conditions"]))] + strata:
         text += f"### {table.heading}\n\n{markdown_table(table)}\n"
     return text + f"Of the run {experiment}:\n\n" + "".join(f"- {fact}\n" for fact in facts_of(run)) + "\n"
 
@@ -104,7 +103,7 @@ def main():
         sys.exit("effects: none of these folders holds a run of diffsac_eval")
     if arguments.page:
         os.makedirs(os.path.dirname(os.path.abspath(arguments.page)), exist_ok=True)
-    text = f"# What decides\n\nWritten by `{arguments.command or 'scripts/report/effects.py ' + ' '.join(arguments.folders)}`. {NOTE}\n\n"
+    text = f"# What decides\n\nWritten by `{arguments.command or 'scripts/report/effects.py ' + ' '.join(arguments.folders)}`. {told_tables.EFFECT_NOTE}\n\n"
     text += "".join(f"Not made: {os.path.basename(os.path.normpath(folder))}.\n\n" for folder in arguments.folders if folder not in made)
     for table in (overview(runs, "the accuracy", "accuracy", "difference"), overview(runs, "milliseconds", "milliseconds", "ratio")):
         text += f"## {table.heading}\n\n{markdown_table(table)}\n"

@@ -12,7 +12,8 @@ import os
 import sys
 
 from files import write_whole
-from tables import Run
+from runs import Run
+from tables import markdown_table
 
 SHOWN_DIGITS = 12  # Of a digest.
 MOST_MATCHES = 2
@@ -87,11 +88,21 @@ def page_json(command, facts, tables):
             + ",\n".join(map(table_text, tables)) + "]}\n")
 
 
+def markdown_report(run):
+    results = run.results
+    text = f"# {results['title'] or results['experiment']}\n\n"
+    if run.partial:
+        text += "**Partial results: the run was interrupted.**\n\n"
+    text += f"{results['setting']}. Best in bold; references that are told more than the points (oracle) do not compete.\n"
+    text += "".join(f"\n## {table.heading}\n\n{markdown_table(table)}" for table in run.tables)
+    text += "\n" + "\n".join(run.notes) + "\n" + "".join(f"\nLeft out: {row}.\n" for row in results["left_out"])
+    return text + (f"\n{results['experiment_notes']}\n" if results["experiment_notes"] else "")
+
+
 def write_page(folder, page, command):
     run, name = Run(folder), os.path.splitext(os.path.basename(page))[0]
     os.makedirs(os.path.dirname(page) or ".", exist_ok=True)
-    with open(run.path("table.md"), encoding="utf-8") as file:
-        text = file.read() + "\n"
+    text = markdown_report(run) + "\n"
     text += "".join(picture_beside(run.path(picture), page, name) for picture in pictures_in(folder))
     facts = facts_of(run) + [f"configuration, with every key: sha256 {configuration_digest(run)[:SHOWN_DIGITS]}, the run's config.yaml"]
     text += f"Written by `{command}`.\n\n" + "".join(f"- {fact}\n" for fact in facts)

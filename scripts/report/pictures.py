@@ -229,8 +229,8 @@ def draw_strata(run, strata):
         for number, row in enumerate(rows):
             method = run.results["methods"][row]
             at = position.get((run.results["conditions"][c]["name"], method["name"]))
-            points = [] if at is None else [(i, one["accuracies"][at]) for i, one in enumerate(strata["bins"])
-                                            if one["accuracies"][at] is not None]
+            means = [] if at is None else [one["accuracies"][at]["mean"] for one in strata["bins"]]
+            points = [(i, mean) for i, mean in enumerate(means) if mean is not None]
             if points:
                 curves.append((method["label"], _kind(method), number, points))
         panels.append((c, curves))

@@ -9,6 +9,7 @@ import html_page
 import match_pictures
 import pictures
 import problem_list
+import runs
 import tables
 import words
 
@@ -43,7 +44,7 @@ def add_tables(page, run):
     page.section("Tables")
     page.tables(run.tables)
     page.words(words.words_of(run.tables))
-    page.text(run.results["notes"])
+    page.text("\n".join(run.notes))
     if run.results["experiment_notes"]:
         page.text(run.results["experiment_notes"])
 
@@ -114,7 +115,7 @@ def write_page(run, fits, shown):
 
 
 def main(folder):
-    run = tables.Run(folder)
+    run = runs.Run(folder)
     files.write_whole(run.path("table.tex"), tables.latex_report(run))
     files.write_whole(run.path("table.csv"), tables.tables_csv(run.tables))
     fits = examples.open_examples(run, "fits.h5")

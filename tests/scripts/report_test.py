@@ -16,9 +16,9 @@ try:
     import numpy as np
     import PIL.Image
 
-    examples, files, html_page, match_pictures, pictures, problem_list, run_report, tables, training_report, words = (
+    examples, files, html_page, match_pictures, pictures, problem_list, run_report, runs, tables, told_tables, training_report, words = (
         importlib.import_module(name) for name in ("examples", "files", "html_page", "match_pictures", "pictures", "problem_list",
-                                                   "run_report", "tables", "training_report", "words"))
+                                                   "run_report", "runs", "tables", "told_tables", "training_report", "words"))
 except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(4)
@@ -78,7 +78,7 @@ class RunTest(unittest.TestCase):
         cls.pairs, cls.lines = (os.path.join(cls.work.name, name) for name in ("pairs", "lines"))
         evaluate(cls.pairs, PAIRS)
         evaluate(cls.lines, LINES)
-        cls.page, cls.run_of_pairs = Page(cls.pairs), tables.Run(cls.pairs)
+        cls.page, cls.run_of_pairs = Page(cls.pairs), runs.Run(cls.pairs)
 
     @classmethod
     def tearDownClass(cls):
@@ -187,7 +187,7 @@ class RunTest(unittest.TestCase):
         self.assertRegex(page.body, r"ransac, .*: error [0-9.]+ %; 60 points, inliers: \d+ right")
 
     def test_points_that_say_nothing_are_drawn_as_well(self):
-        fits = examples.open_examples(tables.Run(self.lines), "fits.h5")
+        fits = examples.open_examples(runs.Run(self.lines), "fits.h5")
         for points in (np.zeros((0, 2)), np.full((3, 2), np.nan), np.zeros((1, 3)), np.zeros((0, 4)), np.ones((2, 4))):
             count = len(points)
             for structures in ({}, {"structures": {"models": [], "labels": [0] * count, "true_models": []}}):
@@ -207,7 +207,7 @@ class RunTest(unittest.TestCase):
             def example(self, trace):
                 return type("Example", (), {"points": np.arange(8.0).reshape(4, 2)})
 
-        run = tables.Run(self.changed(lambda results, folder: None))
+        run = runs.Run(self.changed(lambda results, folder: None))
         self.assertTrue(pictures.draw_confidence(run, Traced()))
         self.assertFalse(pictures.draw_confidence(run, None))
         Traced.json["traces"][0]["timesteps"] = [9.0]
@@ -216,7 +216,8 @@ class RunTest(unittest.TestCase):
     def test_effects_and_reliability(self):
         def change(results, folder):
             interval = {"mean": 0.1, "low": 0.0, "high": 0.2}
-            results["effects"] = [{"factor": "score", "levels": [{"level": level, "accuracy": [interval, None], "milliseconds": [interval, interval]}
+            results["effects"] = [{"factor": "score", "levels": [{"level": level, "accuracy": [interval, None], "milliseconds": [interval, interval],
+                                                                  "combinations": [1, 1]}
                                                                  for level in ("msac", "pritts")]}]
             lines = [f"{label},{condition},mean,0.{b},0.{b + 1},9,0.{b}5,0.{b}4" for label in ("a", "b") for condition in ("0.2", "0.6") for b in range(9)]
             files.write_whole(os.path.join(folder, "reliability.csv"), "method,condition,scene,low,high,points,predicted,inliers\n"
@@ -248,6 +249,63 @@ class PartsTest(unittest.TestCase):
         self.assertIn("50\\% \\& more\\_less & \\textbf{0.850} & -- \\\\\n\\midrule\npaper", latex)
         self.assertEqual(tables.tables_csv([self.TABLE, self.TABLE]).split("\n\n")[0],
                          'h <1>\nmethod,mAA,n\n50% & more_less,0.850,\npaper,"+0.2 [0.1, 0.3]",3')
+
+    def test_what_is_told_of_numbers(self):
+        def interval(mean, low=None, high=None):
+            return {"mean": mean, "low": low, "high": high}
+
+        levels = [{"level": "plain", "accuracy": [interval(0.375, 0.3, 0.4), None], "milliseconds": [interval(0.5, 0.5, 0.5)] * 2,
+                   "combinations": [2, 2]},
+                  {"level": "good", "accuracy": [interval(0.625, 0.5, 0.7), None], "milliseconds": [interval(10, 9.5, 10.5)] * 2,
+                   "combinations": [2, 1]}]
+        effects = [{"factor": "score", "levels": levels},
+                   {"factor": "draws", "levels": [dict(levels[0], level="few"), dict(levels[0], level="many")]}]
+        bins = [{"label": "< 0.5", "problems": [3, 0], "accuracies": [interval(0.0), interval(1.0)], "effects": effects,
+                 "differences": [[interval(1.0), None]]},
+                {"label": "≥ 0.5", "problems": [6, 0], "accuracies": [interval(1.0, 1.0, 1.0)] * 2, "effects": effects,
+                 "differences": [[interval(0.0, 0.0, 0.0), None]]}]
+        results = {
+            "accuracy": {"metric": "mAA@10deg"}, "condition_label": "matches", "effects": effects, "compare": [["good", "plain"]],
+            "conditions": [{"name": "all", "label": "all", "rows_share_problems": True},
+                           {"name": "ratio", "label": "ratio", "rows_share_problems": True}],
+            "methods": [{"name": "plain", "label": "Plain", "competes": True}, {"name": "good", "label": "Good", "competes": True}],
+            "results": [{"condition": "all", "method": name, "mAA@10deg_ci95": interval(0.5)} for name in ("plain", "good")],
+            "differences": [dict(interval(0.475, 0.45, 0.5), a="good", b="plain", condition="all", metric="mAA@10deg")],
+            "strata": [{"by": "inlier_share", "title": "share of true inliers", "rows": ["plain", "good"], "bins": bins, "unknown": [1, 0]},
+                       {"by": "scene", "title": "scene", "rows": ["plain"], "bins": bins, "unknown": [0, 0]},
+                       {"by": "baseline", "title": "true baseline", "rows": [], "bins": [], "unknown": [9, 9]}],
+            "beside_paper": [{"method": "good", "paper_row": "RANSAC", "condition": 0, "metric": "mAA", "paper": 0.83,
+                              "ours": interval(0.85, 0.75, 0.95), "problems": 4}],
+            "learned": {"good": {"parameters": 7, "samples": 0, "run_samples": 0, "start": ""}}}
+        told = {table.heading: table for table in told_tables.tables_of(results)}
+        self.assertEqual(len(told), 1 + 2 + 2 * 3 + 2 * 2 + 2)
+
+        def cells(heading, row):
+            return told[heading].rows[row].cells
+
+        of = ", mean over the other factors' levels, with 95 % bootstrap intervals"
+        self.assertEqual(cells("differences in mAA@10deg with 95 % bootstrap intervals", 0), ["Good − Plain", "+0.475 [+0.450, +0.500]", "–"])
+        self.assertEqual(cells("effects on mAA@10deg" + of, 0), ["score: plain", "0.375 [0.300, 0.400]", "–"])
+        self.assertEqual(cells("effects on mAA@10deg" + of, 1)[1], "+0.625 [+0.500, +0.700]")
+        self.assertEqual(told["effects on mAA@10deg" + of].rows[1].best, [False, True, False])
+        self.assertEqual(cells("effects on milliseconds, as ratios" + of, 1)[1], "×10 [9.5, 10.5]")
+        strata = told["mAA@10deg by share of true inliers (problems), matches all"]
+        self.assertEqual(strata.columns, ["method", "< 0.5 (3)", "≥ 0.5 (6)"])
+        self.assertEqual([(row.cells, row.best) for row in strata.rows], [(["Plain", "0.000", "1.000"], [False, False, True]),
+                                                                         (["Good", "1.000", "1.000"], [False, True, True])])
+        self.assertEqual(strata.rows[0].intervals, ["", "", "[1.000, 1.000]"])
+        self.assertEqual(cells("differences in mAA@10deg by scene (problems), matches all", 0), ["Good − Plain", "+1.000", "+0.000 [+0.000, +0.000]"])
+        self.assertEqual(cells("ours beside the paper's, which was measured on other data", 0),
+                         ["Good / RANSAC", "all", "mAA", "0.83", "0.850 [0.750, 0.950]", "+0.020", "4"])
+        self.assertEqual(cells("learned rows", 0), ["Good", "7", "–", "–", "–"])
+        notes = "\n".join(told_tables.notes_of(results))
+        self.assertIn("Of fewer combinations: score: good 1 of 2.", notes)
+        self.assertIn("In no stratum, as their share of true inliers is unknown: all 1 problems.", notes)
+        self.assertIn("Strata by true baseline are left out: it is known of no problem.", notes)
+        for cell in results["results"]:
+            cell["mAA@10deg_ci95"]["mean"] = None
+        self.assertIn("Strata are left out: the truth is not known.", told_tables.notes_of(results))
+        self.assertEqual([table.heading[:23] for table in told_tables.tables_of(results)], ["effects on milliseconds", "ours beside the paper's", "learned rows"])
 
     def test_a_page_has_values_to_sort_by_and_texts_stay_texts(self):
         page = html_page.Page(NASTY)

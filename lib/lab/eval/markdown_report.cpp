@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lab/eval/effect_tables.h"
 #include "lab/eval/metric_table.h"
-#include "lab/eval/strata_tables.h"
 #include "lab/eval/structure_tables.h"
 #include "lab/eval/tables.h"
 
@@ -104,16 +102,10 @@ std::string ReportNotes(const Report& report) {
     text += kStructureNote;
   else if (MostScenes(results) > 1)
     text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
-  if (!experiment.compare.empty())
-    text +=
-        " Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in "
-        "bold where the interval leaves zero out.";
   text += "\n";
   if (!AllShareProblems(results))
     text +=
         "Rows are of different problems (other seeds or options of generated data), so none is marked as the best.\n";
-  if (!experiment.factors.empty()) text += kEffectNote + MissingCombinations(report);
-  text += StrataNote(report);
   text += ChanceNote(results);
   const bool other_data = std::any_of(experiment.paper.begin(), experiment.paper.end(),
                                       [](const auto& row) { return !row.second.same_data; });

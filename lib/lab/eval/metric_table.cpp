@@ -56,6 +56,12 @@ void AddCosts(const ExperimentResults& results, std::size_t method, bool with_co
   if (with_counts) row->cells.push_back(CountText(results, method));
 }
 
+// "[0.450, 0.570]", empty where the interval is unknown.
+std::string RangeText(const ConfidenceInterval& interval, int digits) {
+  if (std::isnan(interval.low)) return "";
+  return "[" + FixedText(interval.low, digits) + ", " + FixedText(interval.high, digits) + "]";
+}
+
 // The 95 % interval of a cell's accuracy or of its sets, which are means over scenes.
 std::string RangeOf(const Report& report, const MetricColumn& column, std::size_t method) {
   const Cell* cell = report.results.Find(column.condition, method);
@@ -63,6 +69,29 @@ std::string RangeOf(const Report& report, const MetricColumn& column, std::size_
   if (cell == nullptr || column.scene != "mean" || (!of_accuracy && column.metric != kSetsMetric)) return "";
   const ConfidenceInterval& interval = of_accuracy ? report.Of(*cell).accuracy : report.Of(*cell).sets;
   return RangeText(interval, column.digits);
+}
+
+// A row of numbers before the best are known.
+struct NumberRow {
+  std::vector<double> values;
+  bool competes = true;
+};
+
+// Marks the best value of a column of numbers (the table's column after the method's), of the rows that compete; those
+// that print the same are equally good.
+void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
+              Table* table) {
+  double best = std::nan("");
+  for (const NumberRow& row : numbers) {
+    const double value = row.values[column];
+    if (!row.competes || std::isnan(value)) continue;
+    if (std::isnan(best) || (higher_is_better ? value > best : value < best)) best = value;
+  }
+  for (std::size_t r = 0; r < numbers.size(); ++r) {
+    const std::string text = FixedText(numbers[r].values[column], digits);
+    table->rows[r].best[column + 1] =
+        numbers[r].competes && !std::isnan(best) && text != kUnknown && text == FixedText(best, digits);
+  }
 }
 
 void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_counts, Table* table) {
@@ -126,34 +155,9 @@ void AddPaperRows(const ExperimentResults& results, const MetricTable& shown, Ta
 
 std::string FixedText(double value, int digits) { return std::isnan(value) ? kUnknown : FixedNumber(value, digits); }
 
-std::string RangeText(const ConfidenceInterval& interval, int digits) {
-  if (std::isnan(interval.low)) return "";
-  return "[" + FixedText(interval.low, digits) + ", " + FixedText(interval.high, digits) + "]";
-}
-
 std::string ConditionText(const ExperimentOptions& experiment, std::size_t condition) {
   if (experiment.conditions.size() < 2) return "";
   return ", " + experiment.condition_label + " " + experiment.conditions[condition].label;
-}
-
-std::string ComparisonLabel(const ExperimentOptions& experiment, const Comparison& pair) {
-  return experiment.methods[experiment.RowOf(pair.a)].label + " − " +
-         experiment.methods[experiment.RowOf(pair.b)].label;
-}
-
-void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
-              Table* table) {
-  double best = std::nan("");
-  for (const NumberRow& row : numbers) {
-    const double value = row.values[column];
-    if (!row.competes || std::isnan(value)) continue;
-    if (std::isnan(best) || (higher_is_better ? value > best : value < best)) best = value;
-  }
-  for (std::size_t r = 0; r < numbers.size(); ++r) {
-    const std::string text = FixedText(numbers[r].values[column], digits);
-    table->rows[r].best[column + 1] =
-        numbers[r].competes && !std::isnan(best) && text != kUnknown && text == FixedText(best, digits);
-  }
 }
 
 bool RowsShareProblems(const ExperimentResults& results, std::size_t condition) {

@@ -29,26 +29,11 @@ struct MetricTable {
   bool best = true;        ///< Whether the best values are marked.
 };
 
-/// A row of numbers before the best are known.
-struct NumberRow {
-  std::vector<double> values;
-  bool competes = true;
-};
-
-/// Marks the best value of a column of numbers (the table's column after the method's), of the rows that compete; those
-/// that print the same are equally good.
-void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
-              Table* table);
-
-/// "0.512" (FixedNumber), kUnknown for NaN; and "[0.450, 0.570]", empty where the interval is unknown.
+/// "0.512" (FixedNumber), kUnknown for NaN.
 std::string FixedText(double value, int digits);
-std::string RangeText(const ConfidenceInterval& interval, int digits);
 
 /// ", ratio 0.85": what stands behind a heading where there are several conditions, else nothing.
 std::string ConditionText(const ExperimentOptions& experiment, std::size_t condition);
-
-/// "First − Second"
-std::string ComparisonLabel(const ExperimentOptions& experiment, const Comparison& pair);
 
 /// `one` for each condition, under the condition's label ("0.5", or "0.5: unit").
 void AddConditions(const ExperimentResults& results, const MetricColumn& one, const std::string& unit,

@@ -18,12 +18,6 @@ std::string ResultsCsv(const Report& report);
 /// (lab/eval/pose_levels.h). Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
-/// results.json: what was run, for each method and condition the metrics of every scene, the bootstrap interval of mAA
-/// and that of the reference method's mAA minus its own, the experiment's comparisons, and whatever else scripts/report
-/// tells: the tables as they are printed, strata, effects, what pictures are asked for. Unknown values are null.
-/// `config`: the run's config.yaml, whose first lines say by what, where and when it was run.
-std::string ResultsJson(const Report& report, const std::string& config = "");
-
 /// Writes results.csv, problems.csv, reliability.csv where there is something to tell, and table.md into a folder, each
 /// file whole or not at all. Throws Error.
 void WriteResults(const Report& report, const std::string& folder);

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "lab/eval/effect_tables.h"
 #include "lab/eval/metric_table.h"
 #include "lab/eval/model_table.h"
-#include "lab/eval/paper_table.h"
-#include "lab/eval/strata_tables.h"
 #include "lab/eval/structure_tables.h"
 
 namespace diffsac {
@@ -104,44 +101,6 @@ MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
   return kind;
 }
 
-// "+0.208 [+0.154, +0.265]" for each comparison and condition; in bold where the interval leaves zero out.
-Table DifferenceTable(const Report& report, const std::string& metric, const Differences& differences) {
-  const ExperimentOptions& experiment = report.results.experiment;
-  Table table;
-  table.heading = "differences in " + metric + " with 95 % bootstrap intervals";
-  table.columns.push_back("A minus B");
-  for (const Condition& condition : experiment.conditions) table.columns.push_back(condition.label);
-  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
-    AddIntervalRow(ComparisonLabel(experiment, experiment.compare[i]), differences[i], IntervalKind::kDifference,
-                   &table);
-  return table;
-}
-
-void AddDifferences(const Report& report, std::vector<Table>* tables) {
-  if (report.results.experiment.compare.empty()) return;
-  tables->push_back(DifferenceTable(report, AccuracyMetric(report.results), report.differences));
-  const bool sets = std::any_of(report.cells.begin(), report.cells.end(),
-                                [](const CellReport& cell) { return !std::isnan(cell.sets.mean); });
-  if (sets)
-    tables->push_back(DifferenceTable(report, "the share of minimal sets of one structure", report.set_differences));
-}
-
-// What the networks of learned rows were made by (imported ones: by others); their hypotheses are in the first table.
-Table LearnedTable(const ExperimentResults& results) {
-  Table table;
-  table.heading = "learned rows";
-  table.columns = {"method", "parameters", "training problems", "of a run of", "began with"};
-  for (const LearnedRow& row : results.learned) {
-    const TrainingFacts& facts = row.facts;
-    const auto problems = [&](std::int64_t count) { return facts.samples > 0 ? std::to_string(count) : kUnknown; };
-    table.rows.push_back(
-        {{results.experiment.methods[row.method].label, std::to_string(facts.parameters), problems(facts.samples),
-          problems(facts.run_samples), facts.start.empty() ? kUnknown : facts.start},
-         std::vector<bool>(5, false)});
-  }
-  return table;
-}
-
 }  // namespace
 
 std::size_t MostScenes(const ExperimentResults& results) {
@@ -206,12 +165,6 @@ std::vector<Table> MakeTables(const Report& report) {
     if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
   std::vector<Table> tables;
   for (const MetricTable& kind : kinds) tables.push_back(FillTable(report, kind));
-  if (truth) AddDifferences(report, &tables);
-  for (auto* more : {&EffectTables, &StrataTables})
-    for (Table& table : more(report)) tables.push_back(std::move(table));
-  Table paper = structures ? Table() : PaperTable(report);
-  if (!paper.rows.empty()) tables.push_back(std::move(paper));
-  if (!results.learned.empty()) tables.push_back(LearnedTable(results));
   // Last, so that a terminal ends with it.
   Table models = ModelTable(results);
   if (!models.rows.empty()) tables.push_back(std::move(models));

@@ -8,7 +8,9 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/eval/factor_fixtures.h"
 #include "lab/eval/result_files.h"
+#include "lab/eval/results_json.h"
 
 namespace diffsac {
 namespace {
@@ -135,6 +137,45 @@ TEST_CASE("comparisons have an interval around the difference of the scenes' mea
   CHECK(difference["high"].get<double>() <= 0.6);
   CHECK(DifferenceOf(results, 0, 1, 0)->mean == Approx(-0.475));
   CHECK_FALSE(DifferenceOf(results, 0, 0, 0));
+}
+
+TEST_CASE("results.json has effects, strata and what stands beside the paper as numbers") {
+  ExperimentResults results =
+      MadeUpFactors([](std::size_t, std::size_t m, int i) { return m >= 3 || i >= 6 ? 0.0 : 90.0; });
+  results.cells[11].records.clear();  // good_many on the second condition
+  const auto json = nlohmann::json::parse(ResultsJson(MakeReport(results)));
+  CHECK(json["compare"][0] == nlohmann::json{"good_many", "plain_few"});
+  const auto& good = json["effects"][0]["levels"][1];
+  CHECK(good["accuracy"][0]["mean"].get<double>() == Approx(0.625));
+  CHECK(good["milliseconds"][0]["mean"].get<double>() == Approx(10.0));
+  CHECK(good["combinations"] == nlohmann::json{3, 2});
+  const auto& strata = json["strata"][0];
+  CHECK(strata["rows"].size() == 6);
+  CHECK(strata["unknown"] == nlohmann::json{0, 0});
+  CHECK(strata["bins"][0]["accuracies"][3]["mean"].get<double>() == 1.0);
+  CHECK(strata["bins"][0]["accuracies"][3]["low"].is_null());
+  CHECK(strata["bins"][0]["differences"][0][0]["mean"].get<double>() == 1.0);
+  CHECK(strata["bins"][0]["differences"][0][1].is_null());
+  CHECK(strata["bins"][2]["effects"][0]["levels"][1]["accuracy"][0]["high"].get<double>() == 0.0);
+  CHECK(json["conditions"][1]["rows_share_problems"].get<bool>());
+  ExperimentResults poses = MadeUpPoses();
+  PaperRow paper;
+  paper.ours = "second";
+  paper.values["all"].rotation = 0.5;
+  paper.values["all"].translation = 0.25;
+  poses.experiment.paper.push_back({"DiffSAC", paper});
+  const auto beside = nlohmann::json::parse(ResultsJson(MakeReport(poses)))["beside_paper"];
+  REQUIRE(beside.size() == 2);
+  CHECK(beside[0]["metric"] == "mAA of R");
+  // 7.5 degrees of translation: three of ten thresholds, in the mean over scenes one in six of scene b has none.
+  CHECK(beside[1]["ours"]["mean"].get<double>() == Approx(0.275));
+  CHECK(beside[1]["problems"] == 8);
+}
+
+TEST_CASE("a row of the paper that names no row of ours is refused") {
+  std::string text = testing::kSmallExperiment;
+  text.replace(text.find("RANSAC: {"), 9, "RANSAC: {ours: frist, ");
+  CHECK_THROWS_WITH(ReadExperiment(ConfigFromYaml(text, "x.yaml")), Contains("first"));
 }
 
 TEST_CASE("rows with different numbers of problems are compared on the common ones") {
