@@ -37,7 +37,7 @@ expected = {"inlier_share below 0.3": sum(s < 0.3 for s in shares),
             "inlier_share from 0.5": sum(s >= 0.5 for s in shares)}
 assert counts == expected and sum(counts.values()) == 40, (counts, expected)
 PYTHON
-grep -q '^| draws: 200 ' "$run/table.md" || fail "table.md has no effects"
+grep -q "^draws: 200," "$run/table.csv" || fail "table.csv has no effects"
 grep -q 'by share of true inliers (problems)' "$run/report.html" || fail "report.html has no strata"
 
 # Shards joined, and the resolved configuration run again, are the same.
