@@ -14,7 +14,7 @@
 #include "lab/data/correspondences_dataset.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
-#include "lab/files/colmap_two_view_geometries.h"
+#include "lab/colmap/two_view_geometries.h"
 
 namespace diffsac {
 namespace {

@@ -13,10 +13,10 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "lab/colmap/text.h"
 #include "lab/config/progress.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
-#include "lab/images/colmap_text.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/image_format.h"
 

@@ -4,7 +4,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 #include "lab/images/hloc_files.h"
 #include "lab/images/image_format.h"
 #include "lab/images/keypoint_frames.h"

@@ -5,8 +5,8 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "lab/images/colmap_model.h"
-#include "lab/images/colmap_text.h"
+#include "lab/colmap/model.h"
+#include "lab/colmap/text.h"
 #include "lab/images/exif_focal.h"
 
 namespace diffsac {
@@ -63,7 +63,7 @@ void ImageCameras::ReadColmap() {
     return;
   }
   const fs::path model = fs::is_directory(path, code) ? path : path.parent_path();
-  const ImageSource source = ReadColmapModel(model.string(), "");
+  const ImageSource source = ReadColmapImages(model.string(), "");
   for (const LeftOutImage& image : source.left_out) LogWarning("left out: " + image.problem);
   for (const SourceImage& image : source.images)
     for (std::size_t i = 0; i < paths_.size(); ++i)

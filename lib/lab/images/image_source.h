@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/geometry/rigid_motion.h"
-#include "lab/images/lens_camera.h"
+#include "lab/colmap/lens_camera.h"
 
 namespace diffsac {
 
@@ -84,6 +84,8 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
 /// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
 /// COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration takes back.
 ImageSource ReadColmap(const std::string& folder);
+/// The same without pairs, in the order of the model, of files in the folder `images`.
+ImageSource ReadColmapImages(const std::string& folder, const std::string& images);
 
 /// Images of a plane with homographies from the first one: `H1toNp` and `img1.png` (Mikolajczyk et al., IJCV 2005) or
 /// `H_1_N` and `1.ppm` (HPatches: Balntas et al., CVPR 2017).

@@ -1,14 +1,27 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "lab/images/colmap_model.h"
+#include "lab/colmap/model.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
 
 namespace diffsac {
 
+ImageSource ReadColmapImages(const std::string& folder, const std::string& images) {
+  ImageSource source;
+  ReadColmapModel(folder, images,
+                  [&](const std::string& name, const std::string& place, const std::function<ModelImage()>& read) {
+                    const auto as_source = [&] {
+                      const ModelImage image = read();
+                      return SourceImage{ImageName(image.file), image.file, image.camera, image.pose};
+                    };
+                    AddImage(name.empty() ? place : ImageName(name), as_source, &source);
+                  });
+  return source;
+}
+
 ImageSource ReadColmap(const std::string& folder) {
-  ImageSource source = ReadColmapModel(folder, (std::filesystem::path(folder) / "images").string());
+  ImageSource source = ReadColmapImages(folder, (std::filesystem::path(folder) / "images").string());
   std::sort(source.images.begin(), source.images.end(),
             [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
   std::vector<std::string> names;

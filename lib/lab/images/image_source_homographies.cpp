@@ -2,9 +2,9 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "lab/files/number_file.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
-#include "lab/images/number_file.h"
 
 namespace diffsac {
 namespace {

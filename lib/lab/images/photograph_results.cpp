@@ -12,6 +12,7 @@
 
 #include "diffsac/core/files.h"
 #include "diffsac/core/typed_options.h"
+#include "lab/colmap/create.h"
 #include "lab/config/run_directory.h"
 #include "lab/data/correspondences_dataset.h"
 #include "lab/eval/example_files.h"
@@ -21,7 +22,6 @@
 #include "lab/eval/report_script.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
-#include "lab/files/colmap_create.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
 

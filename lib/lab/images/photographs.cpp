@@ -8,7 +8,7 @@
 #include <set>
 
 #include "diffsac/core/status.h"
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 #include "lab/files/own_pictures.h"
 
 namespace diffsac {

@@ -1,9 +1,10 @@
-#include "lab/images/colmap_model.h"
+#include "lab/colmap/model.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 
 #include "core/errors.h"
+#include "lab/images/image_source.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "core/errors.h"
+#include "lab/files/number_file.h"
 #include "lab/images/image_test_util.h"
-#include "lab/images/number_file.h"
 
 namespace diffsac {
 namespace {

@@ -13,8 +13,8 @@
 #include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/rigid_motion.h"
+#include "lab/colmap/lens_camera.h"
 #include "lab/data/two_view_test_util.h"
-#include "lab/images/lens_camera.h"
 
 namespace diffsac {
 

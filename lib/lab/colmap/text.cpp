@@ -1,4 +1,4 @@
-#include "lab/images/colmap_text.h"
+#include "lab/colmap/text.h"
 
 #include <cmath>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "lab/files/colmap_two_view_geometries.h"
+#include "lab/colmap/two_view_geometries.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

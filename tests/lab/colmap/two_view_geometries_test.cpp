@@ -1,4 +1,4 @@
-#include "lab/files/colmap_two_view_geometries.h"
+#include "lab/colmap/two_view_geometries.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -7,8 +7,8 @@
 
 #include "core/errors.h"
 #include "diffsac/problem/pair_truth.h"
-#include "lab/files/colmap_lens.h"
-#include "lab/files/colmap_test_util.h"
+#include "lab/colmap/colmap_test_util.h"
+#include "lab/colmap/lens.h"
 
 namespace diffsac {
 namespace {

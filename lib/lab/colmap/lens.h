@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 namespace diffsac {
 

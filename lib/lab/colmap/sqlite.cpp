@@ -1,4 +1,4 @@
-#include "lab/files/sqlite.h"
+#include "lab/colmap/sqlite.h"
 
 #include <sqlite3.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 namespace diffsac {
 

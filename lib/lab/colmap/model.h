@@ -1,12 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "lab/images/image_source.h"
+#include "diffsac/geometry/rigid_motion.h"
+#include "lab/colmap/lens_camera.h"
 
 namespace diffsac {
 
@@ -22,9 +23,20 @@ std::optional<RigidMotion> PoseOfColmap(const double* values);
 /// known.
 std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path);
 
+/// An image of a model: its file, its camera and its world-to-camera pose.
+struct ModelImage {
+  std::string file;
+  LensCamera camera;
+  RigidMotion pose;
+};
+
+/// Is told of each image: its name (empty where its line has none), the line, and what reads it, which throws Error for
+/// an image without a camera or a sound pose.
+using UseModelImage =
+    std::function<void(const std::string& name, const std::string& place, const std::function<ModelImage()>& read)>;
+
 /// The images of a model (FindColmapModel; text where it has both) with their cameras and poses. Their files are in the
-/// folder `images`; text takes the rest of a line as a name, which may have blanks. Images without a camera or a sound
-/// pose are left out. No scenes. Throws Error as above.
-ImageSource ReadColmapModel(const std::string& folder, const std::string& images);
+/// folder `images`; text takes the rest of a line as a name, which may have blanks. Throws Error as above.
+void ReadColmapModel(const std::string& folder, const std::string& images, const UseModelImage& use);
 
 }  // namespace diffsac

@@ -8,14 +8,14 @@
 
 #include "diffsac/geometry/points.h"
 #include "diffsac/problem/image_pair.h"
+#include "lab/colmap/sqlite.h"
 #include "lab/files/correspondence_files.h"
-#include "lab/files/sqlite.h"
 
 namespace diffsac {
 
 /// A row of `cameras`.
 struct ColmapCamera {
-  int model = 0;  ///< Number of the camera model (lab/files/colmap_lens.h).
+  int model = 0;  ///< Number of the camera model (lab/colmap/lens.h).
   ImageSize size;
   std::vector<double> parameters;
   bool has_prior_focal_length = false;  ///< From EXIF or given by the user; else COLMAP's guess, 1.2 × the longer side.

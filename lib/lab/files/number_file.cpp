@@ -1,4 +1,4 @@
-#include "lab/images/number_file.h"
+#include "lab/files/number_file.h"
 
 #include <string_view>
 

@@ -1,4 +1,4 @@
-#include "lab/images/colmap_model.h"
+#include "lab/colmap/model.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,9 +12,9 @@
 #include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "lab/files/colmap_lens.h"
-#include "lab/images/colmap_text.h"
-#include "lab/images/number_file.h"
+#include "lab/colmap/lens.h"
+#include "lab/colmap/text.h"
+#include "lab/files/number_file.h"
 
 namespace diffsac {
 namespace {
@@ -139,8 +139,8 @@ ModelCameras ReadCamerasText(const std::string& path) {
 }
 
 // IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, each followed by a line of points, which may be empty.
-ImageSource ReadImagesText(const std::string& path, const std::string& images, const ModelCameras& cameras) {
-  ImageSource source;
+void ReadImagesText(const std::string& path, const std::string& images, const ModelCameras& cameras,
+                    const UseModelImage& use) {
   ColmapLines reader(path);
   const auto read = [&](const std::vector<std::string_view>& words) {
     if (words.size() < 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
@@ -150,26 +150,22 @@ ImageSource ReadImagesText(const std::string& path, const std::string& images, c
     if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
     const LensCamera& camera = cameras.Of(reader.Whole(words[8]), reader.Place() + ": cameras.txt");
     const std::string file = (fs::path(images) / reader.After(9)).string();
-    return SourceImage{ImageName(file), file, camera, pose};
+    return ModelImage{file, camera, *pose};
   };
   while (reader.Next()) {
     const auto words = reader.Words();
     if (words.empty()) continue;
-    const std::string name = reader.After(9);
-    AddImage(
-        name.empty() ? reader.Place() : ImageName(name), [&] { return read(words); }, &source);
+    use(reader.After(9), reader.Place(), [&] { return read(words); });
     reader.Next();
   }
-  return source;
 }
 
 // IMAGE_ID (int) QW QX QY QZ TX TY TZ (double) CAMERA_ID (int) NAME, and points: X Y (double) POINT3D_ID (64 bit).
-ImageSource ReadImagesBinary(const std::string& model, const std::string& images) {
+void ReadImagesBinary(const std::string& model, const std::string& images, const UseModelImage& use) {
   constexpr std::uint64_t kPointBytes = 24;
   const auto cameras = ReadCamerasBinary((fs::path(model) / "cameras.bin").string());
   const std::string path = (fs::path(model) / "images.bin").string();
   BinaryReader reader(path);
-  ImageSource source;
   for (auto left = reader.Take<std::uint64_t>(); left > 0; --left) {
     reader.Take<std::int32_t>();
     double values[7];
@@ -180,11 +176,10 @@ ImageSource ReadImagesBinary(const std::string& model, const std::string& images
     const auto read = [&] {
       const auto pose = PoseOfColmap(values);
       if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
-      return SourceImage{ImageName(file), file, cameras.Of(id, path + ": " + file + ": cameras.bin"), pose};
+      return ModelImage{file, cameras.Of(id, path + ": " + file + ": cameras.bin"), *pose};
     };
-    AddImage(ImageName(file), read, &source);
+    use(file, path, read);
   }
-  return source;
 }
 
 }  // namespace
@@ -231,11 +226,11 @@ std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
   return std::move(read.cameras);
 }
 
-ImageSource ReadColmapModel(const std::string& folder, const std::string& images) {
+void ReadColmapModel(const std::string& folder, const std::string& images, const UseModelImage& use) {
   const std::string binary = FindColmapModel(folder, ".bin");
-  if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images);
+  if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images, use);
   const fs::path model = ColmapModelFolder(folder);
-  return ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()));
+  ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()), use);
 }
 
 }  // namespace diffsac

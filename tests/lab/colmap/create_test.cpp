@@ -1,10 +1,10 @@
-#include "lab/files/colmap_create.h"
+#include "lab/colmap/create.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/errors.h"
-#include "lab/files/colmap_test_util.h"
+#include "lab/colmap/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -1,4 +1,4 @@
-#include "lab/files/colmap_lens.h"
+#include "lab/colmap/lens.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 
 #include "core/errors.h"
-#include "lab/files/colmap_test_util.h"
+#include "lab/colmap/colmap_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "core/errors.h"
-#include "lab/files/colmap_lens.h"
-#include "lab/files/colmap_test_util.h"
+#include "lab/colmap/colmap_test_util.h"
+#include "lab/colmap/lens.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/images/run_pairs.h"
 

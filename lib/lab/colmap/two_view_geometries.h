@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "diffsac/geometry/rigid_motion.h"
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 namespace diffsac {
 

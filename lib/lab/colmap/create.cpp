@@ -1,4 +1,4 @@
-#include "lab/files/colmap_create.h"
+#include "lab/colmap/create.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The matches of a COLMAP database, whoever made them, as pairs.
-#include "lab/files/colmap_database.h"
+#include "lab/colmap/database.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,7 +8,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "lab/files/colmap_lens.h"
+#include "lab/colmap/lens.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_format.h"
 #include "lab/images/keypoint_frames.h"

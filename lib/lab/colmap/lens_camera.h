@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "diffsac/problem/image_pair.h"
-#include "lab/files/colmap_lens.h"
+#include "lab/colmap/lens.h"
 
 namespace diffsac {
 

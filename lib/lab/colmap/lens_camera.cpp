@@ -1,4 +1,4 @@
-#include "lab/images/lens_camera.h"
+#include "lab/colmap/lens_camera.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
