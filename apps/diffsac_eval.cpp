@@ -7,11 +7,10 @@
 #include <iostream>
 #include <optional>
 
-#include "diffsac/core/memory.h"
-#include "diffsac/core/passive_waiting.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/process.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/evaluate.h"

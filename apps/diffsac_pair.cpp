@@ -10,19 +10,18 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/memory.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/paths.h"
+#include "lab/config/process.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/evaluate.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
+#include "lab/files/files.h"
 #include "lab/images/calibration_options.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/match_picture.h"
@@ -30,6 +29,7 @@
 #include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
 #include "lab/images/picture.h"
+#include "lab/truth/pair_truth.h"
 
 namespace {
 

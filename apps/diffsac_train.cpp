@@ -5,18 +5,17 @@
 #include <csignal>
 #include <iostream>
 
-#include "diffsac/core/files.h"
-#include "diffsac/core/memory.h"
-#include "diffsac/core/passive_waiting.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "lab/config/exit_codes.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/paths.h"
+#include "lab/config/process.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/result_files.h"
+#include "lab/files/files.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/configuration_reference.h"
 #include "lab/train/import_network.h"

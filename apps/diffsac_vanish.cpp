@@ -7,17 +7,17 @@
 #include <iostream>
 #include <optional>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/memory.h"
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/process.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/colours.h"
 #include "lab/eval/evaluate.h"
 #include "lab/eval/format.h"
+#include "lab/files/files.h"
 #include "lab/files/own_pictures.h"
 #include "lab/images/picture.h"
 #include "lab/images/prepare_segments.h"

@@ -3,7 +3,7 @@
 set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS config files colmap data baselines eval images torch train)
+  set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train)
 endif()
 # The networks that the functions of diffsac.h draw and choose by (ModelFile, ChooserFile): of the installation and of the
 # Python package.

@@ -8,7 +8,6 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/exit_codes.h"
 #include "lab/config/number_checks.h"
@@ -16,6 +15,7 @@
 #include "lab/config/terminal_log.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/own_pictures.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"

@@ -10,7 +10,6 @@
 #include "core/errors.h"
 #include "core/largest_allocation.h"
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -32,7 +31,7 @@ std::string Tensor(const std::string& name, const std::string& type, const std::
 
 std::string ErrorOf(const std::string& content) {
   const TemporaryFolder folder;
-  WriteFileAtomically(folder.File("x.safetensors"), content);
+  WriteRaw(folder.File("x.safetensors"), content);
   return diffsac::ErrorOf([&] { SafetensorsFile file(folder.File("x.safetensors")); });
 }
 
@@ -52,7 +51,7 @@ SafetensorsWriter Example() {
 TEST_CASE("safetensors: what was written is read") {
   const TemporaryFolder folder;
   const std::string path = folder.File("a.safetensors");
-  Example().Write(path);
+  WriteRaw(path, Example().Content());
   SafetensorsFile file(path);
   CHECK(file.tensors().size() == 3);
   CHECK(file.Text("config") == "name: \"x\"\nβ: 1\n");
@@ -89,7 +88,7 @@ TEST_CASE("safetensors: the bytes are those of the format, and of the content al
 TEST_CASE("safetensors: a tensor that is not what is asked for is named") {
   const TemporaryFolder folder;
   const std::string path = folder.File("a.safetensors");
-  Example().Write(path);
+  WriteRaw(path, Example().Content());
   SafetensorsFile file(path);
   std::vector<float> values(6);
   CHECK_THROWS_WITH(file.Read("b", {6}, values), Contains("a.safetensors: tensor 'b' is missing"));
@@ -98,7 +97,7 @@ TEST_CASE("safetensors: a tensor that is not what is asked for is named") {
   CHECK_THROWS_WITH(file.Text("task"), Contains("a.safetensors: its metadata has no 'task'"));
   SafetensorsWriter latin;
   latin.AddText("config", "caf\xe9");
-  CHECK_THROWS_WITH(latin.Write(path), Contains("UTF-8"));
+  CHECK_THROWS_WITH(WriteRaw(path, latin.Content()), Contains("UTF-8"));
   CHECK(SafetensorsFile(path).tensors().size() == 3);
 }
 

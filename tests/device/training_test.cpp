@@ -7,11 +7,11 @@
 
 #include "core/temporary_folder.h"
 #include "device/test_device.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/torch/process_group.h"

@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/resources.h"
 #include "diffsac/diffsac.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"

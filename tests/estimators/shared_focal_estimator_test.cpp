@@ -8,6 +8,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -29,7 +30,7 @@ Estimate Estimated(const Problem& problem) {
 }
 
 double ErrorDegrees(const Example& example, const Estimate& estimate) {
-  return SharedFocalTask::Error(&estimate.model, estimate.inliers, example).angle_deg;
+  return TruthOf(Task::kSharedFocal).error(&estimate.model, estimate.inliers, example).angle_deg;
 }
 
 Problem MatchesOf(const PointMatrix& points) {

@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "fuzz/fuzz_target.h"
+#include "lab/colmap/colmap_test_util.h"
+#include "lab/colmap/lens.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
@@ -21,8 +22,7 @@
 #include "lab/eval/results_page.h"
 #include "lab/eval/run_reader.h"
 #include "lab/eval/shard_records.h"
-#include "lab/colmap/lens.h"
-#include "lab/colmap/colmap_test_util.h"
+#include "lab/files/files.h"
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"

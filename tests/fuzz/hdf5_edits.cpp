@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac::testing {

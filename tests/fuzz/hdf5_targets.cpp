@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <mutex>
 
-#include "diffsac/core/files.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/hdf5_edits.h"
 #include "lab/config/dataset_factory.h"
@@ -18,6 +17,7 @@
 #include "lab/data/write_point_sets.h"
 #include "lab/eval/estimates.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/hloc_files.h"

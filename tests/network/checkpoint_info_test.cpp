@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
@@ -16,7 +17,7 @@ TEST_CASE("a checkpoint whose configuration asks for far more weights than it ho
   const std::vector<float> weights(6, 1.0f);
   writer.Add("average.a", {2, 3}, weights);
   writer.Add("network.a", {2, 3}, weights);
-  writer.Write(path);
+  WriteRaw(path, writer.Content());
   RequireWeights(path, 6);
   CHECK_THROWS_WITH(RequireWeights(path, 7),
                     Catch::Contains("small.safetensors: its configuration asks for a network of at least 7 weights"));

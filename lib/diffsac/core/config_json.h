@@ -6,12 +6,10 @@
 
 namespace diffsac {
 
-/// Configurations as checkpoints hold them. Numbers keep their digits both ways.
+/// A configuration as checkpoints hold it (lab/config/config_to_json.h writes it). Numbers keep their digits.
 ///
 /// Parses a JSON object; `name` stands for the file in messages. Throws Error for anything else, and for duplicate
 /// keys.
 Config ConfigFromJson(const std::string& text, const std::string& name);
-/// On one line, keys in their order.
-std::string ToJson(const Config& config);
 
 }  // namespace diffsac

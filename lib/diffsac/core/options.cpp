@@ -248,11 +248,6 @@ OptionsBinder& OptionsBinder::Positional(std::initializer_list<const char*> keys
   return *this;
 }
 
-OptionsBinder& OptionsBinder::Ignore(const char* key) {
-  impl_->keys.push_back(key);
-  return *this;
-}
-
 OptionsBinder& OptionsBinder::Help(const std::string& text) {
   if (impl_->mode == Mode::kDescribe) impl_->described.back().help = text;
   return *this;

@@ -141,9 +141,6 @@ class OptionsBinder {
   /// in their order (`[a, b]` for `{first: a, second: b}`). It is written so, too, when no other key has a value.
   OptionsBinder& Positional(std::initializer_list<const char*> keys);
 
-  /// Accepts a key whose value is read elsewhere (a sub-document of another reader's).
-  OptionsBinder& Ignore(const char* key);
-
   // About the field just bound:
 
   /// What it means, with its unit, for the documentation.

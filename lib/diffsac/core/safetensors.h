@@ -50,8 +50,6 @@ class SafetensorsWriter {
 
   /// The whole file. Throws Error when a name or text is not UTF-8.
   std::string Content() const;
-  /// Writes it whole or not at all (WriteFileAtomically). Throws Error naming the path.
-  void Write(const std::string& path) const;
 
  private:
   struct Tensor {

@@ -2,7 +2,6 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 
@@ -62,7 +61,5 @@ std::string SafetensorsWriter::Content() const {
   text.resize((text.size() + 7) / 8 * 8, ' ');
   return BytesOf(text.size()) + text + data;
 }
-
-void SafetensorsWriter::Write(const std::string& path) const { WriteFileAtomically(path, Content()); }
 
 }  // namespace diffsac

@@ -79,12 +79,4 @@ void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
                   ", the points of a minimal set");
 }
 
-void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
-  const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
-  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
-                     {"consensus.max_iterations", by_confidence,
-                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
-  CheckSharedKeys(row, network.learned());
-}
-
 }  // namespace diffsac

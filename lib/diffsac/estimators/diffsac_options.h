@@ -69,8 +69,4 @@ struct DiffsacOptions : LearnedOptions {
 /// Throws Error for an option that the network cannot serve.
 void CheckServes(const DiffsacOptions& options, const DiffsacModel& network);
 
-/// Throws Error with its line for a key that the row itself writes and that changes nothing there. options: the row's,
-/// those of its checkpoint below them.
-void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network);
-
 }  // namespace diffsac

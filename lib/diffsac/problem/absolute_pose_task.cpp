@@ -4,8 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/point_spread.h"
@@ -14,10 +12,6 @@
 
 namespace diffsac {
 namespace {
-
-Eigen::Vector3d CentreOf(const AbsolutePose::Parameters& pose) {
-  return -RotationOf(pose).transpose() * TranslationOf(pose);
-}
 
 /// The best pose in a mirrored scene fits the points near one plane alone: where most points are no inliers, which
 /// share of those that fit does so in the scene mirrored at the inliers' plane alone. They are behind a camera that is
@@ -87,31 +81,6 @@ double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const Solv
   }
   const auto share = [](double part, double rest) { return part > 0.0 ? part / (part + rest) : 0.0; };
   return std::max(share(behind, static_cast<double>(fitting)), ShareMirrored(points, model, threshold, *inliers));
-}
-
-std::vector<std::uint8_t> AbsolutePoseTask::InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose) {
-  const SolverSpace space(problem);
-  return InlierMask<AbsolutePose>(space.points(), pose, space.threshold());
-}
-
-EstimateError AbsolutePoseTask::Error(const ModelParameters* model, const std::vector<std::uint8_t>&,
-                                      const Example& example) {
-  EstimateError error;
-  error.failed = model == nullptr;
-  if (example.truth.model.size() != AbsolutePose::Parameters::SizeAtCompileTime) return error;
-  const AbsolutePose::Parameters truth = example.truth.model;
-  error.rotation_deg = kWorstRotationDeg;
-  error.translation_deg = kWorstTranslationDeg;
-  error.offset = std::numeric_limits<double>::infinity();
-  if (!error.failed) {
-    const AbsolutePose::Parameters pose = *model;
-    const Eigen::Vector3d middle = example.problem.points.leftCols(3).colwise().mean().transpose();
-    error.rotation_deg = RotationAngleDegrees(RotationOf(pose), RotationOf(truth));
-    error.offset = (CentreOf(pose) - CentreOf(truth)).norm();
-    error.translation_deg = std::atan2(error.offset, (CentreOf(truth) - middle).norm()) * 180.0 / std::numbers::pi;
-  }
-  error.angle_deg = std::max(error.rotation_deg, error.translation_deg);
-  return error;
 }
 
 }  // namespace diffsac

@@ -33,13 +33,6 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
   static double ChanceShare(const Problem& problem, double threshold) {
     return DiscShare(ImageExtent(problem.size1, ImagePoints(problem)), threshold);
   }
-  /// rotation_deg; offset, the distance of the camera's centre from the true one, in the scene's unit; translation_deg,
-  /// the angle under which the middle of the scene's points sees that distance; angle_deg, the larger of the two
-  /// angles. A failure is 180°, 90° and infinite.
-  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                             const Example& example);
-  /// N values: 1 for points within the inlier threshold under this pose.
-  static std::vector<std::uint8_t> InliersOf(const Problem& problem, const AbsolutePose::Parameters& pose);
 };
 
 }  // namespace diffsac

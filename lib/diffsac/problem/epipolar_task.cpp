@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/pose.h"
@@ -42,37 +41,6 @@ double LeaveOutBehind(const std::optional<RigidMotion>& pose, const PointMatrix&
     ++behind;
   }
   return static_cast<double>(behind) / static_cast<double>(count);
-}
-
-EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
-                                const std::vector<std::uint8_t>& inliers, const Example& example) {
-  EstimateError error;
-  error.rotation_deg = kWorstRotationDeg;
-  error.translation_deg = kWorstTranslationDeg;
-  std::optional<RigidMotion> pose;
-  if (essential != nullptr) pose = EpipolarPose(*essential, cameras, inliers, example.problem.points);
-  error.failed = !pose;
-  if (pose) {
-    error.rotation_deg = RotationAngleDegrees(pose->rotation, example.truth.pose->rotation);
-    error.translation_deg = TranslationErrorDegrees(pose->translation, example.truth.pose->translation);
-  }
-  error.angle_deg = std::max(error.rotation_deg, error.translation_deg);
-  return error;
-}
-
-EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example) {
-  EstimateError error;
-  error.failed = fundamental == nullptr;
-  const auto& inliers = example.truth.inliers;
-  const auto count = std::count(inliers.begin(), inliers.end(), 1);
-  if (count == 0) return error;
-  error.error_px = std::numeric_limits<double>::infinity();
-  if (error.failed) return error;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < inliers.size(); ++i)
-    if (inliers[i]) sum += SampsonError(*fundamental, example.problem.points.row(i).data());
-  if (std::isfinite(sum)) error.error_px = sum / static_cast<double>(count);
-  return error;
 }
 
 }  // namespace diffsac

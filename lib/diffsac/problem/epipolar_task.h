@@ -5,12 +5,6 @@
 
 namespace diffsac {
 
-/// The error of the pose that E chooses with the estimate's inliers by cheirality, E null for a failure. Both errors as
-/// in the CVPR 2020 RANSAC tutorial: the translation's sign does not count, a pose that cannot be chosen (fewer than 5
-/// inliers, none before both cameras) is a failure of 180° and 90°. Where the true translation is zero its error is 0.
-EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPair& cameras,
-                                const std::vector<std::uint8_t>& inliers, const Example& example);
-
 /// The pose that E chooses with the inliers, of matches in pixels, by cheirality; nothing with fewer than 5 inliers, or
 /// where none is before both cameras. noise_px: as ChoosePose, in pixels.
 std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
@@ -26,9 +20,6 @@ double LeaveOutBehind(const std::optional<RigidMotion>& pose, const PointMatrix&
 ParallaxTest CalibratedParallax(const Eigen::Matrix3d& essential, const CameraPair& cameras,
                                 const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels);
 
-/// error_px: the mean Sampson distance of the true inliers to F, null for a failure; NaN where none are known.
-EstimateError EpipolarInlierError(const Matrix3Parameters* fundamental, const Example& example);
-
 /// How likely a match of nothing is within the threshold, in pixels, of epipolar geometry.
 inline double EpipolarChanceShare(const Problem& problem, double threshold) {
   return EpipolarBandShare(ImageExtent(problem.size2, problem.points.rightCols(2)), threshold);
@@ -38,19 +29,6 @@ inline double EpipolarChanceShare(const Problem& problem, double threshold) {
 ///   EssentialOf(model, cameras)   E of a model, for its poses
 template <class Description, class Own, class... Others>
 struct EpipolarTask : TwoViewTask<Own, Others...> {
-  /// Of the pose where it and the calibration are known, else of the true inliers where these are (of labels, say).
-  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                             const Example& example) {
-    const Problem& problem = example.problem;
-    if (example.truth.pose && problem.cameras) {
-      if (model == nullptr) return EpipolarPoseError(nullptr, *problem.cameras, inliers, example);
-      const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(*model), *problem.cameras);
-      return EpipolarPoseError(&essential, *problem.cameras, inliers, example);
-    }
-    if (model == nullptr) return EpipolarInlierError(nullptr, example);
-    const Matrix3Parameters fundamental = Description::PixelModel(*model, problem);
-    return EpipolarInlierError(&fundamental, example);
-  }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {
     if (!problem.cameras) return std::nullopt;
@@ -59,9 +37,6 @@ struct EpipolarTask : TwoViewTask<Own, Others...> {
   }
   static double ChanceShare(const Problem& problem, double threshold) {
     return EpipolarChanceShare(problem, threshold);
-  }
-  static LinearEquations Equations(const SolverSpace& space, const GroundTruth& truth) {
-    return EpipolarEquations(space.points(), truth);
   }
 };
 

@@ -12,7 +12,6 @@ inline constexpr const char* kModelName<Essential> = "essential";
 
 /// Two calibrated views, solved in normalised coordinates, K⁻¹ times pixels.
 struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
-  static const std::optional<Eigen::Matrix3d>& TrueMatrix(const GroundTruth& truth) { return truth.essential; }
   /// A calibration, whose matrices are finite and can be inverted, of positive focal length.
   static bool Accepts(const Problem& problem);
   static PointMatrix Normalize(const Problem& problem, double* unit) {

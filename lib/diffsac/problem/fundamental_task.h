@@ -13,7 +13,6 @@ inline constexpr const char* kModelName<Fundamental8> = "fundamental8";
 
 /// Two uncalibrated views; the calibration, where it is known, is the metric's alone. Sets of 7 points, or of 8.
 struct FundamentalTask : EpipolarTask<FundamentalTask, Fundamental, Fundamental8> {
-  static const std::optional<Eigen::Matrix3d>& TrueMatrix(const GroundTruth& truth) { return truth.fundamental; }
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair& cameras) {
     return EssentialFromFundamental(model, cameras.K1, cameras.K2);
   }

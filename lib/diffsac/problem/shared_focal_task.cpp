@@ -70,8 +70,6 @@ PointMatrix Swapped(const PointMatrix& points) {
   return swapped;
 }
 
-double FocalOf(const Eigen::Matrix3d& K) { return 0.5 * (K(0, 0) + K(1, 1)); }
-
 }  // namespace
 
 std::optional<FocalSpace> FocalSpaceOf(UnknownFocal unknown, const Problem& problem) {
@@ -105,15 +103,6 @@ Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& mo
   return FocalSpaceOf(unknown, problem).value().swapped ? Eigen::Matrix3d(essential.transpose()) : essential;
 }
 
-ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, const GroundTruth& truth) {
-  const auto space = FocalSpaceOf(unknown, problem);
-  if (!space || !truth.essential || !truth.cameras) return {};
-  const Eigen::Matrix3d& essential = *truth.essential;
-  const double focal = FocalOf(space->swapped ? truth.cameras->K1 : truth.cameras->K2) / space->unit;
-  const Eigen::Matrix3d placed = space->swapped ? Eigen::Matrix3d(essential.transpose()) : essential;
-  return AsFocalParameters(AsParameters(placed), focal);
-}
-
 /// F cannot tell a turn from a plane. Where the matches are those of either, a turn by the model's focal length is
 /// tried, and then by the one with which it explains them best: what E and f were fitted to is a turn's noise.
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
@@ -137,35 +126,6 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   const ParallaxTest turned =
       CalibratedParallax(EssentialFromFundamental(f, cameras.K1, cameras.K2), cameras, inliers, problem.points);
   return IsUndetermined(turned.translation) ? turned : test;
-}
-
-EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                         const Example& example) {
-  const Problem& problem = example.problem;
-  std::optional<CameraPair> cameras;
-  Eigen::Matrix3d essential;
-  if (model != nullptr && FocalSpaceOf(unknown, problem)) {
-    cameras = CamerasOfFocal(unknown, FocalParameters(*model), problem);
-    essential = EssentialOfFocal(unknown, FocalParameters(*model), problem);
-  }
-  EstimateError error;
-  if (example.truth.pose) {
-    error = EpipolarPoseError(cameras ? &essential : nullptr, cameras.value_or(CameraPair{}), inliers, example);
-  } else if (cameras) {
-    const Matrix3Parameters f = AsParameters(FundamentalFromEssential(essential, cameras->K1, cameras->K2));
-    error = EpipolarInlierError(&f, example);
-  } else {
-    error = EpipolarInlierError(nullptr, example);
-  }
-  if (!example.truth.cameras) return error;
-  error.focal = std::numeric_limits<double>::infinity();
-  if (!cameras) return error;
-  const auto relative = [](const Eigen::Matrix3d& K, const Eigen::Matrix3d& truth) {
-    return std::abs(FocalOf(K) / FocalOf(truth) - 1.0);
-  };
-  error.focal =
-      std::max(relative(cameras->K1, example.truth.cameras->K1), relative(cameras->K2, example.truth.cameras->K2));
-  return error;
 }
 
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem) {

@@ -10,6 +10,9 @@ inline constexpr const char* kModelName<SharedFocal> = "shared_focal";
 template <>
 inline constexpr const char* kModelName<OneFocal> = "one_focal";
 
+/// The mean of the two of a calibration, in pixels.
+inline double FocalOf(const Eigen::Matrix3d& K) { return 0.5 * (K(0, 0) + K(1, 1)); }
+
 /// The focal length that features and F's likely camera take where the calibration is unknown, in longer sides.
 inline constexpr double kUsualFocal = 1.2;
 
@@ -30,16 +33,12 @@ std::optional<FocalSpace> FocalSpaceOf(UnknownFocal unknown, const Problem& prob
 PointMatrix NormalizeFocal(UnknownFocal unknown, const Problem& problem, double* unit);
 CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
 Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
-ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, const GroundTruth& truth);
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
                            const Problem& problem);
-EstimateError FocalError(UnknownFocal unknown, const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                         const Example& example);
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem);
 
 /// Two views of one unknown focal length, that of both images or of one, with known principal points (CameraHint; the
-/// images' centres where none is given). The problem has no calibration; the truth has, and the metric measures the
-/// pose by the estimated focal length, and that itself.
+/// images' centres where none is given). The problem has no calibration.
 template <UnknownFocal kUnknown>
 struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static constexpr UnknownFocal kUnknownFocal = kUnknown;
@@ -61,19 +60,12 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static Eigen::Matrix3d EssentialOf(const ModelParameters& model, const Problem& problem) {
     return EssentialOfFocal(kUnknown, FocalParameters(model), problem);
   }
-  static ModelParameters TrueModel(const Problem& problem, const GroundTruth& truth) {
-    return TrueFocalModel(kUnknown, problem, truth);
-  }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
     const CameraPair cameras = CamerasOf(model, problem);
     return AsParameters(FundamentalFromEssential(EssentialOf(model, problem), cameras.K1, cameras.K2));
   }
   static double PixelResidual(const Matrix3Parameters& model, const double* point) {
     return SampsonError(model, point);
-  }
-  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                             const Example& example) {
-    return FocalError(kUnknown, model, inliers, example);
   }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                          const Problem& problem) {

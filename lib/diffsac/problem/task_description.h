@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "diffsac/core/type_list.h"
-#include "diffsac/problem/estimate_error.h"
 #include "diffsac/problem/solver_space.h"
 
 namespace diffsac {
@@ -16,18 +15,16 @@ inline constexpr const char* kModelName = nullptr;
 
 /// What everything above geometry asks of a task: a struct of static members, one a task, derived from
 /// TaskDescriptionOf<Models...> and named in the list of problem/tasks.h. That is all that knows it: names, sizes and
-/// dispatch follow from the list, features, labels, metrics, methods and learners from the members.
+/// dispatch follow from the list, features, methods and learners from the members. What needs the truth (labels,
+/// errors) is in a table of the lab (lab/truth/task_truth.h).
 ///
 ///   Model, Models         the task's own geometry model (geometry/model.h), whose kModelName names the task, and all
 ///                         by which its minimal sets can be solved (key `model`), the own first
 ///   kTwoView              the points are matches x1 y1 x2 y2 of two images, in pixels
-///   kErrorInPixels        the tables are about error_px, else about angle_deg
 ///   Accepts(problem)      whether the problem has what the task needs beside its points: the calibration, say
 ///   FeatureCoordinates(space)
 ///                         what a network sees of the points: N × kDimension, about unit size, independent of the
 ///                         data's unit
-///   Error(model, inliers, example)
-///                         how wrong an estimate is; model is null for a failure, else finite
 ///   ChanceShare(problem, threshold)
 ///                         how likely a point anywhere is within the threshold, in the data's unit, of a model
 ///                         (problem/chance_share.h)
@@ -45,27 +42,17 @@ inline constexpr const char* kModelName = nullptr;
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   PointWeights(problem) N values in [0, 1], how much each point says: weights in scores
 ///                         (consensus.inlier_prior_power), of draws (sampler `weighted`) and their order (`prosac`)
-///   StructureAngle(a, b, example)
-///                         the angle between two models in degrees, for several structures (structures_error.h)
 ///   Normalize(problem, unit)
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the
 ///                         data's unit is one unit there (SolverSpace). Absent: the points as they are.
-///   OptimalSets(example, options, count)
-///                         the minimal sets of true inliers nearest to the truth (problem/labels.h). Absent: the best
-///                         of random ones by the models' own residuals.
-///   Equations(space, truth)
-///                         the weighted linear fit that gradients pass through (CLNet)
 template <class T>
-concept TaskDescription = requires(const Problem& problem, const SolverSpace& space, const ModelParameters* model,
-                                   const std::vector<std::uint8_t>& inliers, const Example& example) {
+concept TaskDescription = requires(const Problem& problem, const SolverSpace& space) {
   typename T::Model;
   typename T::Models;
   requires(kModelName<typename T::Model> != nullptr);
   { T::kTwoView } -> std::convertible_to<bool>;
-  { T::kErrorInPixels } -> std::convertible_to<bool>;
   { T::Accepts(problem) } -> std::same_as<bool>;
   { T::FeatureCoordinates(space) } -> std::same_as<PointMatrix>;
-  { T::Error(model, inliers, example) } -> std::same_as<EstimateError>;
   { T::ChanceShare(problem, 1.0) } -> std::same_as<double>;
 };
 
@@ -75,16 +62,7 @@ struct TaskDescriptionOf {
   using Model = Own;
   using Models = TypeList<Own, Others...>;
   static constexpr bool kTwoView = false;
-  static constexpr bool kErrorInPixels = false;
   static bool Accepts(const Problem&) { return true; }
-};
-
-/// A linear fit of one problem's points: the model is the unit vector v that minimises Σ w (row · v)².
-struct LinearEquations {
-  PointMatrix rows;
-  int rows_per_point = 1;
-  bool about_mean = false;  ///< Rows are taken about their weighted mean first.
-  Eigen::VectorXd truth;    ///< The true v, of any length; empty without one.
 };
 
 }  // namespace diffsac

@@ -59,10 +59,6 @@ bool IsTwoView(Task task) {
   return DispatchDescription(task, []<class Description>() { return bool{Description::kTwoView}; });
 }
 
-bool ErrorInPixels(Task task) {
-  return DispatchDescription(task, []<class Description>() { return bool{Description::kErrorInPixels}; });
-}
-
 std::vector<std::string> ModelNames(Task task) {
   return DispatchDescription(task, []<class Description>() { return Names(typename Description::Models()); });
 }

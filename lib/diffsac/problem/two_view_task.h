@@ -10,8 +10,6 @@ namespace diffsac {
 /// What homographies, fundamental and essential matrices share: matches of two images, in pixels, and a 3 × 3 matrix.
 ///
 /// A description derived from it has members more:
-///   TrueMatrix(truth)             which of the matrices that the source of a pair knows is the task's, or
-///   TrueModel(problem, truth)     the model that it makes of them, where that is no matrix
 ///   PixelModel(model, problem)    the matrix by which PixelResidual of matches in pixels is in pixels, for what is
 ///                                 measured there (lab/data/repeated_structures.h, the errors without a pose)
 ///   kUnknownFocal                 where focal lengths are estimated: whose
@@ -28,14 +26,6 @@ struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
     return Own::Residual(model, point);
   }
 };
-
-/// Of matches in the solver's coordinates, each image's normalised to centroid 0 and root mean square distance √2: two
-/// transfer equations a match (homography), or the epipolar one.
-LinearEquations HomographyEquations(const PointMatrix& points, const GroundTruth& truth);
-LinearEquations EpipolarEquations(const PointMatrix& points, const GroundTruth& truth);
-
-/// The error of a direction in degrees, either sign; 0 where the true one is zero.
-double TranslationErrorDegrees(const Eigen::Vector3d& estimate, const Eigen::Vector3d& truth);
 
 /// AsMatrix of parameters behind type erasure.
 inline Eigen::Matrix3d ModelMatrix(const ModelParameters& model) { return AsMatrix(Matrix3Parameters(model)); }

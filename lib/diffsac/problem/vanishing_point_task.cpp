@@ -86,23 +86,6 @@ Eigen::VectorXd VanishingPointTask::PointWeights(const Problem& problem) {
 
 double VanishingPointTask::ChanceShare(const Problem&, double threshold) { return std::min(1.0, threshold / 90.0); }
 
-EstimateError VanishingPointTask::Error(const ModelParameters* model, const std::vector<std::uint8_t>&,
-                                        const Example& example) {
-  EstimateError error;
-  error.failed = model == nullptr;
-  if (example.truth.model.size() != 3) return error;
-  error.angle_deg = error.failed ? kWorstAngleDeg : StructureAngle(*model, example.truth.model, example);
-  return error;
-}
-
-double VanishingPointTask::StructureAngle(const ModelParameters& a, const ModelParameters& b, const Example& example) {
-  const auto& cameras = example.truth.cameras ? example.truth.cameras : example.problem.cameras;
-  Eigen::Matrix3d to_space = Eigen::Matrix3d::Identity();
-  if (cameras) to_space = cameras->K1.inverse() * SegmentCamera(example.problem);
-  const Eigen::Vector3d first = Unit(to_space * Eigen::Vector3d(a)), second = Unit(to_space * Eigen::Vector3d(b));
-  return std::atan2(first.cross(second).norm(), std::abs(first.dot(second))) * kDegrees;
-}
-
 Eigen::Vector3d VanishingPointTask::PixelPoint(const ModelParameters& model, const Problem& problem) {
   return Unit(SegmentCamera(problem) * Eigen::Vector3d(model));
 }

@@ -21,12 +21,6 @@ struct VanishingPointTask : TaskDescriptionOf<VanishingPoint> {
   static Eigen::VectorXd PointWeights(const Problem& problem);
   /// A segment of any direction is within the threshold so often.
   static double ChanceShare(const Problem& problem, double threshold);
-  /// angle_deg: as StructureAngle.
-  static EstimateError Error(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
-                             const Example& example);
-  /// The angle between the directions in space of two models, in [0, 90] degrees, by the true calibration where the
-  /// problem is to do without one.
-  static double StructureAngle(const ModelParameters& a, const ModelParameters& b, const Example& example);
   /// The vanishing point in homogeneous pixels, of unit length.
   static Eigen::Vector3d PixelPoint(const ModelParameters& model, const Problem& problem);
   /// The model of a vanishing point in homogeneous pixels.

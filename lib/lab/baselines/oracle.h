@@ -1,6 +1,7 @@
 #pragma once
 
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

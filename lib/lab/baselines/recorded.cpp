@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

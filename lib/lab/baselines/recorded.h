@@ -8,6 +8,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -9,11 +9,11 @@
 #include <initializer_list>
 #include <map>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
 #include "lab/colmap/text.h"
+#include "lab/files/files.h"
 #include "lab/files/number_file.h"
 
 namespace diffsac {

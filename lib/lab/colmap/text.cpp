@@ -3,8 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

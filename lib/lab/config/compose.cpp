@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "diffsac/core/config_tree.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
+#include "lab/config/paths.h"
 #include "lab/config/tree_edits.h"
 
 namespace diffsac {

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "diffsac/core/resources.h"
 #include "lab/config/dataset_registry.h"
+#include "lab/config/paths.h"
 
 namespace diffsac {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

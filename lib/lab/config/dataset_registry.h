@@ -8,9 +8,9 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
-#include "diffsac/core/typed_options.h"
-#include "diffsac/problem/problem.h"
+#include "lab/config/typed_options.h"
 #include "lab/config/yaml.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

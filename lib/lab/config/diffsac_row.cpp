@@ -4,8 +4,18 @@
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/presets.h"
 #include "lab/config/registered_learned_estimator.h"
+#include "lab/config/row_keys.h"
 
 namespace diffsac {
+
+static void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
+  const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
+  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
+                     {"consensus.max_iterations", by_confidence,
+                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
+  CheckSharedKeys(row, network.learned());
+}
+
 namespace {
 
 std::shared_ptr<const DiffsacModel> Load(const TrainedConfig& trained, const DiffsacOptions& options,

@@ -9,8 +9,8 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
-#include "diffsac/core/typed_options.h"
 #include "lab/config/make_estimator.h"
+#include "lab/config/typed_options.h"
 
 namespace diffsac {
 

@@ -1,10 +1,10 @@
 #include "lab/config/make_estimator.h"
 
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/learned_model.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/config/paths.h"
 #include "lab/config/registered_learned_estimator.h"
 #include "lab/config/yaml.h"
 

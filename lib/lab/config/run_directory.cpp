@@ -8,10 +8,10 @@
 #include <fstream>
 #include <string_view>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/version.h"
 #include "diffsac_git_revision.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

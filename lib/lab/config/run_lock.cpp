@@ -6,8 +6,8 @@
 
 #include <cerrno>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

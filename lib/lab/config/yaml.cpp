@@ -9,10 +9,10 @@
 #include <sstream>
 #include <utility>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/core/status.h"
 #include "diffsac/network/engine/checkpoint_info.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

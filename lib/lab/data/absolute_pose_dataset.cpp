@@ -23,6 +23,7 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -63,7 +64,7 @@ Example ReadImage(const H5::Group& group, double inlier_threshold_px, const std:
   if (!group.nameExists("pose")) return example;
   const Numbers pose = ReadNumbersOfShape(group, "pose", {3, 4}, place);
   example.truth.model = Eigen::Map<const Eigen::VectorXd>(pose.values.data(), 12);
-  example.truth.inliers = AbsolutePoseTask::InliersOf(problem, example.truth.model);
+  example.truth.inliers = AbsolutePoseInliers(problem, example.truth.model);
   return example;
 }
 

@@ -6,7 +6,7 @@
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/geometry/homography.h"
-#include "diffsac/problem/pair_truth.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/two_view.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

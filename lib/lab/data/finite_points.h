@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

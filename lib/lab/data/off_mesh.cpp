@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

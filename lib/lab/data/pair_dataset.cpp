@@ -5,11 +5,11 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_reading.h"
 #include "lab/data/structure_truth.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

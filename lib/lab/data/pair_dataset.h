@@ -10,6 +10,7 @@
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -8,6 +8,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/finite_points.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

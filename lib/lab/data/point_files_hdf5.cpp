@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/data/point_files.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/data/point_files.h"
 #include "lab/data/warn_once.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

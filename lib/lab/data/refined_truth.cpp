@@ -5,7 +5,7 @@
 
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/refine.h"
-#include "diffsac/problem/pair_truth.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

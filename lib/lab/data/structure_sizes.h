@@ -4,7 +4,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

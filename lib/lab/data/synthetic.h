@@ -4,8 +4,8 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
 #include "lab/data/box_section.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -5,8 +5,8 @@
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/image_pair.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/problem.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 

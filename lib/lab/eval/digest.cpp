@@ -2,7 +2,7 @@
 
 #include <nettle/sha2.h>
 
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <mutex>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/problem.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 

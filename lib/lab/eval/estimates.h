@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

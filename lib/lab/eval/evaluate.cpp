@@ -5,7 +5,6 @@
 #include <optional>
 #include <ostream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_engine.h"
@@ -23,6 +22,7 @@
 #include "lab/eval/run_files.h"
 #include "lab/eval/run_seeds.h"
 #include "lab/eval/selection.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

@@ -10,11 +10,11 @@
 #include <numeric>
 #include <tuple>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/eval/structures_error.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_output.h"
 
 namespace diffsac {

@@ -11,6 +11,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/eval/metrics.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 

@@ -7,14 +7,14 @@
 #include <ostream>
 
 #include "diffsac/core/status.h"
-#include "diffsac/core/typed_options.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/colmap/two_view_geometries.h"
+#include "lab/config/typed_options.h"
 #include "lab/data/correspondences_dataset.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
-#include "lab/colmap/two_view_geometries.h"
 
 namespace diffsac {
 namespace {

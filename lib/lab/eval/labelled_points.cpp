@@ -10,13 +10,13 @@
 #include <set>
 #include <utility>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/data/point_source.h"
 #include "lab/eval/colours.h"
 #include "lab/eval/format.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

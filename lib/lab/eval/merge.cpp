@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <ostream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/run_directory.h"
@@ -15,6 +14,7 @@
 #include "lab/eval/report_script.h"
 #include "lab/eval/result_files.h"
 #include "lab/eval/run_files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

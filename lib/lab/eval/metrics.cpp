@@ -7,6 +7,7 @@
 
 #include "diffsac/problem/tasks.h"
 #include "lab/eval/structures_error.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -17,11 +18,11 @@ constexpr int kBins = 10;
 }  // namespace
 
 EstimateError MeasureError(const Estimate& estimate, const Example& example) {
-  EstimateError error = DispatchDescription(example.problem.task, [&]<TaskDescription Description>() {
-    const bool found = estimate.status == Status::kOk && estimate.model.allFinite() &&
-                       estimate.model.size() == Description::Model::Parameters::SizeAtCompileTime;
-    return Description::Error(found ? &estimate.model : nullptr, estimate.inliers, example);
-  });
+  const int size =
+      DispatchTask(example.problem.task, []<class Model>() { return int{Model::Parameters::SizeAtCompileTime}; });
+  const bool found = estimate.status == Status::kOk && estimate.model.allFinite() && estimate.model.size() == size;
+  EstimateError error =
+      TruthOf(example.problem.task).error(found ? &estimate.model : nullptr, estimate.inliers, example);
   AddStructuresError(estimate, example, &error);
   return error;
 }

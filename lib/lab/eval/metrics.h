@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/problem/estimate_error.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/estimate_error.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/geometry/pose.h"
-#include "diffsac/problem/pair_truth.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -10,10 +10,10 @@
 #include <csignal>
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
+#include "lab/config/paths.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

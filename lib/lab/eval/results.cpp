@@ -8,7 +8,7 @@
 #include <set>
 #include <unordered_map>
 
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -9,12 +9,12 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "lab/eval/format.h"
 #include "lab/eval/long_lines.h"
 #include "lab/eval/markdown_report.h"
 #include "lab/eval/record_fields.h"
 #include "lab/eval/results_json.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/record_fields.h"
 #include "lab/eval/run_files.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

@@ -11,14 +11,14 @@
 #include <set>
 
 #include "diffsac/core/logging.h"
-#include "diffsac/core/memory.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/estimators/estimation_priors.h"
 #include "lab/baselines/oracle.h"
 #include "lab/baselines/recorded.h"
 #include "lab/config/dataset_factory.h"
+#include "lab/config/paths.h"
+#include "lab/config/process.h"
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
 #include "lab/data/point_source.h"

@@ -7,6 +7,7 @@
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/eval/linear_assignment.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -116,25 +117,22 @@ double StructureRecall(const std::vector<ModelParameters>& found, const Example&
 
 std::vector<double> StructureAngles(const std::vector<ModelParameters>& found, const Example& example) {
   const std::vector<ModelParameters>& truth = example.truth.structures;
-  return DispatchDescription(example.problem.task, [&]<class Description>() -> std::vector<double> {
-    if constexpr (requires { Description::StructureAngle(truth[0], truth[0], example); }) {
-      const auto count = static_cast<Eigen::Index>(std::min(found.size(), truth.size()));
-      // How much better than none.
-      Eigen::MatrixXd gain(static_cast<Eigen::Index>(truth.size()), count);
-      for (Eigen::Index t = 0; t < gain.rows(); ++t)
-        for (Eigen::Index f = 0; f < count; ++f)
-          gain(t, f) = kWorstAngleDeg - Description::StructureAngle(found[static_cast<std::size_t>(f)],
-                                                                    truth[static_cast<std::size_t>(t)], example);
-      std::vector<double> angles;
-      const std::vector<int> partners = BestAssignment(gain);
-      for (Eigen::Index t = 0; t < gain.rows(); ++t) {
-        const int partner = partners[static_cast<std::size_t>(t)];
-        angles.push_back(partner < 0 ? kWorstAngleDeg : kWorstAngleDeg - gain(t, partner));
-      }
-      return angles;
-    }
-    return {};
-  });
+  const auto angle = TruthOf(example.problem.task).structure_angle;
+  if (angle == nullptr) return {};
+  const auto count = static_cast<Eigen::Index>(std::min(found.size(), truth.size()));
+  // How much better than none.
+  Eigen::MatrixXd gain(static_cast<Eigen::Index>(truth.size()), count);
+  for (Eigen::Index t = 0; t < gain.rows(); ++t)
+    for (Eigen::Index f = 0; f < count; ++f)
+      gain(t, f) =
+          kWorstAngleDeg - angle(found[static_cast<std::size_t>(f)], truth[static_cast<std::size_t>(t)], example);
+  std::vector<double> angles;
+  const std::vector<int> partners = BestAssignment(gain);
+  for (Eigen::Index t = 0; t < gain.rows(); ++t) {
+    const int partner = partners[static_cast<std::size_t>(t)];
+    angles.push_back(partner < 0 ? kWorstAngleDeg : kWorstAngleDeg - gain(t, partner));
+  }
+  return angles;
 }
 
 void AddStructuresError(const Estimate& estimate, const Example& example, EstimateError* error) {

@@ -13,10 +13,10 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

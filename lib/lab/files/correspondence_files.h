@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
@@ -57,7 +57,7 @@ class CorrespondenceScene {
   std::int64_t size() const { return static_cast<std::int64_t>(pairs().size()); }
 
   /// Reads one pair: `id` is its name, `truth` what the files know, and `problem` as yet of no task: fundamental
-  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in problem/pair_truth.h). Throws Error for an index
+  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in lab/truth/pair_truth.h). Throws Error for an index
   /// out of range as well.
   Example Read(std::int64_t index) const;
   /// The rows of match_indices.h5 for a pair of `num_matches`. Throws Error where there is no such file as well.

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <set>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_output.h"
 
 namespace diffsac {

@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

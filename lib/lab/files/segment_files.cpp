@@ -2,9 +2,9 @@
 
 #include <mutex>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"

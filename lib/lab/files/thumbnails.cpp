@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_output.h"
 
 namespace diffsac {

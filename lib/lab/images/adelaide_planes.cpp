@@ -8,11 +8,12 @@
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/problem/homography_task.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_format.h"
 #include "lab/images/write_scene.h"
+#include "lab/truth/pair_truth.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {

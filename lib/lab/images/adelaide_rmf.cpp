@@ -6,12 +6,12 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/files/number_file.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
 #include "lab/images/write_scene.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

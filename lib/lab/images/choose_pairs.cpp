@@ -4,10 +4,10 @@
 #include <map>
 #include <set>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/pose.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 #include "lab/images/image_source.h"
 

@@ -9,12 +9,12 @@
 #include <numeric>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/text.h"
 #include "lab/config/progress.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
 #include "lab/images/feature_store.h"

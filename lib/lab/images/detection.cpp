@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

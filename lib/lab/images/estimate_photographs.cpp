@@ -5,9 +5,9 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/config/progress.h"
 #include "lab/images/pair_features.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -8,6 +8,7 @@
 #include "lab/images/image_cameras.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/photographs.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -3,8 +3,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

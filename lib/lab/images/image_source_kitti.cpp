@@ -1,8 +1,8 @@
 #include <charconv>
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 #include "lab/images/image_format.h"
 #include "lab/images/image_source.h"

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <numeric>
 
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/usable_rows.h"
 #include "lab/config/progress.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <map>
 
-#include "diffsac/problem/pair_truth.h"
 #include "lab/images/keypoint_frames.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

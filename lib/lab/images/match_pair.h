@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "diffsac/problem/problem.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

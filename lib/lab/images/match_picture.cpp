@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
 #include "lab/images/picture.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "diffsac/problem/problem.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <set>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/config/progress.h"
 #include "lab/data/modelnet.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

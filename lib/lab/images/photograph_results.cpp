@@ -10,10 +10,9 @@
 #include <sstream>
 #include <tuple>
 
-#include "diffsac/core/files.h"
-#include "diffsac/core/typed_options.h"
 #include "lab/colmap/create.h"
 #include "lab/config/run_directory.h"
+#include "lab/config/typed_options.h"
 #include "lab/data/correspondences_dataset.h"
 #include "lab/eval/example_files.h"
 #include "lab/eval/export_colmap.h"
@@ -22,6 +21,7 @@
 #include "lab/eval/report_script.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
+#include "lab/files/files.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
 

@@ -6,19 +6,19 @@
 #include <set>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/config/progress.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/data/refined_truth.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/pair_features.h"
 #include "lab/images/thumbnail.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -7,12 +7,12 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/coordinates.h"
 #include "lab/config/progress.h"
+#include "lab/files/files.h"
 #include "lab/images/detection.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/image_source.h"

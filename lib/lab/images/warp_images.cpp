@@ -10,10 +10,10 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
+#include "lab/files/files.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
 #include "lab/images/photograph.h"

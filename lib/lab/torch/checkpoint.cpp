@@ -4,6 +4,7 @@
 
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/torch/network_tensors.h"
 
 namespace diffsac {
@@ -29,7 +30,7 @@ void SaveCheckpoint(const std::string& path, const CheckpointInfo& info, const t
     AddTensors(kNetworkTensors, network, network.parameters(), &writer);
     AddOptimizer(network, *optimizer, &writer);
   }
-  writer.Write(path);
+  WriteFileAtomically(path, writer.Content());
 }
 
 CheckpointInfo LoadCheckpoint(const std::string& path, torch::nn::Module& network, ExponentialMovingAverage* average,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/consensus/samplers/weighted_sampler.h"
+#include "lab/config/row_keys.h"
 #include "lab/torch/prediction_tensors.h"
 
 namespace diffsac {

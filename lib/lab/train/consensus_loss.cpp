@@ -6,6 +6,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -52,16 +53,12 @@ torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Ten
 }
 
 LinearFit MakeLinearFit(const Example& example) {
-  return DispatchDescription(example.problem.task, [&]<TaskDescription Description>() -> LinearFit {
-    if constexpr (requires(const SolverSpace& space) { Description::Equations(space, example.truth); }) {
-      const LinearEquations equations = Description::Equations(SolverSpace(example.problem), example.truth);
-      LinearFit fit{ToTensor(equations.rows), equations.rows_per_point, equations.about_mean, {}};
-      if (equations.truth.size() > 0) fit.truth = UnitVector(equations.truth);
-      return fit;
-    } else {
-      throw Error("clnet: the task " + ToString(example.problem.task) + " has no linear fit");
-    }
-  });
+  const auto equations_of = TruthOf(example.problem.task).equations;
+  if (equations_of == nullptr) throw Error("clnet: the task " + ToString(example.problem.task) + " has no linear fit");
+  const LinearEquations equations = equations_of(SolverSpace(example.problem), example.truth);
+  LinearFit fit{ToTensor(equations.rows), equations.rows_per_point, equations.about_mean, {}};
+  if (equations.truth.size() > 0) fit.truth = UnitVector(equations.truth);
+  return fit;
 }
 
 torch::Tensor RegressionLoss(const torch::Tensor& weights, const std::vector<LinearFit>& fits) {

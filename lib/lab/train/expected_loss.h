@@ -7,6 +7,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

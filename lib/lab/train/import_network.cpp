@@ -2,11 +2,11 @@
 
 #include <torch/torch.h>
 
-#include "diffsac/core/config_json.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/config_to_json.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/torch/checkpoint.h"

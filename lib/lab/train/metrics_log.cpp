@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 MetricsLog::MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration)

@@ -6,13 +6,13 @@
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/estimators/task_dispatch.h"
-#include "diffsac/problem/labels.h"
 #include "lab/eval/metrics.h"
 #include "lab/torch/ng_ransac.h"
 #include "lab/train/batch_tensors.h"
 #include "lab/train/expected_loss.h"
 #include "lab/train/metrics_log.h"
 #include "lab/train/weight_learner.h"
+#include "lab/truth/labels.h"
 
 namespace diffsac {
 

@@ -12,6 +12,7 @@
 #include "diffsac/problem/vanishing_point_pool.h"
 #include "lab/torch/set_scorer_module.h"
 #include "lab/train/learner.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -72,9 +73,10 @@ struct JudgedPool {
     const Eigen::VectorXd weights = PointWeights(example.problem);
     pool = MakeVanishingPointPool(space.points(), PoolLengths(weights), DrawHypotheses(space, weights, draws, rng));
     structures = static_cast<int>(example.truth.structures.size());
+    const auto angle_of = TruthOf(Task::kVanishingPoint).structure_angle;
     for (const ModelParameters& truth : example.truth.structures)
       for (const Eigen::Vector3d& model : pool.models) {
-        const auto angle = static_cast<float>(VanishingPointTask::StructureAngle(model, truth, example));
+        const auto angle = static_cast<float>(angle_of(model, truth, example));
         values.push_back(0.5f * std::max(0.0f, 1.0f - angle / kNearDegrees) +
                          0.5f * std::max(0.0f, 1.0f - angle / kFarDegrees));
       }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
-#include "diffsac/core/resources.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/paths.h"
 #include "lab/config/yaml.h"
 #include "lab/train/learner.h"
 #include "lab/train/validation.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
 #include "lab/eval/metrics.h"
 #include "lab/train/training_source.h"
+#include "lab/truth/labels.h"
 
 namespace diffsac {
 

@@ -10,9 +10,9 @@
 #include <optional>
 #include <utility>
 
-#include "diffsac/core/config_json.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
+#include "lab/config/config_to_json.h"
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"

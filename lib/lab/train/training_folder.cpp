@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "lab/config/changed_keys.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/metrics_log.h"
 #include "lab/train/trainer.h"

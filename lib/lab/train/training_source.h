@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
+#include "lab/truth/labels.h"
 
 namespace diffsac {
 

@@ -6,11 +6,11 @@
 #include <catch2/catch.hpp>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/runner.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "core/errors.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/colmap/colmap_test_util.h"
 #include "lab/colmap/lens.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -4,11 +4,11 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/config/terminal_log.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

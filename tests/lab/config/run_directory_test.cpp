@@ -4,11 +4,11 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/version.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "diffsac/problem/labels.h"
 #include "diffsac/problem/point_features.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic_two_view.h"
+#include "lab/truth/labels.h"
 
 namespace diffsac {
 namespace {

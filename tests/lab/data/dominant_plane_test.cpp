@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 
 #include "core/temporary_folder.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/correspondences_dataset.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

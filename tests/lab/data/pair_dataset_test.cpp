@@ -10,7 +10,6 @@
 #include <set>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/problem/tasks.h"
@@ -20,6 +19,7 @@
 #include "lab/data/same_points.h"
 #include "lab/data/synthetic_two_view.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {

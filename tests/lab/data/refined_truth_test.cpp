@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "diffsac/geometry/refine.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

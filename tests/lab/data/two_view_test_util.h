@@ -5,8 +5,8 @@
 #include <string>
 
 #include "diffsac/core/random.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

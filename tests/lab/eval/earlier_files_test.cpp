@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -8,11 +8,11 @@
 #include <string>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
+#include "lab/files/files.h"
 
 namespace diffsac::testing {
 

@@ -8,12 +8,12 @@
 #include <sstream>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/geometry/epipolar.h"
 #include "lab/colmap/colmap_test_util.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/eval/evaluate.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/effects.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/evaluate.h"
 #include "lab/eval/run_reader.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {
@@ -41,7 +41,7 @@ methods:
 void WriteCheckpointAt(std::int64_t iteration, const std::string& path, const std::string& iterations = "10") {
   SafetensorsWriter writer;
   WriteInfo({"diffsac", "line", "train: {iterations: " + iterations + "}\n", "none", iteration, 1, -1.0}, &writer);
-  writer.Write(path);
+  WriteFileAtomically(path, writer.Content());
 }
 
 TEST_CASE("regression: the best network so far of a training that was killed passed for that of a finished one") {

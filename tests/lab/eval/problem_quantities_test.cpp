@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "diffsac/geometry/pose.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

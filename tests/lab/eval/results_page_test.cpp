@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/evaluate.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

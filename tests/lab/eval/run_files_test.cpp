@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/factor_fixtures.h"
 #include "lab/eval/result_files.h"
 #include "lab/eval/results_json.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

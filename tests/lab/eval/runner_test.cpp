@@ -6,7 +6,6 @@
 #include <memory>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/dataset_registry.h"
@@ -14,6 +13,7 @@
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/results_json.h"
 #include "lab/eval/selection.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

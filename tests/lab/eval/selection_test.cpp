@@ -2,10 +2,10 @@
 
 #include <catch2/catch.hpp>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/eval_fixtures.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <sstream>
 
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/eval_fixtures.h"
@@ -15,6 +14,7 @@
 #include "lab/eval/merge.h"
 #include "lab/eval/results_json.h"
 #include "lab/eval/run_files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

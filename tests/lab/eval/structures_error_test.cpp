@@ -213,13 +213,13 @@ TEST_CASE("angles are those of the true camera where the problem has none") {
   };
   const Eigen::Vector3d first = pixel(0), second = pixel(1);
   const double angle =
-      VanishingPointTask::StructureAngle(example.truth.structures[0], example.truth.structures[1], example);
+      TruthOf(Task::kVanishingPoint).structure_angle(example.truth.structures[0], example.truth.structures[1], example);
   example.truth.cameras = example.problem.cameras;
   example.problem.cameras.reset();
   example.problem.size1 = {640, 480};
-  CHECK(VanishingPointTask::StructureAngle(VanishingPointTask::ModelOf(first, example.problem),
-                                           VanishingPointTask::ModelOf(second, example.problem),
-                                           example) == Approx(angle));
+  CHECK(TruthOf(Task::kVanishingPoint)
+            .structure_angle(VanishingPointTask::ModelOf(first, example.problem),
+                             VanishingPointTask::ModelOf(second, example.problem), example) == Approx(angle));
 }
 
 }  // namespace

@@ -9,11 +9,11 @@
 #include <filesystem>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/parallel.h"
-#include "diffsac/problem/pair_truth.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/two_view_test_util.h"
+#include "lab/files/files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

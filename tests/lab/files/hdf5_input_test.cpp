@@ -11,12 +11,12 @@
 #include <thread>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "lab/data/point_files.h"
 #include "lab/data/synthetic.h"
 #include "lab/data/write_point_sets.h"
+#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {

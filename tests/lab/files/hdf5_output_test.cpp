@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

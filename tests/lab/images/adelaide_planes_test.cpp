@@ -5,8 +5,8 @@
 
 #include "core/errors.h"
 #include "diffsac/geometry/homography.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/images/image_test_util.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

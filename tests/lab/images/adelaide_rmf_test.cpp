@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "core/errors.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/images/image_test_util.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

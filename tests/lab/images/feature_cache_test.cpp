@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

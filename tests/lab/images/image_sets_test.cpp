@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/segment_files.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/image_test_util.h"

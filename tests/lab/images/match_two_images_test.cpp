@@ -5,13 +5,13 @@
 #include <fstream>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/pair_truth.h"
+#include "lab/files/files.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/exif_test_util.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/match_picture.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

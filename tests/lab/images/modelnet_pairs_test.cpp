@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "core/errors.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "diffsac/core/random.h"
-#include "diffsac/problem/pair_truth.h"
 #include "geometry/two_view_problems.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

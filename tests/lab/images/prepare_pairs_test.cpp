@@ -6,13 +6,13 @@
 #include <sstream>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
 #include "lab/images/feature_cache.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/inspect.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

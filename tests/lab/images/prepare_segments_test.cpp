@@ -7,11 +7,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/errors.h"
-#include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 #include "lab/images/exif_test_util.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -143,8 +144,10 @@ TEST_CASE("the dataset of vanishing points labels segments by the nearest, and g
   CHECK(calibrated.problem.cameras->K1 == *image.K);
   CHECK(calibrated.problem.points.rows() == 3);
   CHECK(
-      VanishingPointTask::StructureAngle(calibrated.truth.structures[0], calibrated.truth.structures[1], calibrated) ==
-      Approx(VanishingPointTask::StructureAngle(plain.truth.structures[0], plain.truth.structures[1], plain)));
+      TruthOf(Task::kVanishingPoint)
+          .structure_angle(calibrated.truth.structures[0], calibrated.truth.structures[1], calibrated) ==
+      Approx(
+          TruthOf(Task::kVanishingPoint).structure_angle(plain.truth.structures[0], plain.truth.structures[1], plain)));
   CHECK(Has(ErrorOf([&] { example(", paths: []"); }), "paths"));
 }
 

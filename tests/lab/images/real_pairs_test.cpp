@@ -8,10 +8,10 @@
 #include <Eigen/LU>
 
 #include "core/errors.h"
-#include "diffsac/problem/pair_truth.h"
 #include "lab/images/adelaide_rmf.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

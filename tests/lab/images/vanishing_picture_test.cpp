@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/images/picture.h"
 
 namespace diffsac {

@@ -10,9 +10,9 @@
 
 #include "core/errors.h"
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
+#include "lab/files/files.h"
 #include "lab/torch/test_networks.h"
 
 namespace diffsac {
@@ -64,7 +64,7 @@ void WriteChanged(const std::string& from, const Change& change, const std::stri
   for (const auto& [key, text] : parts.texts) writer.AddText(key, text);
   for (const auto& [name, array] : parts.floats) writer.Add(name, array.first, array.second);
   for (const auto& [name, value] : parts.integers) writer.Add(name, {}, std::span(&value, 1));
-  writer.Write(to);
+  WriteFileAtomically(to, writer.Content());
 }
 
 }  // namespace

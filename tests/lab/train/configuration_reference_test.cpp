@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 

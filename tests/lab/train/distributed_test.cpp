@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/torch/ng_ransac.h"

@@ -6,13 +6,13 @@
 #include <thread>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic.h"
 #include "lab/eval/metrics.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/clnet.h"
 #include "lab/torch/ng_ransac.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {

@@ -5,12 +5,12 @@
 
 #include "core/errors.h"
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/segments.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 #include "lab/files/segment_files.h"
 #include "lab/train/train_request.h"
 

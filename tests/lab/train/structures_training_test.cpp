@@ -8,10 +8,10 @@
 #include <set>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic_structures.h"
+#include "lab/files/files.h"
 #include "lab/train/expected_loss.h"
 #include "lab/train/train_request.h"
 #include "lab/train/training_source.h"

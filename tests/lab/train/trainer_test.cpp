@@ -7,11 +7,11 @@
 #include <thread>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/eval/report_script.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/train/train_request.h"

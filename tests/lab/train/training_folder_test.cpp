@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "lab/config/run_directory.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "train_request.h"
 

@@ -7,12 +7,12 @@
 #include <sstream>
 
 #include "core/temporary_folder.h"
-#include "diffsac/core/files.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/train/train_options.h"

@@ -1,0 +1,92 @@
+#include "lab/config/paths.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "diffsac/core/config_tree.h"
+#include "diffsac/core/resources.h"
+#include "diffsac/core/status.h"
+
+namespace diffsac {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = ConfigTree::Kind;
+
+constexpr std::array<const char*, 7> kPathKeys = {"checkpoint", "start_from", "chooser", "recording",
+                                                  "paths",      "root",       "folder"};
+constexpr const char* kModels = "models/";
+
+std::vector<std::string> PlacesOf(const ConfigTree& value) {
+  const fs::path path = value.scalar;
+  if (path.empty() || path.is_absolute()) return {value.scalar};
+  std::vector<std::string> places;
+  if (!value.place.file.empty()) AddPlace(fs::path(value.place.file).parent_path() / path, &places);
+  AddPlace(path.string(), &places);
+  if (value.scalar.starts_with(kModels)) {
+    const fs::path name = path.lexically_relative(kModels);
+    for (const std::string& folder : ModelsFolders()) AddPlace(fs::path(folder) / name, &places);
+  }
+  return places;
+}
+
+std::string FoundPath(const ConfigTree& value) {
+  const std::vector<std::string> places = PlacesOf(value);
+  const auto found = std::find_if(places.begin(), places.end(), IsThere);
+  // What lies in the current folder stays as it was written.
+  return found == places.end() || *found == fs::path(value.scalar).lexically_normal() ? value.scalar : *found;
+}
+
+void FindPathsOf(ConfigTree* value) {
+  if (value->kind == Kind::kScalar) value->scalar = FoundPath(*value);
+  for (ConfigTree& item : value->items)
+    if (item.kind == Kind::kScalar) item.scalar = FoundPath(item);
+}
+
+void FindPathsIn(ConfigTree* tree) {
+  for (ConfigTree& item : tree->items) FindPathsIn(&item);
+  for (ConfigEntry& entry : tree->entries) {
+    if (std::find(kPathKeys.begin(), kPathKeys.end(), entry.key) != kPathKeys.end()) FindPathsOf(&entry.value);
+    FindPathsIn(&entry.value);
+  }
+}
+
+}  // namespace
+
+std::string RequiredPath(const Config& value, const std::string& what) {
+  const std::string path = value.Text(), found = FoundPath(*value.impl_->Get());
+  if (IsThere(found)) return found;
+  throw Error(value.Where() + ": '" + path + "': no such " + what + "; looked for " +
+              Listed(PlacesOf(*value.impl_->Get())));
+}
+
+void RequirePaths(const Config& config, const std::vector<std::string>& keys, const std::string& what) {
+  const auto require = [&](const Config& value) {
+    const ConfigTree* tree = value.impl_->Get();
+    if (tree != nullptr && tree->kind == Kind::kScalar && !tree->scalar.empty()) RequiredPath(value, what);
+  };
+  for (const std::string& key : keys) {
+    const Config value = config.Sub(key);
+    const ConfigTree* tree = value.impl_->Get();
+    if (tree != nullptr && tree->kind == Kind::kSequence)
+      for (const Config& item : config.Sequence(key)) require(item);
+    else
+      require(value);
+  }
+}
+
+Config WithFoundPaths(const Config& config) {
+  Config found = config.Without({});
+  FindPathsIn(&found.impl_->document->root);
+  return found;
+}
+
+std::string SharedFile(const std::string& name) {
+  std::vector<std::string> places;
+  for (const std::string& folder : ShareFolders()) AddPlace(fs::path(folder) / name, &places);
+  AddPlace(name, &places);
+  return FirstPlace(name, places);
+}
+
+}  // namespace diffsac
