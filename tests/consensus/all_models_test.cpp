@@ -2,7 +2,7 @@
 // own, the same bits for any threads and blocks, a status for whatever data, and models that come out right.
 
 #include "consensus/all_models.h"
-#include "consensus/search.h"
+#include "consensus/random_problems.h"
 #include "lab/config/yaml.h"
 
 #include <algorithm>

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <limits>
 #include <utility>
 
-#include "consensus/search.h"
+#include "consensus/random_problems.h"
 #include "diffsac/consensus/instantiate.h"
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/geometry/essential.h"
@@ -33,8 +32,9 @@ struct Plain {
     return Model::Fit(points, weights, out);
   }
   static bool Determined(const PointMatrix& points) { return Model::Determined(points); }
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model) {
-    return Model::Refine(points, threshold, model);
+  static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                     Parameters* model, int steps) {
+    return Model::Refine(points, weights, loss, model, steps);
   }
   static double Residual(const Parameters& model, const double* point) { return Model::Residual(model, point); }
 };
@@ -168,31 +168,6 @@ TEST_CASE("Mending changes nothing in the loop's determinism") {
       CHECK(other.hypotheses == one.hypotheses);
     }
   }
-}
-
-TEST_CASE("Planes with repeated, collinear and spoilt points keep their status") {
-  Rng rng(10);
-  const PlanarScene scene = MakePlanarScene(120, 0.95, 0.1, 0.3, rng);
-  const PointMatrix& points = scene.views.pixels;
-  const auto status = [&](const PointMatrix& p, double threshold = kThreshold) {
-    const ConsensusResult result = SearchUniformly<Fundamental>(p, threshold, Options(), Rng(1));
-    CHECK(result.model.size() == (result.status == Status::kOk ? 9 : 0));
-    CHECK(result.model.allFinite());
-    return result.status;
-  };
-  PointMatrix repeated = points;
-  for (int i = 0; i < 100; ++i) repeated.row(i) = points.row(i % 10);
-  CHECK(status(repeated) == Status::kOk);
-  PointMatrix line = points;
-  for (int i = 0; i < 110; ++i) line.row(i) = points.row(0) + i / 110.0 * (points.row(1) - points.row(0));
-  const Status of_line = status(line);
-  CHECK((of_line == Status::kOk || of_line == Status::kNoModel));
-  line.col(1) = 2.0 * line.col(0);
-  CHECK(status(line) == Status::kDegenerate);
-  PointMatrix spoilt = points;
-  spoilt(5, 2) = std::numeric_limits<double>::quiet_NaN();
-  CHECK(status(spoilt) == Status::kDegenerate);
-  for (const double scale : {1e-8, 1e8}) CHECK(status(scale * points, scale * kThreshold) == Status::kOk);
 }
 
 }  // namespace

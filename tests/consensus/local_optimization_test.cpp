@@ -1,4 +1,4 @@
-#include "diffsac/consensus/local/local_optimization.h"
+#include "diffsac/consensus/local/local_optimizer.h"
 
 #include <catch2/catch.hpp>
 

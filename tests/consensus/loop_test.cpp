@@ -1,24 +1,90 @@
 // The loop on mock models: what it counts, when it stops, which model it keeps.
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "consensus/all_models.h"
-#include "consensus/mock_models.h"
-#include "consensus/search.h"
+#include "consensus/random_problems.h"
+#include "diffsac/consensus/consensus_options.h"
+#include "diffsac/consensus/sample_consensus_impl.h"
+#include "diffsac/core/random.h"
 
 namespace diffsac {
 namespace {
 
-using testing::FarPlace;
-using testing::MendedPlace;
-using testing::Place;
-using testing::RefinedPlace;
-using testing::RefineMode;
 using testing::SearchExhaustively;
 using testing::SearchSets;
 using testing::SearchUniformly;
-using testing::TenPlaces;
+
+/// A number on a line, from one point: the simplest model there is.
+struct Place {
+  using Parameters = Eigen::Matrix<double, 1, 1>;
+  static constexpr int kDimension = 1;
+  static constexpr int kMinimalSize = 1;
+  static constexpr int kMaxSolutions = 1;
+  static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
+    (*out)[0] = points(set[0], 0);
+    return 1;
+  }
+  static bool Fit(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* out) {
+    const double total = weights.sum();
+    if (!(total > 0.0)) return false;
+    (*out)[0] = points.col(0).dot(weights) / total;
+    return true;
+  }
+  static double Residual(const Parameters& model, const double* point) { return std::abs(model[0] - point[0]); }
+};
+
+/// From two points, with ten solutions of which the last is their mean: no solution where they are equal.
+struct TenPlaces : Place {
+  static constexpr int kMinimalSize = 2;
+  static constexpr int kMaxSolutions = 10;
+  static int SolveMinimal(const PointMatrix& points, const int* set, Parameters* out) {
+    const double a = points(set[0], 0), b = points(set[1], 0);
+    if (a == b) return 0;
+    for (int i = 0; i < 9; ++i) out[i][0] = 1e6 + i;
+    out[9][0] = 0.5 * (a + b);
+    return 10;
+  }
+};
+
+/// Never near any point.
+struct FarPlace : Place {
+  static int SolveMinimal(const PointMatrix&, const int*, Parameters* out) {
+    (*out)[0] = 1e9;
+    return 1;
+  }
+};
+
+enum class RefineMode { kToMean, kAway, kNaN, kRefuse };
+
+/// A place with a refinement that does as it is told.
+template <RefineMode kMode>
+struct RefinedPlace : Place {
+  static bool Refine(const PointMatrix& points, double threshold, Parameters* model) {
+    if (kMode == RefineMode::kAway) (*model)[0] += 100.0 * threshold;
+    if (kMode == RefineMode::kNaN) (*model)[0] = std::numeric_limits<double>::quiet_NaN();
+    if (kMode != RefineMode::kToMean) return kMode != RefineMode::kRefuse;
+    const Eigen::VectorXd near = ((points.col(0).array() - (*model)[0]).abs() <= threshold).template cast<double>();
+    return Fit(points, near, model);
+  }
+};
+
+/// A place that is degenerate when it comes from an even point: then its hook offers 5 and a bad one, for three fits.
+/// What is not from a set is degenerate at 20 exactly, and mended to 30.
+struct MendedPlace : Place {
+  static constexpr int kMaxSolutions = 2;
+  static int RecoverFromDegeneracy(const PointMatrix&, const int* set, const Parameters& model, double, Rng,
+                                   Parameters* out, int* fits) {
+    out[0][0] = -1e6;
+    out[1][0] = set == nullptr ? 30.0 : 5.0;
+    if (set == nullptr ? model[0] != 20.0 : set[0] % 2 != 0) return 0;
+    *fits += 3;
+    return 2;
+  }
+};
 
 /// From two points, one solution.
 struct Pair : TenPlaces {
@@ -125,14 +191,6 @@ TEST_CASE("Confidence ends the search at the first draw that suffices, for any t
         CHECK(result.stop == StopReason::kBudget);
       }
   }
-}
-
-TEST_CASE("All inliers: one draw is enough") {
-  ConsensusOptions options = Plain();
-  options.stopping = Stopping::kConfidence;
-  const auto result = SearchUniformly<Place>(Cluster(20, 20), 0.1, options, Rng(1));
-  CHECK(result.iterations == 1);
-  CHECK(result.stop == StopReason::kConfidence);
 }
 
 TEST_CASE("The stopping rule holds for every source: given sets are not all taken once the search is confident") {
@@ -326,6 +384,48 @@ TEST_CASE("Degrees of freedom without a MAGSAC++ loss are refused") {
   options.residual_dof = 9;
   options.score = ScoreKind::kMagsac;
   CHECK_THROWS_AS(SearchUniformly<Place>(Cluster(5, 10), 0.1, options, Rng(1)), Error);
+}
+
+std::int64_t Draws(std::int64_t inliers, std::int64_t points, double confidence) {
+  return DrawsForConfidence(AllInlierProbability(inliers, points, 3), confidence);
+}
+
+TEST_CASE("Golden numbers of draws for sets of three") {
+  CHECK(Draws(10, 100, 0.99) == 6204);
+  CHECK(Draws(10, 100, 0.999) == 9305);
+  CHECK(Draws(50, 100, 0.99) == 36);
+  CHECK(Draws(50, 100, 0.999) == 54);
+  CHECK(Draws(100, 100, 0.99) == 1);
+  CHECK(Draws(100, 100, 0.999999) == 1);
+  CHECK(Draws(1, 100, 0.99) == kNeverEnough);
+}
+
+TEST_CASE("The probability is hypergeometric") {
+  CHECK(AllInlierProbability(5, 10, 5) == Approx(1.0 / 252.0).epsilon(1e-12));
+  CHECK(AllInlierProbability(5, 10, 5) < 0.2 * std::pow(0.5, 5));  // with replacement it would be 1/32
+  CHECK(AllInlierProbability(5, 10, 0) == 1.0);
+  CHECK(AllInlierProbability(4, 10, 5) == 0.0);
+  CHECK(AllInlierProbability(0, 0, 2) == 0.0);
+  CHECK(AllInlierProbability(10, 10, 7) == 1.0);
+  // As it is drawn.
+  Rng rng(1);
+  int good = 0, set[3];
+  constexpr int kDraws = 100000;
+  for (int i = 0; i < kDraws; ++i) {
+    rng.Distinct(8, 3, set);
+    good += set[0] < 5 && set[1] < 5 && set[2] < 5;
+  }
+  CHECK(static_cast<double>(good) / kDraws == Approx(AllInlierProbability(5, 8, 3)).margin(0.005));
+}
+
+TEST_CASE("Draws at the ends of the ranges") {
+  CHECK(DrawsForConfidence(0.5, 0.0) == 1);
+  CHECK(DrawsForConfidence(0.5, 1.0) == kNeverEnough);
+  CHECK(DrawsForConfidence(1.0, 1.0) == 1);
+  CHECK(DrawsForConfidence(0.0, 0.5) == kNeverEnough);
+  CHECK(DrawsForConfidence(std::nan(""), 0.5) == kNeverEnough);
+  CHECK(DrawsForConfidence(1e-300, 0.99) == kNeverEnough);
+  CHECK(DrawsForConfidence(1e-17, 0.99) == Approx(4.605170186e17));
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 
-#include "consensus/score_properties.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
@@ -80,17 +79,6 @@ TEST_CASE("The table is within 1e-6 of the loss") {
       }
     CAPTURE(dof, worst);
     CHECK(worst < 1e-6);
-  }
-}
-
-TEST_CASE("The exact loss is a score") {
-  for (int dof = 1; dof <= 6; ++dof) {
-    CAPTURE(dof);
-    const MagsacLoss loss(2.0, dof);
-    testing::CheckScore({[&](double r) { return loss.Score(r); },
-                         [&](double r) { return -r * loss.ExactWeight(r) / 4.0; },
-                         2.0,
-                         {2.0}});
   }
 }
 

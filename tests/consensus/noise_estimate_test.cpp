@@ -1,4 +1,4 @@
-#include "diffsac/consensus/scores/noise_estimate.h"
+#include "diffsac/consensus/scores/noise_scales.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -7,7 +7,6 @@
 
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
-#include "consensus/search.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "lab/config/yaml.h"
 

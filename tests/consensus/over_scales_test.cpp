@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "consensus/all_models.h"
-#include "consensus/search.h"
+#include "consensus/random_problems.h"
 #include "diffsac/consensus/scores/scorer.h"
 #include "geometry/two_view_problems.h"
 #include "lab/config/yaml.h"

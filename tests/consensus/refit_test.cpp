@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include "consensus/random_problems.h"
-#include "consensus/search.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "geometry/planar_scene.h"

@@ -151,12 +151,7 @@ DgsacOptions ReadDgsac(ByteReader* reader) {
   DgsacOptions options;
   options.max_iterations = 1 + reader->Below(60);
   options.stopping = Choose<DgsacStopping>(reader);
-  options.explained_change = reader->Positive();
   options.guided = reader->Flag();
-  options.preferred = 1 + reader->Below(10);
-  options.round_size = reader->Below(20);
-  options.min_contrast = reader->Positive();
-  options.same_structure = reader->Byte() / 255.0;
   options.choose = Choose<DgsacChoice>(reader);
   options.refit = Choose<DgsacRefit>(reader);
   options.refit_rounds = 1 + reader->Below(6);
@@ -189,9 +184,7 @@ void ReadSource(ByteReader* reader, FuzzProblem* problem) {
                                    SetsFrom::kWeights, SetsFrom::kConfidences, SetsFrom::kGiven};
   problem->sets_from = kOrigins[reader->Below(6)];
   problem->source.sampler = Choose<MinimalSamplerKind>(reader);
-  problem->source.prosac_samples = 1.0 + reader->Byte();
   problem->source.napsac_neighbors = 1 + reader->Below(30);
-  problem->source.local_draws = reader->Below(8);
   problem->likeliest_sets = reader->Flag();
   problem->unique_sets = reader->Flag();
   problem->temperature = reader->Positive();

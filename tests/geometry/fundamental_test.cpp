@@ -74,7 +74,7 @@ TEST_CASE("Minimal solutions have rank 2, unit norm and pass through their point
     for (int k = 0; k < count; ++k) {
       CHECK(models[k].norm() == Approx(1.0).epsilon(1e-12));
       for (int i = 0; i < 7; ++i) CHECK(Fundamental::Residual(models[k], problem.pixels.data() + 4 * i) < 1e-5);
-      CHECK(SatisfiesOrientation(models[k], problem.pixels, kSet, 7));
+      CHECK(SatisfiesOrientation(AsMatrix(models[k]), testing::AsRows(problem.pixels), 7));
     }
     Matrix3Parameters eight;
     REQUIRE(Fundamental8::SolveMinimal(problem.pixels, kSet, &eight) == 1);
@@ -162,8 +162,8 @@ TEST_CASE("The oriented epipolar constraint holds for real scenes and breaks for
   Rng rng(6);
   for (int trial = 0; trial < 500; ++trial) {
     auto problem = RandomProblem(8, rng);
-    CHECK(SatisfiesOrientation(problem.fundamental, problem.pixels, kSet, 8));
-    CHECK(SatisfiesOrientation(-problem.fundamental, problem.pixels, kSet, 8));
+    CHECK(SatisfiesOrientation(AsMatrix(problem.fundamental), testing::AsRows(problem.pixels), 8));
+    CHECK(SatisfiesOrientation(AsMatrix(-problem.fundamental), testing::AsRows(problem.pixels), 8));
     // A point behind the second camera alone, on its epipolar line.
     const Eigen::Vector3d first(0.2, 0.1, 1.0);
     const Eigen::Vector3d turned = problem.pose.rotation * first;
@@ -173,7 +173,7 @@ TEST_CASE("The oriented epipolar constraint holds for real scenes and breaks for
     REQUIRE(second[2] < 0.0);
     problem.pixels.row(3) << (problem.k1 * first).hnormalized().transpose(),
         (problem.k2 * second).hnormalized().transpose();
-    CHECK_FALSE(SatisfiesOrientation(problem.fundamental, problem.pixels, kSet, 8));
+    CHECK_FALSE(SatisfiesOrientation(AsMatrix(problem.fundamental), testing::AsRows(problem.pixels), 8));
   }
 }
 

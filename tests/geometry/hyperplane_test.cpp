@@ -2,17 +2,22 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <numeric>
 #include <vector>
 
-#include "geometry/random_points.h"
+#include "diffsac/core/random.h"
 
 namespace diffsac {
 namespace {
 
-using testing::RandomPoints;
+PointMatrix RandomPoints(int count, int dimension, double half_width, Rng& rng) {
+  PointMatrix points(count, dimension);
+  for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = rng.Uniform(-half_width, half_width);
+  return points;
+}
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -29,19 +34,6 @@ Eigen::MatrixXd RandomRotation(int dimension, Rng& rng) {
   Eigen::MatrixXd random(dimension, dimension);
   for (Eigen::Index i = 0; i < random.size(); ++i) random.data()[i] = rng.Normal();
   return random.householderQr().householderQ() * Eigen::MatrixXd::Identity(dimension, dimension);
-}
-
-TEMPLATE_TEST_CASE_SIG("A minimal model passes through its points", "", ((int D), D), 2, 3) {
-  Rng rng(1);
-  for (int trial = 0; trial < 500; ++trial) {
-    const PointMatrix points = RandomPoints(6, D, 10.0, rng);
-    int set[D];
-    rng.Distinct(6, D, set);
-    Parameters<D> model;
-    REQUIRE(Hyperplane<D>::SolveMinimal(points, set, &model) == 1);
-    CHECK(model.template head<D>().norm() == Approx(1.0).epsilon(1e-12));
-    for (int index : set) CHECK(Hyperplane<D>::Residual(model, points.data() + index * D) < 1e-9);
-  }
 }
 
 TEMPLATE_TEST_CASE_SIG("Minimal models of 10 000 random problems are the true ones", "", ((int D), D), 2, 3) {
@@ -205,6 +197,28 @@ TEMPLATE_TEST_CASE_SIG("Fits without a unique answer are refused", "", ((int D),
   without[2] = 0.0;
   CHECK(Hyperplane<D>::Fit(bad, without, &model));
   CHECK_FALSE(Hyperplane<D>::Fit(PointMatrix(0, D), Eigen::VectorXd(0), &model));
+}
+
+TEST_CASE("Plane fits agree with a singular value decomposition, also far from the origin and for thin noise") {
+  Rng rng(12);
+  for (double noise : {1e-6, 0.05, 0.5}) {
+    for (double distance : {0.0, 1000.0}) {
+      CAPTURE(noise, distance);
+      for (int trial = 0; trial < 50; ++trial) {
+        PointMatrix points = RandomPoints(30, 3, 4.0, rng);
+        for (int i = 0; i < 30; ++i)
+          points(i, 2) = 0.3 * points(i, 0) - 0.7 * points(i, 1) + noise * rng.Normal() + distance;
+        const Eigen::RowVector3d centroid = points.colwise().mean();
+        const Eigen::MatrixXd centred = points.rowwise() - centroid;
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred, Eigen::ComputeThinV);
+        const Eigen::Vector3d normal = svd.matrixV().col(2);
+        Plane::Parameters plane;
+        REQUIRE(Plane::Fit(points, Eigen::VectorXd::Ones(30), &plane));
+        CHECK(plane.head<3>().cross(normal).norm() < 1e-9);
+        CHECK(Plane::Residual(plane, centroid.data()) < 1e-9);
+      }
+    }
+  }
 }
 
 TEST_CASE("Symmetric and collinear points have no unique fit") {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "diffsac/geometry/essential.h"
-#include "diffsac/geometry/row_residuals.h"
 #include "geometry/planar_scene.h"
 #include "geometry/two_view_problems.h"
 
@@ -35,9 +34,9 @@ TwoViewProblem Turned(int count, double noise, double wrong, Rng& rng, double de
 /// E of the rotation and any translation, fitted to the matches within a pixel of it, which `inliers` become.
 Matrix3Parameters AnyEssential(const TwoViewProblem& problem, Rng& rng, std::vector<std::uint8_t>* inliers) {
   Matrix3Parameters e = AsParameters(EssentialFromPose({problem.pose.rotation, RandomDirection(rng)}));
-  Essential::Refine(problem.normalized, 1.0 / kFocal, &e);
-  Eigen::VectorXd residuals(problem.normalized.rows());
-  RowResiduals<Essential>(problem.normalized, e, residuals.data());
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(problem.normalized.rows());
+  Essential::Refine(problem.normalized, ones, {LossKind::kTruncated, 1.0 / kFocal}, &e);
+  const Eigen::VectorXd residuals = RowResiduals<Essential>(problem.normalized, e);
   inliers->clear();
   for (const double residual : residuals) inliers->push_back(residual <= 1.0 / kFocal);
   return e;

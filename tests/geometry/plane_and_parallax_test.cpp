@@ -177,18 +177,6 @@ TEST_CASE(
   CHECK(left >= 55);
 }
 
-TEST_CASE("A scene that is one plane has no epipolar geometry to be found") {
-  Rng rng(6);
-  for (int trial = 0; trial < 50; ++trial) {
-    const PlanarScene scene = MakePlanarScene(100, 1.0, 0.0, 0.3, rng);
-    std::vector<int> set(7);
-    rng.Distinct(100, 7, set.data());
-    Matrix3Parameters models[3];
-    const int found = SolveSevenPoints(scene.views.pixels, set.data(), models);
-    for (int i = 0; i < found; ++i) CHECK(Recover(scene, set, models[i], 1.5, trial).count == 0);
-  }
-}
-
 TEST_CASE("Recovery survives hostile input") {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   Rng rng(7);

@@ -95,18 +95,6 @@ TEST_CASE("F with K to E and back, and pixels to normalised coordinates") {
   }
 }
 
-TEST_CASE("A point that both cameras see is in front of both, and not once the second has moved the other way") {
-  Rng rng(5);
-  for (int trial = 0; trial < 500; ++trial) {
-    const RelativePose pose = RandomPose(rng);
-    const Eigen::Vector3d truth(rng.Uniform(-2, 2), rng.Uniform(-2, 2), rng.Uniform(3, 8));
-    const Eigen::Vector3d second = pose.rotation * truth + pose.translation;
-    const double point[] = {truth[0] / truth[2], truth[1] / truth[2], second[0] / second[2], second[1] / second[2]};
-    CHECK(InFront(pose, point));
-    CHECK_FALSE(InFront({pose.rotation, -pose.translation}, point));
-  }
-}
-
 TEST_CASE("Only points that are behind by more than noise cannot be in front") {
   Rng rng(7);
   constexpr double kNoise = 1e-3;

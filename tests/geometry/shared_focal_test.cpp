@@ -5,7 +5,7 @@
 
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/refine.h"
-#include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/sampson_equations.h"
 #include "geometry/jacobian_check.h"
 #include "geometry/unknown_focal_scene.h"
 
@@ -57,7 +57,8 @@ void CheckFits(UnknownFocal unknown) {
     for (int round = 0; round < 3; ++round) REQUIRE(Model::FitFrom(scene.points, Eigen::VectorXd::Ones(60), &model));
     CHECK(FocalModelDistance(model, scene.model) < 1e-3);
     model = Disturbed(scene.model, rng);
-    for (int round = 0; round < 3; ++round) Model::Refine(scene.points, 0.1, &model);
+    for (int round = 0; round < 3; ++round)
+      Model::Refine(scene.points, Eigen::VectorXd::Ones(60), {LossKind::kTruncated, 0.1}, &model);
     CHECK(FocalModelDistance(model, scene.model) < 1e-3);
   }
 }
@@ -162,7 +163,7 @@ TEST_CASE("models of unknown focal length know what they cannot be fitted to") {
   broken(3, 1) = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(SharedFocal::FitFrom(broken, Eigen::VectorXd::Ones(30), &model));
   CHECK_FALSE(SharedFocal::Refine(scene.points, -Eigen::VectorXd::Ones(30), {LossKind::kTrivial}, &model));
-  CHECK_FALSE(SharedFocal::Refine(scene.points, 0.0, &model));
+  CHECK_FALSE(SharedFocal::Refine(scene.points, Eigen::VectorXd::Ones(30), {LossKind::kTruncated, 0.0}, &model));
   CHECK(model == before);
   CHECK_FALSE(SharedFocal::Determined(scene.points.topRows(5)));
   CHECK_FALSE(SharedFocal::Determined(scene.points.row(0).replicate(9, 1)));

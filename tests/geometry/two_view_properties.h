@@ -12,6 +12,11 @@
 
 namespace diffsac::testing {
 
+/// The first points, as rows of four values.
+inline const double (*AsRows(const PointMatrix& points))[4] {
+  return reinterpret_cast<const double(*)[4]>(points.data());
+}
+
 /// Residuals over columns are those of each point, bit for bit, whatever the range.
 template <MinimalModel Model>
 void CheckColumnResiduals(const Matrix3Parameters& model, const PointMatrix& points) {

@@ -118,7 +118,7 @@ TEST_CASE("the refinement finds the vanishing point among outliers, from some de
     const PointMatrix segments =
         testing::Stacked(SegmentsTowards(truth, 60, 0.002, Rng(5)), testing::RandomSegments(60, Rng(6)));
     Eigen::Vector3d model = (truth + 0.02 * Eigen::Vector3d(1.0, -1.0, 0.5)).normalized();
-    REQUIRE(VanishingPoint::Refine(segments, 0.05, &model));
+    REQUIRE(VanishingPoint::Refine(segments, Eigen::VectorXd::Ones(120), {LossKind::kTruncated, 0.05}, &model));
     CHECK(model.norm() == Approx(1.0));
     CHECK(AngleDegrees(model, truth) < 0.5);
   }
@@ -128,12 +128,14 @@ TEST_CASE("a refinement that can do nothing leaves the model") {
   const PointMatrix segments = SegmentsTowards(kPoints[0], 20, 0.0, Rng(2));
   Eigen::Vector3d model = kPoints[0];
   const Eigen::Vector3d before = model;
-  CHECK_FALSE(VanishingPoint::Refine(segments, 0.0, &model));
-  CHECK_FALSE(VanishingPoint::Refine(segments, Eigen::VectorXd::Ones(3), RobustLoss{}, &model));
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(20);
+  for (const double threshold : {0.0, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_FALSE(VanishingPoint::Refine(segments, ones, {LossKind::kTruncated, threshold}, &model));
+  CHECK_FALSE(VanishingPoint::Refine(segments, ones.head(3), RobustLoss{}, &model));
   model[0] = std::numeric_limits<double>::quiet_NaN();
-  CHECK_FALSE(VanishingPoint::Refine(segments, 0.1, &model));
+  CHECK_FALSE(VanishingPoint::Refine(segments, ones, RobustLoss{}, &model));
   model = before;
-  CHECK_FALSE(VanishingPoint::Refine(PointMatrix(0, 4), 0.1, &model));
+  CHECK_FALSE(VanishingPoint::Refine(PointMatrix(0, 4), Eigen::VectorXd(0), RobustLoss{}, &model));
   CHECK(model == before);
 }
 

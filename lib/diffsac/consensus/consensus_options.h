@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "diffsac/consensus/scores/score.h"
-#include "diffsac/consensus/stopping.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/core/options.h"
 
 namespace diffsac {
@@ -10,9 +13,9 @@ namespace diffsac {
 ///   kNone            "none"
 ///   kInnerSamples    "lo_ransac": inner sampling from its inliers and iterated least squares (Chum, Matas, Kittler,
 ///                    DAGM 2003); `local_samples` inner samples each time
-///   kReweighted      "irls": least squares reweighted by MAGSAC++, `irls_rounds` at most (irls.h)
+///   kReweighted      "irls": least squares reweighted by MAGSAC++, `irls_rounds` at most (OptimizeReweighted)
 ///   kGraphCut        "gc_ransac": inliers labelled by a graph cut over the `graph_neighbors` nearest points, with
-///                    `spatial_weight` λ, and `local_samples` fits to samples of them (graph_cut_optimization.h)
+///                    `spatial_weight` λ, and `local_samples` fits to samples of them (OptimizeByGraphCut)
 ///   kRefinement      "lm": the model's own nonlinear refinement, where it has one (model_hooks.h)
 enum class LocalOptimization { kNone, kInnerSamples, kReweighted, kGraphCut, kRefinement };
 template <>
@@ -57,11 +60,33 @@ inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{F
 /// What an inlier is: for the mask, the stopping rule, local optimisation and refits.
 ///   kFixed      "fixed": a residual of at most ε
 ///   kAdaptive   "adaptive": of at most the threshold that suits the model's own residuals, between least_scale and
-///               greatest_scale (noise_estimate.h); in the mask, at most ε as well
+///               greatest_scale (noise_scales.h); in the mask, at most ε as well
 enum class ThresholdKind { kFixed, kAdaptive };
 template <>
 inline constexpr auto kEnumNames<ThresholdKind> = NamesOf<ThresholdKind>({{ThresholdKind::kFixed, "fixed"},
                                                                           {ThresholdKind::kAdaptive, "adaptive"}});
+
+/// Why the loop ended.
+enum class StopReason {
+  kNotRun,      ///< No draw was made: the points or the threshold were refused.
+  kBudget,      ///< As many draws as were asked for.
+  kConfidence,  ///< A better model is less likely than was asked for.
+  kExhausted,   ///< The sampler had no more sets.
+};
+
+template <>
+inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason::kNotRun, "not_run"},
+                                                                    {StopReason::kBudget, "budget"},
+                                                                    {StopReason::kConfidence, "confidence"},
+                                                                    {StopReason::kExhausted, "exhausted"}});
+
+/// When a search ends.
+///   kBudget      "budget": after exactly so many draws, unless the sampler runs out
+///   kConfidence  "confidence": as soon as uniform draws would have found a better model
+enum class Stopping { kBudget, kConfidence };
+template <>
+inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},
+                                                                {Stopping::kConfidence, "confidence"}});
 
 struct ConsensusOptions {
   /// Chooses among hypotheses (score.h).
@@ -131,6 +156,35 @@ struct ConsensusOptions {
   /// Whether one of the two scores asks for it.
   bool ScoresNeed(bool ScoreNeeds::*what) const { return NeedsOf(score).*what || NeedsOf(final_score).*what; }
   void Bind(OptionsBinder& b);
+};
+
+inline constexpr std::int64_t kNeverEnough = std::numeric_limits<std::int64_t>::max();
+
+/// The probability that a set of `set_size` points drawn without replacement holds inliers only:
+/// Π (I − i)/(N − i), the hypergeometric law (not (I/N)^γ, which is too high for few points).
+double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int set_size);
+
+/// The least number of draws after which, with probability `confidence`, one at least was good:
+/// ⌈log(1 − confidence)/log(1 − p)⌉, at least 1; kNeverEnough for p = 0.
+/// probability: p, of one draw being good.
+std::int64_t DrawsForConfidence(double probability, double confidence);
+
+/// Decides after each draw whether the search goes on.
+class StoppingRule {
+ public:
+  /// options: `stopping` and what stands behind it; borrowed. N and γ of the problem.
+  StoppingRule(const ConsensusOptions& options, std::int64_t num_points, int set_size)
+      : options_(options), num_points_(num_points), set_size_(set_size) {}
+  /// The best model so far has so many inliers.
+  void Update(std::int64_t inliers);
+  /// kNotRun: go on.
+  StopReason After(std::int64_t iterations) const;
+
+ private:
+  const ConsensusOptions& options_;
+  std::int64_t num_points_;
+  int set_size_;
+  std::int64_t needed_ = kNeverEnough;
 };
 
 }  // namespace diffsac

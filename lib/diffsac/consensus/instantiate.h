@@ -1,14 +1,11 @@
 #pragma once
 
 #include "diffsac/consensus/sample_consensus_impl.h"
-#include "diffsac/consensus/scores/mixture_impl.h"
 #include "diffsac/consensus/structures/dgsac_impl.h"
 #include "diffsac/consensus/structures/structures_impl.h"
 
-/// Everything of this folder that is compiled for a model, in namespace diffsac of a file of its own:
-/// MODEL_consensus.cpp.
+/// Everything of this folder that is compiled for a model, in namespace diffsac.
 #define DIFFSAC_INSTANTIATE_CONSENSUS(Model)                                                                           \
-  template int MixtureRefit<Model>(const PointMatrix&, const Mixture&, double, Model::Parameters*, double, double*);   \
   template ConsensusResult SearchCheckedPoints<Model>(                                                                 \
       const PointMatrix&, double, MinimalSampler&, const ConsensusOptions&, const Rng&, const EstimationPriors&, int); \
   template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SamplerOfRows&,                    \

@@ -1,81 +1,75 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "diffsac/core/random.h"
+#include "diffsac/core/status.h"
 #include "diffsac/geometry/focal_posterior.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
 
-/// What a model may offer the loop beyond MinimalModel, as static members of ModelHooks<Model>: those of the model
-/// itself, or of a specialisation that derives from it where they are better kept apart. The specialisation must be
-/// seen where the loop is instantiated. A model without a hook goes without.
-///
-///   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`. 4 when absent: the
-///                                    choice of its authors for correspondences, and the most accurate of 1, 2 and 4
-///                                    for lines and planes as well. The weights of n = 1 rise without bound towards 0
-///                                    and waste inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean
-///                                    error of 300 lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119°
-///                                    and .115°). Sampson distances have 1 (docs/experiments.md): F .441/.561,
-///                                    .425/.543 and .417/.511 for 1, 2 and 4, E no difference
-///   Refine(points, threshold, model) nonlinear refinement (Levenberg–Marquardt on the model's own manifold, a loss
-///                                    truncated or robust at `threshold`, in the unit of `Residual`) on all points;
-///                                    false when *model stays as it was
-///   FitFrom(points, weights, model)  the non-minimal fit of a model whose `Fit` is a poor one without a start (for an
-///                                    essential matrix, which eight linear equations fit badly): from *model; false
-///                                    when it stays as it was
-///   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
-///                                    called for each new best model with the minimal set it was solved from, and with
-///                                    a null set for what local optimisation made of it: where that is degenerate (for
-///                                    a fundamental matrix: most of its points on one plane), writes up to
-///                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
-///                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
-///   Refine(points, weights, loss, model)
-///                                    the same with a weight for each point and any loss; a fifth argument, where there
-///                                    is one, limits its steps
-///   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
-///                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
-///                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
-///                                    homography: (s₁ − s₃)/s₂ of the motion)
-///   Marginalise(points, weights, loss, prior, model, out)
-///                                    for a model with an unknown focal length: its posterior under the prior, and the
-///                                    model at the posterior's median, asked for once at the end where a prior is given
-///   OtherMinimum(points, threshold, model, other, fits)
-///                                    for a model of two minima (an absolute pose of points on a plane): makes *model
-///                                    the better of them, and returns whether *other, the worse, is as good within what
-///                                    noise allows; the loss is truncated at `threshold`. Adds its fits to *fits
-///   Residuals(model, columns, begin, end, out)   see scorer.h
-///   Determined(points)                           see check_points.h
-///
-/// The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
-template <class Model>
-struct ModelHooks : Model {};
-
-template <class M>
-concept HasRefine = requires(const PointMatrix& points, double threshold, typename M::Parameters* model) {
-  { ModelHooks<M>::Refine(points, threshold, model) } -> std::same_as<bool>;
-};
+// What a model may offer the loop beyond MinimalModel, as static members. A model without a hook goes without.
+//
+//   kResidualDof                     degrees of freedom n that MAGSAC++ takes for `Residual`. 4 when absent: the
+//                                    choice of its authors for correspondences, and the most accurate of 1, 2 and 4
+//                                    for lines and planes as well. The weights of n = 1 rise without bound towards 0
+//                                    and waste inliers (irls at twice the threshold, 60 % outliers, σ = ε/3: mean
+//                                    error of 300 lines .084°, .077° and .074° for 1, 2 and 4; planes .128°, .119°
+//                                    and .115°). Sampson distances have 1 (docs/experiments.md): F .441/.561,
+//                                    .425/.543 and .417/.511 for 1, 2 and 4, E no difference
+//   Refine(points, weights, loss, model, steps)
+//                                    nonlinear refinement (Levenberg–Marquardt on the model's own manifold, so many
+//                                    steps at most) with a weight ≥ 0 for each point and a loss in the unit of
+//                                    `Residual`; false when *model stays as it was
+//   Refine(points, threshold, model) the same with a loss truncated at `threshold` and all points alike, of a model
+//                                    that has no other
+//   FitFrom(points, weights, model)  the non-minimal fit of a model whose `Fit` is a poor one without a start (for an
+//                                    essential matrix, which eight linear equations fit badly): from *model; false
+//                                    when it stays as it was
+//   RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits)
+//                                    called for each new best model with the minimal set it was solved from, and with
+//                                    a null set for what local optimisation made of it: where that is degenerate (for
+//                                    a fundamental matrix: most of its points on one plane), writes up to
+//                                    kMaxSolutions other models to out and returns how many; 0 when there is nothing
+//                                    to mend. Adds what it solved or fitted to *fits. Depends on its arguments alone.
+//   CameraMismatch(model, K1, K2)    how badly the model fits cameras of these calibrations, at least 0: scores are
+//                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
+//                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
+//                                    homography: (s₁ − s₃)/s₂ of the motion)
+//   Marginalise(points, weights, loss, prior, model, out)
+//                                    for a model with an unknown focal length: its posterior under the prior, and the
+//                                    model at the posterior's median, asked for once at the end where a prior is given
+//   OtherMinimum(points, threshold, model, other, fits)
+//                                    for a model of two minima (an absolute pose of points on a plane): makes *model
+//                                    the better of them, and returns whether *other, the worse, is as good within what
+//                                    noise allows; the loss is truncated at `threshold`. Adds its fits to *fits
+//   Residuals(model, columns, begin, end, out)   several at a time, from columns (scorer.h)
+//   Determined(points)               whether all points together determine a model (CheckPoints)
+//
+// The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
 
 template <class M>
 concept HasRobustRefine = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                                   typename M::Parameters* model) {
-  { ModelHooks<M>::Refine(points, weights, loss, model) } -> std::same_as<bool>;
+                                   typename M::Parameters* model, int steps) {
+  { M::Refine(points, weights, loss, model, steps) } -> std::same_as<bool>;
 };
 
 template <class M>
-concept HasLimitedRefine = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                                    typename M::Parameters* model, int steps) {
-  { ModelHooks<M>::Refine(points, weights, loss, model, steps) } -> std::same_as<bool>;
+concept HasRefine = HasRobustRefine<M> ||
+    requires(const PointMatrix& points, double threshold, typename M::Parameters* model) {
+  { M::Refine(points, threshold, model) } -> std::same_as<bool>;
 };
 
 template <class M>
 concept HasFitFrom = requires(const PointMatrix& points, const Eigen::VectorXd& weights,
                               typename M::Parameters* model) {
-  { ModelHooks<M>::FitFrom(points, weights, model) } -> std::same_as<bool>;
+  { M::FitFrom(points, weights, model) } -> std::same_as<bool>;
 };
 
 /// Weighted least squares by points that a model, *model, has found: its `FitFrom`, or its `Fit`. False, leaving
@@ -83,7 +77,7 @@ concept HasFitFrom = requires(const PointMatrix& points, const Eigen::VectorXd& 
 template <MinimalModel Model>
 bool FitAgain(const PointMatrix& points, const Eigen::VectorXd& weights, typename Model::Parameters* model) {
   if constexpr (HasFitFrom<Model>) {
-    return ModelHooks<Model>::FitFrom(points, weights, model);
+    return Model::FitFrom(points, weights, model);
   } else {
     typename Model::Parameters fitted;
     if (!Model::Fit(points, weights, &fitted)) return false;
@@ -102,19 +96,19 @@ struct CameraPrior {
 
 template <class M>
 concept HasCameraPrior = requires(const typename M::Parameters& model, const Eigen::Matrix3d& camera) {
-  { ModelHooks<M>::CameraMismatch(model, camera, camera) } -> std::same_as<double>;
+  { M::CameraMismatch(model, camera, camera) } -> std::same_as<double>;
 };
 
 template <class M>
 concept HasDegeneracyRecovery = requires(const PointMatrix& points, const int* set, const typename M::Parameters& model,
                                          double threshold, Rng rng, typename M::Parameters* out, int* fits) {
-  { ModelHooks<M>::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
+  { M::RecoverFromDegeneracy(points, set, model, threshold, rng, out, fits) } -> std::same_as<int>;
 };
 
 template <class M>
 concept HasOtherMinimum = requires(const PointMatrix& points, double threshold, typename M::Parameters* model,
                                    int* fits) {
-  { ModelHooks<M>::OtherMinimum(points, threshold, model, model, fits) } -> std::same_as<bool>;
+  { M::OtherMinimum(points, threshold, model, model, fits) } -> std::same_as<bool>;
 };
 
 /// A model with an unknown focal length, of which a prior may be given: `FitFrom` and `Refine` with its share, and the
@@ -122,9 +116,9 @@ concept HasOtherMinimum = requires(const PointMatrix& points, double threshold, 
 template <class M>
 concept HasFocalPosterior = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                                      const FocalPrior& prior, typename M::Parameters* model, FocalPosterior* out) {
-  { ModelHooks<M>::Marginalise(points, weights, loss, prior, model, out) } -> std::same_as<bool>;
-  { ModelHooks<M>::FitFrom(points, weights, prior, model) } -> std::same_as<bool>;
-  { ModelHooks<M>::Refine(points, weights, loss, prior, model) } -> std::same_as<bool>;
+  { M::Marginalise(points, weights, loss, prior, model, out) } -> std::same_as<bool>;
+  { M::FitFrom(points, weights, prior, model) } -> std::same_as<bool>;
+  { M::Refine(points, weights, loss, prior, model) } -> std::same_as<bool>;
 };
 
 /// How many dimensions what `Residual` is the length of has: kResidualDimension, or 1.
@@ -137,8 +131,31 @@ constexpr int ResidualDimension() {
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.
 template <MinimalModel Model>
 constexpr int ResidualDof() {
-  if constexpr (requires { ModelHooks<Model>::kResidualDof; }) return ModelHooks<Model>::kResidualDof;
+  if constexpr (requires { Model::kResidualDof; }) return Model::kResidualDof;
   return 4;
+}
+
+/// kOk, or why the points cannot be estimated from: too few, non-finite, all equal or of too low rank.
+template <MinimalModel Model>
+Status CheckPoints(const PointMatrix& points) {
+  if (points.rows() < Model::kMinimalSize) return Status::kTooFewPoints;
+  if (points.cols() != Model::kDimension || !points.allFinite()) return Status::kDegenerate;
+  if constexpr (requires { Model::Determined(points); }) {
+    if (!Model::Determined(points)) return Status::kDegenerate;
+  }
+  return Status::kOk;
+}
+
+/// Whether every index of a set is a row of so many points.
+inline bool AreRows(std::span<const int> set, Eigen::Index points) {
+  return std::all_of(set.begin(), set.end(), [&](int i) { return i >= 0 && i < points; });
+}
+
+/// Writes up to kMaxSolutions models of the γ points, returns how many; 0 for a degenerate set and for one with an
+/// index out of range.
+template <MinimalModel Model>
+int SolveSet(const PointMatrix& points, const int* set, typename Model::Parameters* models) {
+  return AreRows({set, Model::kMinimalSize}, points.rows()) ? Model::SolveMinimal(points, set, models) : 0;
 }
 
 }  // namespace diffsac

@@ -5,19 +5,14 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/consensus/check_points.h"
 #include "diffsac/consensus/consensus_options.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/hyperplane.h"
-#include "diffsac/geometry/row_residuals.h"
+#include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
-
-/// Sets kept in ConsensusResult::first_sets: as many as the paper's κ.
-constexpr int kReportedSets = 20;
 
 struct ConsensusResult {
   Status status = Status::kNoModel;
@@ -58,9 +53,6 @@ struct EstimationPriors {
   double unit = 1.0;
 };
 
-/// The first kReportedSets of a flat list of sets, each on its own.
-std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size);
-
 /// The loop: minimal sets → solve → score → (local optimisation) → refit. Priors are considered first, which makes a
 /// good one save work; they count as no draws. Then sets are drawn from the sampler until options.stopping says so, in
 /// blocks, solved and scored by up to `threads` threads (0: all cores) and taken in their order: the best is the
@@ -91,8 +83,7 @@ ConsensusResult SampleConsensus(const PointMatrix& points, double inlier_thresho
 template <MinimalModel Model>
 std::vector<std::uint8_t> InlierMask(const PointMatrix& points, const typename Model::Parameters& model,
                                      double threshold) {
-  std::vector<double> residuals(points.rows());
-  RowResiduals<Model>(points, model, residuals.data());
+  const Eigen::VectorXd residuals = RowResiduals<Model>(points, model);
   std::vector<std::uint8_t> mask(points.rows());
   for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = residuals[i] <= threshold;
   return mask;

@@ -4,15 +4,137 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "diffsac/consensus/local/final_refiner.h"
 #include "diffsac/consensus/local/local_optimizer.h"
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/scores/hypothesis_block.h"
+#include "diffsac/consensus/samplers/minimal_sampler.h"
+#include "diffsac/consensus/scores/scorer.h"
+#include "diffsac/core/parallel.h"
 
 namespace diffsac {
+
+/// The best K hypotheses seen so far that differ in their inliers, best first; the earlier one first where scores tie.
+template <MinimalModel Model>
+class BestHypotheses {
+ public:
+  struct Entry {
+    typename Model::Parameters model;
+    double score;
+    std::vector<std::uint8_t> inliers;  ///< At `threshold`; empty when only one hypothesis is kept.
+  };
+
+  BestHypotheses(const PointMatrix& points, double threshold, int capacity)
+      : points_(points), threshold_(threshold), capacity_(capacity) {}
+
+  /// A score must be above this to enter.
+  double bar() const { return static_cast<int>(entries_.size()) < capacity_ ? -1.0 : entries_.back().score; }
+  /// A score must be above this to become the best.
+  double best() const { return entries_.empty() ? -1.0 : entries_.front().score; }
+  const std::vector<Entry>& entries() const { return entries_; }
+
+  void Offer(const typename Model::Parameters& model, double score) {
+    if (!(score > bar())) return;
+    Entry entry{model, score, {}};
+    if (capacity_ > 1) {
+      entry.inliers = InlierMask<Model>(points_, model, threshold_);
+      const auto twin = std::find_if(entries_.begin(), entries_.end(),
+                                     [&](const Entry& other) { return other.inliers == entry.inliers; });
+      if (twin != entries_.end()) {
+        if (!(score > twin->score)) return;
+        entries_.erase(twin);
+      }
+    }
+    const auto place =
+        std::find_if(entries_.begin(), entries_.end(), [&](const Entry& other) { return score > other.score; });
+    entries_.insert(place, std::move(entry));
+    if (static_cast<int>(entries_.size()) > capacity_) entries_.pop_back();
+  }
+
+ private:
+  const PointMatrix& points_;
+  double threshold_;
+  int capacity_;
+  std::vector<Entry> entries_;
+};
+
+/// A block of minimal sets, and what comes of each before earlier draws matter: the models that it is solved to, and
+/// what they score. Several threads solve and score all that is left of a block at once; one does each draw when it is
+/// asked for. Either way the draws come in their order and are the same.
+template <MinimalModel Model>
+class HypothesisBlock {
+ public:
+  /// What comes of one minimal set.
+  struct Draw {
+    const int* set = nullptr;  ///< γ indices.
+    int solutions = 0;
+    typename Model::Parameters models[Model::kMaxSolutions];
+    double scores[Model::kMaxSolutions];
+  };
+
+  /// capacity: sets at a time, 0: from 64 growing to 4096. threads: 0 for all cores. Borrows the rest.
+  HypothesisBlock(const Scorer<Model>& scorer, const Score& score, int capacity, int threads)
+      : scorer_(scorer),
+        score_(score),
+        grows_(capacity <= 0),
+        capacity_(grows_ ? kFirstCapacity : capacity),
+        threads_(threads <= 0 ? HardwareThreads() : threads) {}
+
+  /// Draws sets in place of the last ones, as many as there is room for and `most` at most; false when the sampler had
+  /// fewer.
+  bool Fill(MinimalSampler& sampler, std::int64_t most) {
+    const std::int64_t count = std::min<std::int64_t>(capacity_, most);
+    if (grows_) capacity_ = std::min(2 * capacity_, kLastCapacity);
+    sets_ = DrawSets(sampler, Model::kMinimalSize, count);
+    size_ = static_cast<int>(sets_.size()) / Model::kMinimalSize;
+    if (static_cast<int>(draws_.size()) < size_) draws_.resize(size_);
+    next_ = scored_ = 0;
+    if (threads_ > 1) ParallelFor(size_, threads_, [&](std::int64_t i) { Solve(static_cast<int>(i)); });
+    return size_ == count;
+  }
+
+  /// The next draw, null after the last one. bar: what its score must exceed to matter (Scorer); draws that were scored
+  /// against an older, lower bar need not be scored again.
+  const Draw* Next(double bar) {
+    if (next_ == size_) return nullptr;
+    if (threads_ <= 1) {
+      Solve(next_);
+      ScoreOne(next_, bar);
+    } else if (next_ == scored_) {
+      ParallelFor(size_ - next_, threads_, [&](std::int64_t i) { ScoreOne(next_ + static_cast<int>(i), bar); });
+      scored_ = size_;
+    }
+    return &draws_[next_++];
+  }
+
+ private:
+  void Solve(int i) {
+    draws_[i].set = sets_.data() + static_cast<std::size_t>(i) * Model::kMinimalSize;
+    draws_[i].solutions = SolveSet<Model>(scorer_.points(), draws_[i].set, draws_[i].models);
+  }
+
+  void ScoreOne(int i, double bar) {
+    Draw& draw = draws_[i];
+    for (int k = 0; k < draw.solutions; ++k) draw.scores[k] = scorer_(draw.models[k], score_, bar);
+  }
+
+  static constexpr int kFirstCapacity = 64;
+  static constexpr int kLastCapacity = 4096;
+
+  const Scorer<Model>& scorer_;
+  const Score& score_;
+  bool grows_;
+  int capacity_;
+  int threads_;
+  std::vector<int> sets_;
+  std::vector<Draw> draws_;
+  int size_ = 0;
+  int next_ = 0;
+  int scored_ = 0;  ///< Draws before this one are scored. With several threads alone.
+};
 
 /// What scores take into account of the priors. Priors that are not one number a point say nothing; what is no
 /// probability counts as the nearest one, and what is no number as 0.
@@ -39,14 +161,14 @@ class ConsensusSearch {
   /// Borrows points and options.
   ConsensusSearch(const PointMatrix& points, const NoiseScales& scales, const ConsensusOptions& options,
                   const EstimationPriors& priors, const Rng& rng, int threads)
-      : scales_(scales),
+      : options_(options),
+        scales_(scales),
         scorer_(points, PriorOf(priors, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
         best_(points, scales.score_threshold, std::max(1, options.refit_candidates)),
         improve_(scorer_, score_, options, scales_, rng),
         refine_(scorer_, options, scales_),
-        rule_(options.stopping, options.max_iterations, options.min_iterations, options.confidence, points.rows(),
-              Model::kMinimalSize),
+        rule_(options, points.rows(), Model::kMinimalSize),
         block_(scorer_, score_, options.block_size, threads) {}
 
   void Consider(const EstimationPriors& priors) {
@@ -60,7 +182,7 @@ class ConsensusSearch {
 
   void Draw(MinimalSampler& sampler) {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
-      const bool more = block_.Fill(sampler, rule_.max_iterations() - result_.iterations);
+      const bool more = block_.Fill(sampler, options_.max_iterations - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
         const auto* draw = block_.Next(std::min(best_.bar(), best_minimal_));
         if (draw == nullptr) break;
@@ -78,14 +200,7 @@ class ConsensusSearch {
     if (!chosen || refine_.CountInliers(chosen->model) < Model::kMinimalSize) return std::move(result_);
     if constexpr (HasFocalPosterior<Model>) result_.focal = refine_.Marginalise(&*chosen, &result_.hypotheses);
     if constexpr (HasOtherMinimum<Model>) result_.other = refine_.OtherMinimum(&*chosen, &result_.hypotheses);
-    result_.status = Status::kOk;
-    result_.model = chosen->model;
-    result_.score = chosen->score;
-    const double threshold = refine_.MaskThreshold(chosen->model);
-    result_.inlier_threshold = threshold;
-    result_.noise_scale = refine_.NoiseScaleOf(chosen->model);
-    result_.fit = refine_.FitOf(chosen->model);
-    result_.inliers = InlierMask<Model>(scorer_.points(), chosen->model, threshold);
+    refine_.Report(*chosen, &result_);
     return std::move(result_);
   }
 
@@ -120,6 +235,7 @@ class ConsensusSearch {
     if (best_.best() > before) rule_.Update(refine_.CountInliers(best_.entries().front().model));
   }
 
+  const ConsensusOptions& options_;
   const NoiseScales scales_;
   const Scorer<Model> scorer_;
   const Score score_;

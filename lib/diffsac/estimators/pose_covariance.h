@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/geometry/fit_conditions.h"
+#include "diffsac/geometry/robust_loss.h"
 #include "diffsac/problem/solver_space.h"
 
 namespace diffsac {

@@ -3,7 +3,6 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/consensus/structures/structure_chooser.h"
 #include "diffsac/consensus/structures/structures.h"
 #include "diffsac/network/engine/set_scorer.h"
 #include "diffsac/problem/problem.h"

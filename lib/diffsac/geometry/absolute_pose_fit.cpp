@@ -3,15 +3,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <limits>
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/levenberg_marquardt.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/robust_loss.h"
 #include "diffsac/geometry/rotation.h"
-#include "diffsac/geometry/row_residuals.h"
+#include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
 namespace {
@@ -21,10 +21,10 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// The nearest rotation, and the factor by which `matrix` is larger.
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& matrix, double* scale) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d product = svd.matrixU() * svd.matrixV().transpose();
+  const Svd3 svd = ComputeSvd3(matrix);
+  const Eigen::Matrix3d product = svd.u * svd.v.transpose();
   const double sign = product.determinant() < 0.0 ? -1.0 : 1.0;
-  *scale = sign * svd.singularValues().mean();
+  *scale = sign * svd.values.mean();
   return sign * product;
 }
 
@@ -134,44 +134,36 @@ struct PoseEquations {
   }
 };
 
-AbsolutePose::Parameters Retract(const AbsolutePose::Parameters& pose, const Vector6& step) {
-  return PoseOf(ExpRotation(step.head<3>()).toRotationMatrix() * RotationOf(pose),
-                TranslationOf(pose) + step.tail<3>());
-}
+struct PoseProblem {
+  static constexpr int kFreedom = 6;
+  const PointMatrix& points;
+  const Eigen::VectorXd& weights;
+  const RobustLoss& loss;
 
-/// Levenberg-Marquardt; true when the pose moved.
-bool Minimize(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-              AbsolutePose::Parameters* pose) {
-  constexpr int kMostSteps = 25;
-  constexpr double kTolerance = 1e-10, kMostDamping = 1e10;
-  PoseEquations now(points, weights, loss, *pose, true);
-  double damping = 1e-4;
-  bool moved = false;
-  for (int step = 0; step < kMostSteps && damping < kMostDamping; ++step) {
-    Matrix6 damped = now.normal;
-    damped.diagonal() += damping * now.normal.diagonal() + Vector6::Constant(1e-15 * now.normal.trace());
-    const Vector6 change = damped.ldlt().solve(-now.gradient);
-    if (!change.allFinite()) break;
-    const AbsolutePose::Parameters candidate = Retract(*pose, change);
-    const double cost = PoseEquations(points, weights, loss, candidate, false).cost;
-    if (!(cost < now.cost)) {
-      damping *= 10.0;
-      continue;
-    }
-    const double gain = now.cost - cost;
-    *pose = candidate;
-    moved = true;
-    if (gain <= kTolerance * cost) break;
-    now = PoseEquations(points, weights, loss, *pose, true);
-    damping *= 0.1;
+  double Cost(const AbsolutePose::Parameters& pose) const {
+    return PoseEquations(points, weights, loss, pose, false).cost;
   }
-  return moved && pose->allFinite();
+  void Linearize(const AbsolutePose::Parameters& pose, Matrix6* normal, Vector6* gradient) const {
+    const PoseEquations equations(points, weights, loss, pose, true);
+    *normal = equations.normal;
+    *gradient = equations.gradient;
+  }
+  static Vector6 Solve(const Matrix6& damped, const Vector6& right) { return damped.ldlt().solve(right); }
+  static AbsolutePose::Parameters Retract(const AbsolutePose::Parameters& pose, const Vector6& step) {
+    return PoseOf(ExpRotation(step.head<3>()).toRotationMatrix() * RotationOf(pose),
+                  TranslationOf(pose) + step.tail<3>());
+  }
+};
+
+/// True when the pose moved.
+bool MinimizePose(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                  AbsolutePose::Parameters* pose) {
+  PoseProblem problem{points, weights, loss};
+  return Minimize(problem, {}, pose).moved && pose->allFinite();
 }
 
 Eigen::VectorXd SquaredResiduals(const PointMatrix& points, const AbsolutePose::Parameters& pose) {
-  Eigen::VectorXd squares(points.rows());
-  RowResiduals<AbsolutePose>(points, pose, squares.data());
-  return squares.cwiseAbs2();
+  return RowResiduals<AbsolutePose>(points, pose).cwiseAbs2();
 }
 
 /// The pose that shows the plane the same from afar. False where it is no plane: where its relief, seen from the side,
@@ -218,7 +210,7 @@ bool AbsolutePose::Fit(const PointMatrix& points, const Eigen::VectorXd& weights
     model = start;
   }
   if (!std::isfinite(least)) return false;
-  Minimize(points, weights, RobustLoss{}, &model);
+  MinimizePose(points, weights, RobustLoss{}, &model);
   if (!model.allFinite()) return false;
   *out = model;
   return true;
@@ -229,7 +221,7 @@ bool AbsolutePose::Refine(const PointMatrix& points, double threshold, Parameter
     return false;
   Parameters refined = *model;
   const RobustLoss loss{LossKind::kTruncated, threshold};
-  if (!Minimize(points, Eigen::VectorXd::Ones(points.rows()), loss, &refined)) return false;
+  if (!MinimizePose(points, Eigen::VectorXd::Ones(points.rows()), loss, &refined)) return false;
   *model = refined;
   return true;
 }
@@ -242,7 +234,7 @@ bool AbsolutePose::OtherMinimum(const PointMatrix& points, double threshold, Par
   Resection plane;
   if (!plane.Gather(points, inliers) || !Mirrored(plane, threshold, *model, other)) return false;
   ++*fits;
-  Minimize(points, inliers, RobustLoss{}, other);
+  MinimizePose(points, inliers, RobustLoss{}, other);
   Refine(points, threshold, other);
   if (RotationAngleDegrees(RotationOf(*model), RotationOf(*other)) < kSameDegrees) return false;
   const double log_odds = LogOdds(squares, SquaredResiduals(points, *other), threshold);

@@ -6,7 +6,6 @@
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/rotation.h"
-#include "diffsac/geometry/row_residuals.h"
 #include "diffsac/geometry/sampson_equations.h"
 
 namespace diffsac {
@@ -98,15 +97,8 @@ std::optional<Eigen::MatrixXd> Sandwich(const Eigen::MatrixXd& a, const Eigen::M
 Eigen::Matrix<double, 6, 5> PosesOfUnitLength(const Eigen::Vector3d& t) {
   Eigen::Matrix<double, 6, 5> basis = Eigen::Matrix<double, 6, 5>::Zero();
   basis.topLeftCorner<3, 3>().setIdentity();
-  basis.block<3, 1>(3, 3) = t.unitOrthogonal();
-  basis.block<3, 1>(3, 4) = t.cross(t.unitOrthogonal());
+  basis.bottomRightCorner<3, 2>() = PlaneBasis(t);
   return basis;
-}
-
-Matrix3Parameters RowByRow(const Eigen::Matrix3d& matrix) {
-  Matrix3Parameters entries;
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(entries.data()) = matrix;
-  return entries;
 }
 
 /// Σ w JᵀJ that noise of σ = 1 adds on average, J being the derivatives of Sampson distances: what moves a point along
@@ -221,8 +213,8 @@ Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose) {
   Eigen::Matrix<double, 9, 6> derivative;
   for (int i = 0; i < 3; ++i) {
     const Eigen::Matrix3d turn = CrossMatrix(Eigen::Vector3d::Unit(i));
-    derivative.col(i) = RowByRow(CrossMatrix(pose.translation) * turn * pose.rotation);
-    derivative.col(3 + i) = RowByRow(turn * pose.rotation);
+    derivative.col(i) = Flatten(CrossMatrix(pose.translation) * turn * pose.rotation);
+    derivative.col(3 + i) = Flatten(turn * pose.rotation);
   }
   return derivative;
 }
@@ -231,15 +223,14 @@ std::optional<Eigen::MatrixXd> RelativePoseCovariance(const PointMatrix& points,
                                                       const FitConditions& fit) {
   const Eigen::Matrix<double, 6, 5> basis = PosesOfUnitLength(pose.translation);
   const auto covariance =
-      EpipolarCovariance(points, RowByRow(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit);
+      EpipolarCovariance(points, Flatten(EssentialFromPose(pose)), EssentialByPose(pose) * basis, fit);
   if (!covariance) return std::nullopt;
   return basis * *covariance * basis.transpose();
 }
 
 std::optional<Eigen::MatrixXd> AbsolutePoseCovariance(const PointMatrix& points, const AbsolutePose::Parameters& pose,
                                                       const FitConditions& fit) {
-  Eigen::VectorXd residuals(points.rows());
-  RowResiduals<AbsolutePose>(points, pose, residuals.data());
+  const Eigen::VectorXd residuals = RowResiduals<AbsolutePose>(points, pose);
   return CovarianceOfFit(residuals, AbsolutePose::kResidualDimension, fit, [&](const Eigen::VectorXd& weights) {
     return Eigen::MatrixXd(ReprojectionInformation(points, weights, pose));
   });

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "diffsac/geometry/absolute_pose.h"
-#include "diffsac/geometry/fit_conditions.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/robust_loss.h"
 
 namespace diffsac {
 

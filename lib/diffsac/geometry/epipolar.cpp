@@ -8,18 +8,19 @@
 #include "diffsac/geometry/weighted_pairs.h"
 
 namespace diffsac {
-namespace {
-
-template <class PointAt>
-bool SameOrientation(const Eigen::Matrix3d& f, int count, const PointAt& point_at) {
-  // The left epipole is orthogonal to all columns; the longest cross product of two of them is the safest.
+Eigen::Vector3d LeftEpipole(const Eigen::Matrix3d& f) {
   Eigen::Vector3d epipole = f.col(0).cross(f.col(1));
   const Eigen::Vector3d others[] = {f.col(0).cross(f.col(2)), f.col(1).cross(f.col(2))};
   for (const Eigen::Vector3d& other : others)
     if (other.squaredNorm() > epipole.squaredNorm()) epipole = other;
+  return epipole;
+}
+
+bool SatisfiesOrientation(const Eigen::Matrix3d& f, const double (*points)[4], int count) {
+  const Eigen::Vector3d epipole = LeftEpipole(f);
   int positive = 0;
   for (int i = 0; i < count; ++i) {
-    const double* p = point_at(i);
+    const double* p = points[i];
     const Eigen::Vector3d line = f.col(0) * p[0] + f.col(1) * p[1] + f.col(2);
     const Eigen::Vector3d through(epipole[1] - epipole[2] * p[3], epipole[2] * p[2] - epipole[0],
                                   epipole[0] * p[3] - epipole[1] * p[2]);
@@ -29,8 +30,6 @@ bool SameOrientation(const Eigen::Matrix3d& f, int count, const PointAt& point_a
   return true;
 }
 
-}  // namespace
-
 DIFFSAC_VECTOR_CLONES
 void SampsonDistances(const double* f, const double* const* columns, int begin, int end, double* out) {
   const double model[9] = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]};
@@ -38,19 +37,6 @@ void SampsonDistances(const double* f, const double* const* columns, int begin, 
   double* __restrict distances = out;
   const int count = end - begin;
   for (int i = 0; i < count; ++i) distances[i] = SampsonDistance(model, x1[i], y1[i], x2[i], y2[i]);
-}
-
-double SampsonError(const Matrix3Parameters& model, const double* point) {
-  return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
-}
-
-bool SatisfiesOrientation(const Eigen::Matrix3d& f, const double (*points)[4], int count) {
-  return SameOrientation(f, count, [&](int i) { return points[i]; });
-}
-
-bool SatisfiesOrientation(const Matrix3Parameters& model, const PointMatrix& points, const int* set, int count) {
-  return SameOrientation(AsMatrix(model), count,
-                         [&](int i) { return points.data() + 4 * static_cast<Eigen::Index>(set[i]); });
 }
 
 Eigen::Matrix3d ClosestRankTwo(const Eigen::Matrix3d& f) {

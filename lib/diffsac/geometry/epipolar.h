@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -26,15 +27,35 @@ inline double SampsonDistance(const double* f, double x1, double y1, double x2, 
 void SampsonDistances(const double* f, const double* const* columns, int begin, int end, double* out);
 
 /// Sampson distance of one correspondence x1 y1 x2 y2.
-double SampsonError(const Matrix3Parameters& model, const double* point);
+inline double SampsonError(const Matrix3Parameters& model, const double* point) {
+  return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
+}
+
+/// What all epipolar models of one matrix have.
+struct SampsonModel {
+  using Parameters = Matrix3Parameters;
+  using Bounds = SampsonBounds;  ///< Of `Residual`.
+  static constexpr int kDimension = 4;
+  /// Of a Sampson distance, for MAGSAC++.
+  static constexpr int kResidualDof = 1;
+
+  /// SampsonError: linear, in the points' unit (a threshold in pixels divided by the focal length for normalised
+  /// coordinates).
+  static double Residual(const Parameters& model, const double* point) { return SampsonError(model, point); }
+  /// As `Residual`, over 4 columns, bit for bit.
+  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
+    SampsonDistances(model.data(), columns, begin, end, out);
+  }
+};
+
+/// The left null vector of F, of any length; zero when F is zero. It is orthogonal to all columns: the longest cross
+/// product of two of them is the safest.
+Eigen::Vector3d LeftEpipole(const Eigen::Matrix3d& f);
 
 /// Oriented epipolar constraint (Chum, Werner, Matas, "Epipolar geometry estimation via RANSAC benefits from the
 /// oriented epipolar constraint", ICPR 2004): e2 x x2 = λ F x1 with the same sign of λ for all, as for points in front
 /// of both cameras. `points` holds `count` rows of four values.
 bool SatisfiesOrientation(const Eigen::Matrix3d& f, const double (*points)[4], int count);
-
-/// The same for rows `set[0..count)` of `points`.
-bool SatisfiesOrientation(const Matrix3Parameters& model, const PointMatrix& points, const int* set, int count);
 
 /// The nearest matrix of rank 2 in the Frobenius norm.
 Eigen::Matrix3d ClosestRankTwo(const Eigen::Matrix3d& f);

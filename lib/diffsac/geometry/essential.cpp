@@ -234,10 +234,7 @@ void Gather(const PointMatrix& points, const int* set, double (*p)[4]) {
 
 int SolveFivePoints(const double (*points)[4], bool possible, Matrix3Parameters* out) {
   double rows[5][9], basis[4][9];
-  for (int i = 0; i < 5; ++i) {
-    const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
-    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
-  }
+  for (int i = 0; i < 5; ++i) EpipolarRow(points[i], rows[i]);
   if (!OrthogonalComplement(rows, basis)) return 0;
   MixBasis(basis);
   Row cubics[10];

@@ -1,13 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
 
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
-#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -15,14 +12,9 @@ namespace diffsac {
 /// Epipolar geometry of two calibrated cameras: x2ᵀ E x1 = 0 with E = [t]ₓ R, singular values (s, s, 0). Points are
 /// correspondences x1 y1 x2 y2 in normalised coordinates (K⁻¹ times pixels); parameters are E, row-major, unit
 /// Frobenius norm.
-struct Essential {
-  using Parameters = Matrix3Parameters;
-  using Bounds = SampsonBounds;  ///< Of `Residual`.
-  static constexpr int kDimension = 4;
+struct Essential : SampsonModel {
   static constexpr int kMinimalSize = 5;
   static constexpr int kMaxSolutions = 10;
-  /// Of a Sampson distance, for MAGSAC++.
-  static constexpr int kResidualDof = 1;
 
   /// The 5-point algorithm (see SolveFivePoints); solutions against the oriented epipolar constraint, or with none of
   /// whose poses the five points lie before both cameras, are left out.
@@ -39,20 +31,9 @@ struct Essential {
   /// Finite, 5 distinct correspondences, in neither image all on one line.
   static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
 
-  /// As `Residual`, over 4 columns, bit for bit.
-  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
-    SampsonDistances(model.data(), columns, begin, end, out);
-  }
-
-  /// Sampson distance, linear, in normalised coordinates (a threshold in pixels divided by the focal length).
-  static double Residual(const Parameters& model, const double* point) {
-    return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
-  }
-
-  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
-  /// (RefineEssential). False, leaving *model, when that does not lower the cost or the points are unfit.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
+  /// Levenberg-Marquardt from *model (RefineEssential), with a weight ≥ 0 for each point, in `steps` steps at most; the
+  /// loss is in the unit of `Residual`. False, leaving *model, when that does not lower the cost or the points are
+  /// unfit.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
 };

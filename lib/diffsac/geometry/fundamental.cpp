@@ -19,8 +19,7 @@ bool EpipolarRows(const PointMatrix& points, const int* set, PairNormalization* 
   if (points.cols() != 4 || !NormalizeSet(points, set, N, normalization)) return false;
   for (int i = 0; i < N; ++i) {
     normalization->Apply(points.data() + 4 * static_cast<Eigen::Index>(set[i]), p[i]);
-    const double x1[3] = {p[i][0], p[i][1], 1.0}, x2[3] = {p[i][2], p[i][3], 1.0};
-    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
+    EpipolarRow(p[i], rows[i]);
   }
   return true;
 }

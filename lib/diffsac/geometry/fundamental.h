@@ -1,28 +1,20 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
-#include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
 
 /// Epipolar geometry of two uncalibrated images: x2ᵀ F x1 = 0, rank 2. Points are correspondences x1 y1 x2 y2 in pixels
 /// (any unit); parameters are F, row-major, unit Frobenius norm. Minimal sets of 7 points.
-struct Fundamental {
-  using Parameters = Matrix3Parameters;
-  using Bounds = SampsonBounds;  ///< Of `Residual`.
-  static constexpr int kDimension = 4;
+struct Fundamental : SampsonModel {
   static constexpr int kMinimalSize = 7;
   static constexpr int kMaxSolutions = 3;
-  /// Of a Sampson distance, for MAGSAC++.
-  static constexpr int kResidualDof = 1;
 
   /// The 7-point algorithm (Hartley and Zisserman, ch. 11.1.2) on normalised points: the real roots of
   /// det(α F₁ + β F₂) = 0 over the null space. Solutions against the oriented epipolar constraint are left out.
@@ -34,20 +26,9 @@ struct Fundamental {
   /// Finite, 7 distinct correspondences, in neither image all on one line.
   static bool Determined(const PointMatrix& points) { return DeterminesTwoViews(points, kMinimalSize); }
 
-  /// As `Residual`, over 4 columns, bit for bit.
-  static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
-    SampsonDistances(model.data(), columns, begin, end, out);
-  }
-
-  /// Sampson distance, linear, in pixels.
-  static double Residual(const Parameters& model, const double* point) {
-    return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
-  }
-
-  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
-  /// (RefineFundamental). False, leaving *model, when that does not lower the cost or the points are unfit.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
+  /// Levenberg-Marquardt from *model (RefineFundamental), with a weight ≥ 0 for each point, in `steps` steps at most;
+  /// the loss is in the unit of `Residual`. False, leaving *model, when that does not lower the cost or the points are
+  /// unfit.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
 

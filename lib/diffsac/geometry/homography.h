@@ -39,10 +39,9 @@ struct Homography {
   /// HomographySampsonError.
   static double Residual(const Parameters& model, const double* point);
 
-  /// Levenberg-Marquardt with the loss truncated at `threshold` (in the unit of `Residual`) on all points, from *model
-  /// (RefineHomography, Sampson). False, leaving *model, when that does not lower the cost or the points are unfit.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
-  /// The same with a weight ≥ 0 for each point and any loss, in `steps` steps at most.
+  /// Levenberg-Marquardt from *model (RefineHomography), with a weight ≥ 0 for each point, in `steps` steps at most;
+  /// the loss is in the unit of `Residual`. False, leaving *model, when that does not lower the cost or the points are
+  /// unfit.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
 

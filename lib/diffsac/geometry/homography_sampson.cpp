@@ -1,12 +1,12 @@
 #include "diffsac/geometry/homography_sampson.h"
 
-#include "diffsac/geometry/lane_blocks.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
 namespace {
 
-constexpr int kLanes = 4;
+constexpr int kLanes = kEquationLanes;
 
 /// The normal matrix is Σ [a, b, −c; b, d, −f; −c, −f, g] ⊗ x x ᵀ: six factors times the six products of x = (x1, y1,
 /// 1). One sum for each of four neighbouring points.
@@ -68,8 +68,6 @@ void AddBlocks(const double* h, const double* const* columns, const double* weig
   }
 }
 
-double Total(const double (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]); }
-
 }  // namespace
 
 DIFFSAC_VECTOR_CLONES
@@ -86,8 +84,8 @@ void HomographySampsonDistances(const double* h, const double* const* columns, i
 NormalEquations SumHomographySampsonEquations(const double* h, const double* const* columns, const double* weights,
                                               int count) {
   LaneSums sums = {};
-  AddInBlocks<kLanes>(columns, weights, count,
-                      [&](const double* const* c, const double* w, int size) { AddBlocks(h, c, w, size, &sums); });
+  AddInBlocks(columns, weights, count,
+              [&](const double* const* c, const double* w, int size) { AddBlocks(h, c, w, size, &sums); });
   constexpr int kPair[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
   constexpr int kFactor[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
   NormalEquations result{Eigen::Matrix<double, 9, 9>::Zero(), Matrix3Parameters::Zero()};
@@ -95,9 +93,9 @@ NormalEquations SumHomographySampsonEquations(const double* h, const double* con
     for (int column = 0; column < 9; ++column) {
       const double sign = (row < 6) == (column < 6) ? 1.0 : -1.0;
       const int k = kFactor[row / 3][column / 3];
-      result.normal(row, column) = sign * Total(sums.normal[k][kPair[row % 3][column % 3]]);
+      result.normal(row, column) = sign * TotalOf(sums.normal[k][kPair[row % 3][column % 3]]);
     }
-    result.gradient[row] = Total(sums.gradient[row]);
+    result.gradient[row] = TotalOf(sums.gradient[row]);
   }
   return result;
 }

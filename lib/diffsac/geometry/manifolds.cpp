@@ -6,24 +6,6 @@
 #include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
-namespace {
-
-Matrix3Parameters Flatten(const Eigen::Matrix3d& matrix) {
-  Matrix3Parameters flat;
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(flat.data()) = matrix;
-  return flat;
-}
-
-/// An orthonormal basis of the plane orthogonal to a unit vector.
-Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& unit) {
-  Eigen::Matrix<double, 3, 2> basis;
-  basis.col(0) = unit.unitOrthogonal();
-  basis.col(1) = unit.cross(basis.col(0));
-  return basis;
-}
-
-}  // namespace
-
 HomographyManifold HomographyManifold::From(const Matrix3Parameters& model) { return {model / model.norm()}; }
 
 Eigen::Matrix<double, 9, 8> HomographyManifold::Tangent() const {

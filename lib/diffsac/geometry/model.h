@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-
+#include <algorithm>
 #include <concepts>
 
 #include "diffsac/geometry/points.h"
@@ -31,5 +31,30 @@ concept MinimalModel = requires(const PointMatrix& points, const int* set, typen
   { M::Fit(points, weights, out) } -> std::same_as<bool>;
   { M::Residual(model, point) } -> std::same_as<double>;
 };
+
+/// Residual of each row of `points`; several at a time for models with `Residuals` over columns, bit for bit the same.
+template <MinimalModel Model>
+Eigen::VectorXd RowResiduals(const PointMatrix& points, const typename Model::Parameters& model) {
+  Eigen::VectorXd residuals(points.rows());
+  double* out = residuals.data();
+  const int size = static_cast<int>(points.rows());
+  constexpr int kDimension = Model::kDimension;
+  const auto row = [&](int i) { return points.data() + static_cast<Eigen::Index>(i) * kDimension; };
+  if constexpr (requires(const double* const* columns) { Model::Residuals(model, columns, 0, 0, out); }) {
+    constexpr int kBlock = 64;
+    double columns[kDimension][kBlock];
+    const double* pointers[kDimension];
+    for (int j = 0; j < kDimension; ++j) pointers[j] = columns[j];
+    for (int begin = 0; begin < size; begin += kBlock) {
+      const int count = std::min(kBlock, size - begin);
+      for (int i = 0; i < count; ++i)
+        for (int j = 0; j < kDimension; ++j) columns[j][i] = row(begin + i)[j];
+      Model::Residuals(model, pointers, 0, count, out + begin);
+    }
+  } else {
+    for (int i = 0; i < size; ++i) out[i] = Model::Residual(model, row(i));
+  }
+  return residuals;
+}
 
 }  // namespace diffsac

@@ -46,4 +46,10 @@ bool OrthogonalComplement(double (&rows)[N][M], double (&basis)[M - N][M], doubl
   return true;
 }
 
+/// The coefficients of x2ᵀ F x1 = 0 of a correspondence x1 y1 x2 y2 in the entries of F, row by row.
+inline void EpipolarRow(const double* point, double (&row)[9]) {
+  const double x1[3] = {point[0], point[1], 1.0}, x2[3] = {point[2], point[3], 1.0};
+  for (int j = 0; j < 9; ++j) row[j] = x2[j / 3] * x1[j % 3];
+}
+
 }  // namespace diffsac

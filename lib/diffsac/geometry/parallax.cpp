@@ -11,7 +11,6 @@
 
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
-#include "diffsac/geometry/row_residuals.h"
 #include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
@@ -177,8 +176,7 @@ ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, con
   Eigen::Matrix3d map;
   if (!(greatest > 0.0) || !FitRobustly(Spread(rows, kMostFitted), least, greatest, fit, &map)) return test;
   const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
-  Eigen::VectorXd to_lines(points.rows());
-  RowResiduals<Fundamental>(points, model, to_lines.data());
+  const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
   test.translation = Translation::kDetermined;
   if (Evidence(to_map, to_lines, inliers, parameters, least).IsParallax()) return test;
   test.translation = IsStatic(rows, map, least, greatest) ? Translation::kStatic : without;

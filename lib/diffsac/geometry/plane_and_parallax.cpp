@@ -13,7 +13,6 @@
 #include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
-#include "diffsac/geometry/row_residuals.h"
 #include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
@@ -39,14 +38,6 @@ constexpr double kMinSine = 1e-6;
 
 Eigen::Vector3d First(const double* p) { return {p[0], p[1], 1.0}; }
 Eigen::Vector3d Second(const double* p) { return {p[2], p[3], 1.0}; }
-
-/// The left null vector, unit length; zero when F is zero.
-Eigen::Vector3d LeftEpipole(const Eigen::Matrix3d& f) {
-  Eigen::Vector3d longest = f.col(0).cross(f.col(1));
-  for (const Eigen::Vector3d& other : {f.col(0).cross(f.col(2)).eval(), f.col(1).cross(f.col(2)).eval()})
-    if (other.squaredNorm() > longest.squaredNorm()) longest = other;
-  return longest.normalized();
-}
 
 /// Whether three points of one image span a triangle.
 bool SpansTriangle(const double (*points)[4], const int triplet[3], int offset) {
@@ -94,8 +85,7 @@ bool FindDominantPlane(const Scene& scene, const Matrix3Parameters& f, const int
   };
   if (found_in([&](int i) { return set[i]; })) return true;
   std::vector<int> support;
-  Eigen::VectorXd distances(scene.size());
-  RowResiduals<Fundamental>(scene.points(), f, distances.data());
+  const Eigen::VectorXd distances = RowResiduals<Fundamental>(scene.points(), f);
   for (int i = 0; i < scene.size(); ++i)
     if (distances[i] <= limit) support.push_back(i);
   if (static_cast<int>(support.size()) < size) return false;
@@ -257,8 +247,7 @@ std::vector<int> DrawInliers(const PointMatrix& points, const Matrix3Parameters&
                              Rng rng) {
   std::vector<int> inliers;
   if (points.cols() != 4) return inliers;
-  Eigen::VectorXd distances(points.rows());
-  RowResiduals<Fundamental>(points, model, distances.data());
+  const Eigen::VectorXd distances = RowResiduals<Fundamental>(points, model);
   for (int i = 0; i < points.rows(); ++i)
     if (distances[i] <= threshold) inliers.push_back(i);
   if (static_cast<int>(inliers.size()) < size) return {};
@@ -272,7 +261,7 @@ std::vector<int> DrawInliers(const PointMatrix& points, const Matrix3Parameters&
 
 bool PlaneHomography(const Eigen::Matrix3d& f, const double (*points)[4], const int triplet[3], Eigen::Matrix3d* h) {
   if (!SpansTriangle(points, triplet, 0) || !SpansTriangle(points, triplet, 2)) return false;
-  const Eigen::Vector3d epipole = LeftEpipole(f);
+  const Eigen::Vector3d epipole = LeftEpipole(f).normalized();
   Eigen::Matrix3d a, m;
   for (int j = 0; j < 3; ++j) a.col(j) = epipole.cross(f.col(j));
   Eigen::Vector3d b;
@@ -364,7 +353,8 @@ int RecoverFromPlane(const PointMatrix& points, const int* set, int size, const 
   if (!drawn.allFinite()) return 0;
   Matrix3Parameters refined = drawn;
   ++*fits;
-  const bool moved = Fundamental::Refine(points, threshold, &refined);
+  const bool moved =
+      Fundamental::Refine(points, Eigen::VectorXd::Ones(points.rows()), {LossKind::kTruncated, threshold}, &refined);
   out[0] = refined;
   if (!moved || max_models < 2) return 1;
   out[1] = drawn;

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <vector>
 
-#include "diffsac/geometry/epipolar.h"
+#include "diffsac/geometry/essential.h"
+#include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/homography_sampson.h"
+#include "diffsac/geometry/levenberg_marquardt.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/robust_loss_sums.h"
 #include "diffsac/geometry/sampson_equations.h"
@@ -92,59 +95,41 @@ concept HasPenalty = requires(const Manifold& state) {
   state.Penalty();
 };
 
-template <class Manifold, class Cost>
-double CostOf(Cost& cost, const Manifold& state) {
-  const double of_points = cost(state.Parameters());
-  if constexpr (HasPenalty<Manifold>) return of_points + state.Penalty();
-  return of_points;
-}
-
-/// Levenberg-Marquardt; a step is taken only where it lowers the cost. True when the model moved.
-template <class Manifold, class Cost>
-bool Minimize(Cost&& cost, const RefineOptions& options, Manifold* state, RefineReport* report) {
-  constexpr int kFreedom = Manifold::kFreedom;
+/// The cost of a model on its manifold.
+template <class Manifold, class Residuals>
+struct ManifoldProblem {
+  static constexpr int kFreedom = Manifold::kFreedom;
   using Vector = Eigen::Matrix<double, kFreedom, 1>;
-  constexpr double kMaxDamping = 1e10, kMinDamping = 1e-10;
-  double current = CostOf(cost, *state);
-  report->initial_cost = current;
-  double damping = 1e-4;
-  bool moved = false, linearized = false;
-  Eigen::Matrix<double, kFreedom, kFreedom> normal;
-  Vector gradient;
-  while (report->iterations < options.max_iterations && damping < kMaxDamping) {
-    if (!linearized) {
-      const Eigen::Matrix<double, 9, kFreedom> tangent = state->Tangent();
-      const NormalEquations equations = cost.Linearize(state->Parameters());
-      normal = tangent.transpose() * equations.normal * tangent;
-      gradient = tangent.transpose() * equations.gradient;
-      if constexpr (HasPenalty<Manifold>) state->AddPenalty(&normal, &gradient);
-      linearized = true;
-    }
-    ++report->iterations;
-    Eigen::Matrix<double, kFreedom, kFreedom> damped = normal;
-    // The floor keeps directions that the cost does not see (equal singular values of F) where they are.
-    damped.diagonal() += damping * normal.diagonal() + Vector::Constant(1e-12 * normal.trace());
-    const Vector step = damped.llt().solve(-gradient);
-    // What the step can win at most, to second order, ends the search before another pass over the points.
-    const double promised = -step.dot(2.0 * gradient + normal * step);
-    if (!step.allFinite() || !(promised > options.relative_tolerance * current)) break;
-    const Manifold candidate = state->Retract(step);
-    const double lowered = CostOf(cost, candidate);
-    if (lowered < current) {
-      const double gain = current - lowered;
-      *state = candidate;
-      current = lowered;
-      moved = true;
-      linearized = false;
-      damping = std::max(damping * 0.1, kMinDamping);
-      if (gain <= options.relative_tolerance * current) break;
-    } else {
-      damping *= 10.0;
-    }
-    if (step.norm() <= options.relative_tolerance) break;
+  using Matrix = Eigen::Matrix<double, kFreedom, kFreedom>;
+  RobustCost<Residuals> of_points;
+
+  double Cost(const Manifold& state) {
+    const double cost = of_points(state.Parameters());
+    if constexpr (HasPenalty<Manifold>) return cost + state.Penalty();
+    return cost;
   }
-  report->final_cost = current;
-  return moved;
+  void Linearize(const Manifold& state, Matrix* normal, Vector* gradient) {
+    const Eigen::Matrix<double, 9, kFreedom> tangent = state.Tangent();
+    const NormalEquations equations = of_points.Linearize(state.Parameters());
+    *normal = tangent.transpose() * equations.normal * tangent;
+    *gradient = tangent.transpose() * equations.gradient;
+    if constexpr (HasPenalty<Manifold>) state.AddPenalty(normal, gradient);
+  }
+  static Vector Solve(const Matrix& damped, const Vector& right) { return damped.llt().solve(right); }
+  static Manifold Retract(const Manifold& state, const Vector& step) { return state.Retract(step); }
+};
+
+/// True when the model moved.
+template <class Residuals, class Manifold>
+bool MinimizeOn(const RobustCost<Residuals>& cost, const RefineOptions& options, Manifold* state,
+                RefineReport* report) {
+  ManifoldProblem<Manifold, Residuals> problem{cost};
+  const LevenbergResult result =
+      Minimize(problem, {options.max_iterations, options.relative_tolerance, 1e-12, 1e-10, true}, state);
+  report->iterations = result.steps;
+  report->initial_cost = result.first_cost;
+  report->final_cost = result.last_cost;
+  return result.moved;
 }
 
 /// Checks, normalises with one scale for both images (so that distances in both keep their proportion) and collects.
@@ -211,7 +196,7 @@ RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::Vecto
     state.log_median = std::log(prior.focal);
   }
   const double penalty = state.Penalty();
-  const bool moved = Minimize(cost, options, &state, &report);
+  const bool moved = MinimizeOn(cost, options, &state, &report);
   report.initial_cost -= penalty;
   report.final_cost -= state.Penalty();
   if (moved) Keep(state.Model(), &report, model);
@@ -230,10 +215,41 @@ RefineReport RefineNormalized(const PointMatrix& points, const Eigen::VectorXd& 
   const double scale = n.first.scale;
   Manifold state = Manifold::From(AsParameters(to(n, AsMatrix(*model))));
   const bool moved =
-      Minimize(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, &report);
+      MinimizeOn(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, &report);
   Rescale(scale, &report);
   if (moved) Keep(AsParameters(back(n, AsMatrix(state.Parameters()))), &report, model);
   return report;
+}
+
+/// A gain of this share of the cost moves a model of a thousand points by a thirtieth of its standard deviation.
+constexpr double kHookTolerance = 1e-6;
+
+/// Of all points, those that sit out too.
+double Cost(const Eigen::VectorXd& residuals, const Eigen::VectorXd& weights, const RobustLoss& loss) {
+  return SumLoss(loss, residuals.data(), weights.data(), static_cast<int>(residuals.size()));
+}
+
+/// refine: (points, weights, options, model) -> RefineReport.
+template <class Model, class RefineModel>
+bool RefineRobustly(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss, int steps,
+                    const RefineModel& refine, Matrix3Parameters* model) {
+  if (points.cols() != 4 || weights.size() != points.rows() || !(loss.scale > 0.0) || !std::isfinite(loss.scale) ||
+      !model->allFinite())
+    return false;
+  RefineOptions options;
+  options.loss = loss;
+  options.max_iterations = steps;
+  options.relative_tolerance = kHookTolerance;
+  const Eigen::VectorXd before = RowResiduals<Model>(points, *model);
+  Matrix3Parameters refined = *model;
+  const Eigen::VectorXd near = (before.array() <= kRefineReach * loss.scale).template cast<double>();
+  refine(points, near.cwiseProduct(weights), options, &refined);
+  if (refined == *model || !refined.allFinite()) return false;
+  // Counted again in the points' own coordinates: near a minimum the refinement's gain may be its rounding.
+  const Eigen::VectorXd after = RowResiduals<Model>(points, refined);
+  if (!(Cost(after, weights, loss) < Cost(before, weights, loss))) return false;
+  *model = refined;
+  return true;
 }
 
 }  // namespace
@@ -268,7 +284,7 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
   report.status = Prepare(points, weights, 5, false, *model, &identity, &observations);
   if (report.status != Status::kOk) return report;
   EssentialManifold state = EssentialManifold::From(*model);
-  if (Minimize(RobustCost<SampsonResiduals>(observations, options.loss), options, &state, &report))
+  if (MinimizeOn(RobustCost<SampsonResiduals>(observations, options.loss), options, &state, &report))
     Keep(state.Parameters(), &report, model);
   return report;
 }
@@ -301,6 +317,32 @@ double ResidualVariance(const RobustLoss& loss, const double* distances, const d
   // So many points of equal weight say as much as these.
   const double effective = share * share / squares;
   return effective > free ? pulls / slopes * effective / (effective - free) : 0.0;
+}
+
+// The models' hooks (consensus/model_hooks.h).
+
+bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                        Parameters* model, int steps) {
+  return RefineRobustly<Homography>(points, weights, loss, steps, RefineHomography, model);
+}
+
+bool Fundamental::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                         Parameters* model, int steps) {
+  return RefineRobustly<Fundamental>(points, weights, loss, steps, RefineFundamental, model);
+}
+
+bool Essential::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
+                       Parameters* model, int steps) {
+  return RefineRobustly<Essential>(points, weights, loss, steps, RefineEssential, model);
+}
+
+bool Essential::FitFrom(const PointMatrix& points, const Eigen::VectorXd& weights, Parameters* model) {
+  RefineOptions options;
+  options.loss = {LossKind::kTrivial};
+  // Far below what noise leaves of the squares: who fits again chooses the points anew, and most fits are of samples.
+  options.max_iterations = 2;
+  options.relative_tolerance = 1e-3;
+  return RefineEssential(points, weights, options, model).status == Status::kOk;
 }
 
 }  // namespace diffsac

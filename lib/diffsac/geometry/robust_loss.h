@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -70,6 +71,13 @@ struct RobustLoss {
     // Scales below the residual count in full, those above by s/t².
     return square * (scale / least - inverse + s / square * Slope(inverse)) / Slope(scale / least);
   }
+};
+
+/// How a refined model was fitted to its points; lengths are linear, in the residuals' unit.
+struct FitConditions {
+  RobustLoss loss;               ///< What the model is a minimum of.
+  double threshold = 0.0;        ///< Residuals of inliers are within it.
+  Eigen::VectorXd weights = {};  ///< N values, of the points in that minimum; empty: 1 each.
 };
 
 }  // namespace diffsac

@@ -1,6 +1,6 @@
 #include "diffsac/geometry/robust_loss_sums.h"
 
-#include "diffsac/geometry/lane_sums.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {

@@ -21,4 +21,19 @@ inline Eigen::Quaterniond ExpRotation(const Eigen::Vector3d& v) {
   return Eigen::Quaterniond(std::cos(half), factor * v[0], factor * v[1], factor * v[2]).normalized();
 }
 
+/// An orthonormal basis of the plane orthogonal to a unit vector.
+inline Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& unit) {
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = unit.unitOrthogonal();
+  basis.col(1) = unit.cross(basis.col(0));
+  return basis;
+}
+
+/// The entries of a matrix, row by row.
+inline Eigen::Matrix<double, 9, 1> Flatten(const Eigen::Matrix3d& matrix) {
+  Eigen::Matrix<double, 9, 1> flat;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(flat.data()) = matrix;
+  return flat;
+}
+
 }  // namespace diffsac

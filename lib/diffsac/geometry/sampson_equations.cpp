@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "diffsac/geometry/equation_blocks.h"
-#include "diffsac/geometry/lane_blocks.h"
-#include "diffsac/geometry/residual_jacobians.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
@@ -58,9 +56,8 @@ void AddBlocks(const double* f, const double* const* columns, const double* weig
 
 NormalEquations SumSampsonEquations(const double* f, const double* const* columns, const double* weights, int count) {
   LaneSums sums = {};
-  AddInBlocks<kEquationLanes>(columns, weights, count, [&](const double* const* c, const double* w, int size) {
-    AddBlocks(f, c, w, size, &sums);
-  });
+  AddInBlocks(columns, weights, count,
+              [&](const double* const* c, const double* w, int size) { AddBlocks(f, c, w, size, &sums); });
   NormalEquations result;
   for (int i = 0; i < 9; ++i) {
     for (int j = 0; j <= i; ++j) result.normal(i, j) = result.normal(j, i) = TotalOf(sums.rows[i][j]);

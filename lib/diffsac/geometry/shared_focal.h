@@ -21,7 +21,7 @@ template <UnknownFocal kUnknown>
 struct FocalBounds : SampsonBounds {
   using SampsonBounds::SampsonBounds;
   bool Prepare(const FocalParameters& model, double threshold, Prepared* out) const {
-    return SampsonBounds::Prepare(FundamentalOf(kUnknown, model), threshold, out);
+    return SquareBounds::Prepare(FundamentalOf(kUnknown, model), threshold, out);
   }
 };
 
@@ -78,10 +78,6 @@ struct FocalModel {
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps) {
     return Refine(points, weights, loss, kAnyCamera, model, steps);
-  }
-  /// With the loss truncated at `threshold`, points alike.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model) {
-    return Refine(points, Eigen::VectorXd::Ones(points.rows()), {LossKind::kTruncated, threshold}, model);
   }
 
   /// The square of log f less that of K2's.

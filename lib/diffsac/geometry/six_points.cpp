@@ -176,10 +176,7 @@ int SolveSixPoints(const double (*points)[4], FocalParameters* out) {
   constexpr double kReal = 1e-4, kSolved = 1e-16;
   constexpr double kGreatest = kGreatestFocal * kGreatestFocal;
   double rows[6][9], null[3][9];
-  for (int i = 0; i < 6; ++i) {
-    const double x1[3] = {points[i][0], points[i][1], 1.0}, x2[3] = {points[i][2], points[i][3], 1.0};
-    for (int j = 0; j < 9; ++j) rows[i][j] = x2[j / 3] * x1[j % 3];
-  }
+  for (int i = 0; i < 6; ++i) EpipolarRow(points[i], rows[i]);
   if (!OrthogonalComplement(rows, null)) return 0;
   const Basis basis = Eigen::Map<const Basis>(&null[0][0]);
   const Constraints<kUnknown> constraints{Combination(basis)};

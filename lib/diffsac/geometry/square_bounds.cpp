@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diffsac/geometry/lane_sums.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
@@ -102,17 +102,13 @@ float SumMsac(const float* squares, const float* weights, int count) {
       [](float share) { return share > 0.0f ? share : 0.0f; });
 }
 
-void ColumnsAt(const FloatPairs& pairs, int begin, const float* (&out)[4]) {
-  for (int j = 0; j < 4; ++j) out[j] = pairs.column(j) + begin;
-}
-
 }  // namespace
 
 double MsacBound(const float* squares, const float* weights, int count) {
   return static_cast<double>(SumMsac(squares, weights, count)) + kTermSlack * count;
 }
 
-FloatPairs::FloatPairs(const double* const* columns, int count) : columns_(count, 4) {
+SquareBounds::SquareBounds(Kind kind, const double* const* columns, int count) : kind_(kind), columns_(count, 4) {
   double extent = 0.0, farthest = 0.0;
   for (int j = 0; j < 4; ++j) {
     const Eigen::Map<const Eigen::VectorXd> values(columns[j], count);
@@ -129,38 +125,21 @@ FloatPairs::FloatPairs(const double* const* columns, int count) : columns_(count
   scale_ = scale;
 }
 
-Eigen::Matrix3d FloatPairs::ToPoints(int image) const {
-  return ImageNormalization{centre_[2 * image], centre_[2 * image + 1], scale_}.Inverse();
-}
-
-Eigen::Matrix3d FloatPairs::FromPoints(int image) const {
-  return ImageNormalization{centre_[2 * image], centre_[2 * image + 1], scale_}.Matrix();
-}
-
-bool SampsonBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
-  const double normalized = threshold * pairs_.scale();
-  if (!pairs_.usable() || !IsOrdinary(normalized)) return false;
+bool SquareBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
+  const double normalized = threshold * scale_;
+  if (!(scale_ > 0.0) || !IsOrdinary(normalized)) return false;
   out->inverse_square = static_cast<float>(1.0 / (normalized * normalized));
-  return RoundMatrix(pairs_.ToPoints(1).transpose() * AsMatrix(model) * pairs_.ToPoints(0), out->f);
+  const Eigen::Matrix3d first = Normalization(0).Inverse();
+  const Eigen::Matrix3d second =
+      kind_ == Kind::kSampson ? Eigen::Matrix3d(Normalization(1).Inverse().transpose()) : Normalization(1).Matrix();
+  return RoundMatrix(second * AsMatrix(model) * first, out->matrix);
 }
 
-void SampsonBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
+void SquareBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
   const float* columns[4];
-  ColumnsAt(pairs_, begin, columns);
-  SampsonSquares(model.f, model.inverse_square, columns, end - begin, out);
-}
-
-bool HomographyBounds::Prepare(const Matrix3Parameters& model, double threshold, Prepared* out) const {
-  const double normalized = threshold * pairs_.scale();
-  if (!pairs_.usable() || !IsOrdinary(normalized)) return false;
-  out->inverse_square = static_cast<float>(1.0 / (normalized * normalized));
-  return RoundMatrix(pairs_.FromPoints(1) * AsMatrix(model) * pairs_.ToPoints(0), out->h);
-}
-
-void HomographyBounds::operator()(const Prepared& model, int begin, int end, float* out) const {
-  const float* columns[4];
-  ColumnsAt(pairs_, begin, columns);
-  HomographySquares(model.h, model.inverse_square, columns, end - begin, out);
+  for (int j = 0; j < 4; ++j) columns[j] = columns_.col(j).data() + begin;
+  const auto squares = kind_ == Kind::kSampson ? SampsonSquares : HomographySquares;
+  squares(model.matrix, model.inverse_square, columns, end - begin, out);
 }
 
 }  // namespace diffsac

@@ -4,6 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "diffsac/geometry/levenberg_marquardt.h"
+#include "diffsac/geometry/rotation.h"
 
 namespace diffsac {
 namespace {
@@ -58,70 +62,64 @@ struct Linearization {
   }
 };
 
-/// Two directions of the sphere at v.
-Eigen::Matrix<double, 3, 2> Tangent(const Eigen::Vector3d& v) {
-  Eigen::Matrix<double, 3, 2> tangent;
-  tangent.col(0) = v.unitOrthogonal();
-  tangent.col(1) = v.cross(tangent.col(0));
-  return tangent;
-}
+/// Σ weight ρ(r²) on the sphere, over two directions at v.
+class SphereProblem {
+ public:
+  static constexpr int kFreedom = 2;
 
-/// Σ weight ρ(r²), and over the tangent its gradient and Gauss-Newton matrix.
-struct Equations {
-  double cost = 0.0;
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  SphereProblem(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss)
+      : points_(points), weights_(weights), loss_(loss) {}
 
-  Equations(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss, const Eigen::Vector3d& v,
-            const Eigen::Matrix<double, 3, 2>& tangent) {
-    for (Eigen::Index i = 0; i < points.rows(); ++i) {
-      if (!(weights[i] > 0.0)) continue;
-      const Linearization at(v, points.data() + 4 * i);
+  /// All is summed up in one pass.
+  double Cost(const Eigen::Vector3d& v) {
+    const Eigen::Matrix<double, 3, 2> tangent = PlaneBasis(v);
+    double cost = 0.0;
+    normal_.setZero();
+    gradient_.setZero();
+    for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+      if (!(weights_[i] > 0.0)) continue;
+      const Linearization at(v, points_.data() + 4 * i);
       const double square = at.exists ? at.sine * at.sine : 1.0;
-      cost += weights[i] * loss.Value(square);
+      cost += weights_[i] * loss_.Value(square);
       if (!at.exists) continue;
-      const double weight = weights[i] * loss.Weight(square);
+      const double weight = weights_[i] * loss_.Weight(square);
       const Eigen::Vector2d jacobian = tangent.transpose() * at.gradient;
-      normal += weight * jacobian * jacobian.transpose();
-      gradient += weight * at.sine * jacobian;
+      normal_ += weight * jacobian * jacobian.transpose();
+      gradient_ += weight * at.sine * jacobian;
     }
+    return cost;
   }
+  void Linearize(const Eigen::Vector3d&, Eigen::Matrix2d* normal, Eigen::Vector2d* gradient) const {
+    *normal = normal_;
+    *gradient = gradient_;
+  }
+  static Eigen::Vector2d Solve(const Eigen::Matrix2d& damped, const Eigen::Vector2d& right) {
+    const double determinant = damped.determinant();
+    if (!(determinant > 0.0)) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+    return Eigen::Vector2d(damped(1, 1) * right[0] - damped(0, 1) * right[1],
+                           damped(0, 0) * right[1] - damped(0, 1) * right[0]) /
+           determinant;
+  }
+  static Eigen::Vector3d Retract(const Eigen::Vector3d& v, const Eigen::Vector2d& step) {
+    return (v + PlaneBasis(v) * step).normalized();
+  }
+
+ private:
+  const PointMatrix& points_;
+  const Eigen::VectorXd& weights_;
+  const RobustLoss& loss_;
+  Eigen::Matrix2d normal_;
+  Eigen::Vector2d gradient_;
 };
 
-bool Minimize(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss, int steps,
-              Eigen::Vector3d* model) {
-  constexpr double kTolerance = 1e-10, kMostDamping = 1e10;
+/// True when the model moved.
+bool MinimizeOnSphere(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss, int steps,
+                      Eigen::Vector3d* model) {
   Eigen::Vector3d v = model->normalized();
-  Eigen::Matrix<double, 3, 2> tangent = Tangent(v);
-  Equations now(points, weights, loss, v, tangent);
-  double damping = 1e-4;
-  bool moved = false;
-  for (int step = 0; step < steps && damping < kMostDamping; ++step) {
-    Eigen::Matrix2d damped = now.normal;
-    damped.diagonal() += damping * now.normal.diagonal() + Eigen::Vector2d::Constant(1e-15 * now.normal.trace());
-    const double determinant = damped.determinant();
-    if (!(determinant > 0.0)) break;
-    const Eigen::Vector2d change = Eigen::Vector2d(damped(0, 1) * now.gradient[1] - damped(1, 1) * now.gradient[0],
-                                                   damped(0, 1) * now.gradient[0] - damped(0, 0) * now.gradient[1]) /
-                                   determinant;
-    const Eigen::Vector3d candidate = (v + tangent * change).normalized();
-    if (!candidate.allFinite()) break;
-    const Eigen::Matrix<double, 3, 2> candidate_tangent = Tangent(candidate);
-    const Equations there(points, weights, loss, candidate, candidate_tangent);
-    if (!(there.cost < now.cost)) {
-      damping *= 10.0;
-      continue;
-    }
-    const double gain = now.cost - there.cost;
-    v = candidate;
-    tangent = candidate_tangent;
-    now = there;
-    moved = true;
-    if (gain <= kTolerance * now.cost) break;
-    damping *= 0.1;
-  }
-  if (moved) *model = v;
-  return moved;
+  SphereProblem problem(points, weights, loss);
+  if (!Minimize(problem, {.steps = steps}, &v).moved) return false;
+  *model = v;
+  return true;
 }
 
 }  // namespace
@@ -141,7 +139,7 @@ bool VanishingPoint::Fit(const PointMatrix& points, const Eigen::VectorXd& weigh
     return false;
   Parameters model;
   if (!LeastDirection(Scatter(points, weights), &model)) return false;
-  Minimize(points, weights, RobustLoss{}, kMostRefineSteps, &model);
+  MinimizeOnSphere(points, weights, RobustLoss{}, kMostRefineSteps, &model);
   *out = model;
   return true;
 }
@@ -177,12 +175,7 @@ bool VanishingPoint::Refine(const PointMatrix& points, const Eigen::VectorXd& we
                             Parameters* model, int steps) {
   const bool usable = points.cols() == kDimension && weights.size() == points.rows() && points.allFinite() &&
                       weights.allFinite() && model->allFinite() && model->norm() > 0.0;
-  return usable && Minimize(points, weights, loss, steps, model);
-}
-
-bool VanishingPoint::Refine(const PointMatrix& points, double threshold, Parameters* model) {
-  if (!(threshold > 0.0) || !std::isfinite(threshold)) return false;
-  return Refine(points, Eigen::VectorXd::Ones(points.rows()), RobustLoss{LossKind::kTruncated, threshold}, model);
+  return usable && MinimizeOnSphere(points, weights, loss, steps, model);
 }
 
 }  // namespace diffsac

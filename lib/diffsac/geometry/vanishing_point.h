@@ -43,8 +43,6 @@ struct VanishingPoint {
   /// *model, when that does not lower the cost.
   static bool Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                      Parameters* model, int steps = kMostRefineSteps);
-  /// The same with the loss truncated at `threshold`, all segments alike.
-  static bool Refine(const PointMatrix& points, double threshold, Parameters* model);
 };
 
 }  // namespace diffsac

@@ -5,16 +5,14 @@
 #include <limits>
 #include <vector>
 
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
 namespace {
 
-constexpr int kLanes = 4;
+constexpr int kLanes = kEquationLanes;
 constexpr int kFirst = 6;
-
-/// A sum is kept as one for each of four neighbouring points, and these are added at the end.
-double Total(const double (&lanes)[kLanes]) { return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]); }
 
 /// What normalisation asks of one column.
 struct ColumnSums {
@@ -32,7 +30,7 @@ void SumColumn(const double* values, const double* weights, int count, ColumnSum
       largest[l] = size > largest[l] ? size : largest[l];
     }
   }
-  *out = {Total(sum), *std::max_element(largest, largest + kLanes)};
+  *out = {TotalOf(sum), *std::max_element(largest, largest + kLanes)};
 }
 
 /// Moves the column's mean to 0 and returns the weighted sum of squares.
@@ -46,18 +44,13 @@ double Centre(double* values, const double* weights, int count, double mean) {
       sum[l] += weights[begin + l] * (value * value);
     }
   }
-  return Total(sum);
+  return TotalOf(sum);
 }
-
-constexpr int kBlock = 32;
-/// Neighbouring values of a row as one (a vector extension of GCC and Clang): loops over arrays are not always seen
-/// through. It may alias doubles.
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), may_alias));
 
 /// The products of the second image's coordinates, each times the weight.
 struct EpipolarTerms {
   static constexpr int kSecond = 6;
-  static void Second(double x, double y, double w, int i, double (&out)[kSecond][kBlock]) {
+  static void Second(double x, double y, double w, int i, double (&out)[kSecond][kEquationBlock]) {
     out[0][i] = w * x * x;
     out[1][i] = w * x * y;
     out[2][i] = w * x;
@@ -69,7 +62,7 @@ struct EpipolarTerms {
 
 struct TransferTerms {
   static constexpr int kSecond = 4;
-  static void Second(double x, double y, double w, int i, double (&out)[kSecond][kBlock]) {
+  static void Second(double x, double y, double w, int i, double (&out)[kSecond][kEquationBlock]) {
     out[0][i] = w;
     out[1][i] = w * x;
     out[2][i] = w * y;
@@ -79,16 +72,16 @@ struct TransferTerms {
 
 template <class Terms>
 struct MomentSums {
-  double lanes[Terms::kSecond][kFirst][kLanes] = {};
+  EquationLanes lanes[Terms::kSecond][kFirst] = {};
 };
 
 /// A block of products at a time, so that a row of sums stays in registers while the block goes by.
 template <class Terms>
 [[gnu::always_inline]] inline void AddMoments(const double* const* columns, double scale1, double scale2, int count,
                                               MomentSums<Terms>* sums) {
-  alignas(sizeof(Lanes)) double first[kFirst][kBlock], second[Terms::kSecond][kBlock];
-  for (int begin = 0; begin < count; begin += kBlock) {
-    const int size = std::min(kBlock, count - begin);
+  alignas(sizeof(EquationLanes)) EquationColumn first[kFirst], second[Terms::kSecond];
+  for (int begin = 0; begin < count; begin += kEquationBlock) {
+    const int size = std::min(kEquationBlock, count - begin);
     for (int i = 0; i < size; ++i) {
       const double x = scale1 * columns[0][begin + i], y = scale1 * columns[1][begin + i];
       first[0][i] = x * x;
@@ -99,15 +92,7 @@ template <class Terms>
       first[5][i] = 1.0;
       Terms::Second(scale2 * columns[2][begin + i], scale2 * columns[3][begin + i], columns[4][begin + i], i, second);
     }
-    for (int j = 0; j < Terms::kSecond; ++j) {
-      Lanes row[kFirst] = {};
-      for (int i = 0; i < size; i += kLanes) {
-        const Lanes factor = *reinterpret_cast<const Lanes*>(&second[j][i]);
-        for (int k = 0; k < kFirst; ++k) row[k] += factor * *reinterpret_cast<const Lanes*>(&first[k][i]);
-      }
-      for (int k = 0; k < kFirst; ++k)
-        for (int l = 0; l < kLanes; ++l) sums->lanes[j][k][l] += row[k][l];
-    }
+    for (int j = 0; j < Terms::kSecond; ++j) AddProducts<kFirst>(second[j], first, size, sums->lanes[j]);
   }
 }
 
@@ -127,7 +112,7 @@ template <class Terms>
 Eigen::Matrix<double, Terms::kSecond, kFirst> Totals(const MomentSums<Terms>& sums) {
   Eigen::Matrix<double, Terms::kSecond, kFirst> result;
   for (int j = 0; j < Terms::kSecond; ++j)
-    for (int k = 0; k < kFirst; ++k) result(j, k) = Total(sums.lanes[j][k]);
+    for (int k = 0; k < kFirst; ++k) result(j, k) = TotalOf(sums.lanes[j][k]);
   return result;
 }
 
@@ -171,7 +156,7 @@ bool WeightedPairs::Normalize() {
   for (int j = 0; j < 5; ++j) columns[j] = columns_.col(j).data();
   double totals[kLanes] = {};
   for (int i = 0; i < count_; ++i) totals[i % kLanes] += columns[4][i];
-  const double total = Total(totals);
+  const double total = TotalOf(totals);
   if (!(total > 0.0) || !std::isfinite(total)) return false;
   double largest[2] = {}, square[2] = {}, mean[4];
   for (int j = 0; j < 4; ++j) {

@@ -1,6 +1,6 @@
 #include "diffsac/problem/tasks.h"
 
-#include "diffsac/consensus/check_points.h"
+#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "diffsac/consensus/best_hypotheses.h"
+#include "diffsac/consensus/sample_consensus_impl.h"
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/consensus/scores/mixture.h"
 #include "diffsac/consensus/scores/scorer.h"

@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/best_hypotheses.h"
 #include "diffsac/consensus/local/local_optimizer.h"
+#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/covariance.h"
-#include "diffsac/geometry/fit_conditions.h"
 
 namespace diffsac {
 
@@ -29,8 +28,8 @@ class FinalRefiner {
         score_(scales.MakeScore(options.final_score, options.inlier_prior)) {}
 
   /// The chosen model with its final score, of hypotheses best first; nothing without any. Fits are added to *fits.
-  std::optional<ScoredModel<Model>> operator()(const std::vector<typename BestHypotheses<Model>::Entry>& hypotheses,
-                                               int* fits) const {
+  template <class Entries>
+  std::optional<ScoredModel<Model>> operator()(const Entries& hypotheses, int* fits) const {
     const bool staged = InStages(hypotheses.size());
     std::vector<Parameters> refitted;
     std::vector<ScoredModel<Model>> candidates;
@@ -56,8 +55,8 @@ class FinalRefiner {
     if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
     ++*fits;
-    if (!ModelHooks<Model>::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
-                                        &posterior) ||
+    if (!Model::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+                            &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;
     *chosen = {model, ScoreOf(model)};
@@ -68,7 +67,7 @@ class FinalRefiner {
   std::optional<ModelParameters> OtherMinimum(ScoredModel<Model>* chosen, int* fits) const {
     if (options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
     Parameters model = chosen->model, other;
-    const bool as_good = ModelHooks<Model>::OtherMinimum(scorer_.points(), LossAt(model).scale, &model, &other, fits);
+    const bool as_good = Model::OtherMinimum(scorer_.points(), LossAt(model).scale, &model, &other, fits);
     if (model != chosen->model) *chosen = {model, ScoreOf(model)};
     return as_good ? std::optional<ModelParameters>(other) : std::nullopt;
   }
@@ -79,24 +78,21 @@ class FinalRefiner {
     return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
   }
 
-  /// What an inlier of the model is: ε at most.
-  double MaskThreshold(const Parameters& model) const {
-    return std::min(scales_.threshold, scales_.ThresholdFor(scorer_, model, scales_.threshold));
-  }
-
-  /// ConsensusResult::noise_scale.
-  double NoiseScaleOf(const Parameters& model) const {
+  /// Says of the chosen model, *result, all that its residuals tell.
+  void Report(const ScoredModel<Model>& chosen, ConsensusResult* result) const {
     constexpr int kDimension = ResidualDimension<Model>();
-    const Eigen::VectorXd residuals = scorer_.Residuals(model);
-    return NoiseOfInliers(residuals, kDimension, kDimension * Model::kMinimalSize, scales_.SupportThreshold(residuals));
-  }
-
-  /// What the model is a minimum of, with the threshold of what supports it; nothing where none was refined.
-  std::optional<FitConditions> FitOf(const Parameters& model) const {
-    if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return std::nullopt;
-    FitConditions fit{LossAt(model), scales_.SupportThreshold(scorer_.Residuals(model))};
-    if constexpr (HasRobustRefine<Model>) fit.weights = scorer_.weights();
-    return fit;
+    const Eigen::VectorXd residuals = scorer_.Residuals(chosen.model);
+    const double support = scales_.SupportThreshold(residuals), threshold = std::min(scales_.threshold, support);
+    result->status = Status::kOk;
+    result->model = chosen.model;
+    result->score = chosen.score;
+    result->inlier_threshold = threshold;
+    result->noise_scale = NoiseOfInliers(residuals, kDimension, kDimension * Model::kMinimalSize, support);
+    result->inliers.resize(residuals.size());
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) result->inliers[i] = residuals[i] <= threshold;
+    if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return;
+    result->fit = {LossAt(chosen.model), support};
+    if constexpr (HasRobustRefine<Model>) result->fit->weights = scorer_.weights();
   }
 
  private:

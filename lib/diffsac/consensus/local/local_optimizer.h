@@ -1,46 +1,211 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <vector>
 
-#include "diffsac/consensus/local/degeneracy_recovery.h"
-#include "diffsac/consensus/local/graph_cut_optimization.h"
-#include "diffsac/consensus/local/irls.h"
-#include "diffsac/consensus/local/local_optimization.h"
+#include "diffsac/consensus/local/graph_cut.h"
+#include "diffsac/consensus/model_hooks.h"
+#include "diffsac/consensus/scores/magsac.h"
 #include "diffsac/consensus/scores/noise_scales.h"
+#include "diffsac/consensus/scores/scorer.h"
+#include "diffsac/core/random.h"
 
 namespace diffsac {
 
-/// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none. The loss is
-/// truncated, or where the model has that and the scorer, the loss or the number of steps asks for it, any loss with
-/// the scorer's weights. steps: of Levenberg-Marquardt at most, where the model can be told.
+/// A model with its score.
 template <MinimalModel Model>
-typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, const RobustLoss& loss,
+struct ScoredModel {
+  typename Model::Parameters model;
+  double score;
+};
+
+/// Least squares on the points within `threshold` of *model; false, leaving *model, when they determine none.
+template <MinimalModel Model>
+bool FitInliers(const Scorer<Model>& scorer, double threshold, typename Model::Parameters* model) {
+  const Eigen::VectorXd weights = (scorer.Residuals(*model).array() <= threshold).template cast<double>();
+  return FitAgain(scorer, weights, model);
+}
+
+/// `samples` times, least squares on min(7γ, |I|/2) (at least γ) of the start's inliers I, then four rounds of least
+/// squares on the points within 2, 5/3, 4/3 and 1 times `threshold`. Returns the best model met, the start itself when
+/// none scores higher; every fit is added to *fits.
+template <MinimalModel Model>
+ScoredModel<Model> FitInnerSamples(const Scorer<Model>& scorer, const Score& score, double threshold, int samples,
+                                   const ScoredModel<Model>& start, Rng rng, int* fits) {
+  constexpr int kRounds = 4;
+  constexpr double kWidest = 2.0;
+  ScoredModel<Model> best = start;
+  const auto offer = [&](const typename Model::Parameters& model, const Eigen::VectorXd& residuals) {
+    const double value = scorer(model, residuals, score, best.score);
+    if (value > best.score) best = {model, value};
+  };
+  Eigen::VectorXd residuals = scorer.Residuals(start.model), weights(scorer.size());
+  std::vector<int> inliers;
+  for (int i = 0; i < scorer.size(); ++i)
+    if (residuals[i] <= threshold) inliers.push_back(i);
+  const int available = static_cast<int>(inliers.size());
+  if (available <= Model::kMinimalSize) return best;
+  const int size = std::clamp(available / 2, Model::kMinimalSize + 0, 7 * Model::kMinimalSize);
+  std::vector<int> chosen(size);
+  for (int sample = 0; sample < samples; ++sample) {
+    rng.Distinct(available, size, chosen.data());
+    weights.setZero();
+    for (int position : chosen) weights[inliers[position]] = 1.0;
+    typename Model::Parameters model = start.model;
+    ++*fits;
+    if (!FitAgain(scorer, weights, &model)) continue;
+    scorer.Residuals(model, 0, scorer.size(), residuals.data());
+    offer(model, residuals);
+    for (int round = 0; round < kRounds; ++round) {
+      const double factor = kWidest + (1.0 - kWidest) * round / (kRounds - 1);
+      weights = (residuals.array() <= factor * threshold).template cast<double>();
+      ++*fits;
+      if (!FitAgain(scorer, weights, &model)) break;
+      scorer.Residuals(model, 0, scorer.size(), residuals.data());
+      offer(model, residuals);
+    }
+  }
+  return best;
+}
+
+/// Inner samples look at no more points than hold so many inliers, and at so many points at least.
+inline constexpr int kPartInliers = 150;
+inline constexpr int kPartPoints = 500;
+
+/// How many of `size` points, `inliers` of them inliers, inner samples look at; all where that would save little.
+inline int PartSize(int size, int inliers) {
+  const double part = std::max<double>(kPartPoints, std::ceil(static_cast<double>(kPartInliers) * size / inliers));
+  return 2.0 * part <= size ? static_cast<int>(part) : size;
+}
+
+/// Inner sampling of locally optimised RANSAC (Chum, Matas, Kittler, DAGM 2003) by FitInnerSamples. Where there are
+/// many points a random part of them is looked at (as Lebeda, Matas, Chum, "Fixing the locally optimized RANSAC", BMVC
+/// 2012, bound the inliers of a fit), so that the cost does not grow with their number; what comes out is fitted to the
+/// inliers among all points, while its score rises. Returns the best model met by the score on all points, the start
+/// itself when none scores higher; every fit is added to *fits.
+template <MinimalModel Model>
+ScoredModel<Model> OptimizeByInnerSamples(const Scorer<Model>& scorer, const Score& score, double threshold,
+                                          int samples, const ScoredModel<Model>& start, const Rng& rng, int* fits) {
+  constexpr int kRounds = 4;
+  const int inliers = static_cast<int>((scorer.Residuals(start.model).array() <= threshold).count());
+  if (inliers <= Model::kMinimalSize) return start;
+  const int size = PartSize(scorer.size(), inliers);
+  if (size == scorer.size()) return FitInnerSamples(scorer, score, threshold, samples, start, rng, fits);
+
+  std::vector<int> rows(size);
+  Rng part_rng = rng.Fork("part");
+  part_rng.Distinct(scorer.size(), size, rows.data());
+  std::sort(rows.begin(), rows.end());
+  const PointMatrix points = scorer.points()(rows, Eigen::all);
+  const Scorer<Model> part(points, scorer.prior().Of(rows));
+  const ScoredModel<Model> from = {start.model, part(start.model, score)};
+  typename Model::Parameters model = FitInnerSamples(part, score, threshold, samples, from, rng, fits).model;
+  ScoredModel<Model> best = start;
+  double last = scorer(model, score, best.score);
+  if (last > best.score) best = {model, last};
+  for (int round = 0; round < kRounds; ++round) {
+    ++*fits;
+    if (!FitInliers(scorer, threshold, &model)) break;
+    const double value = scorer(model, score, best.score);
+    if (value > best.score) best = {model, value};
+    if (round > 0 && !(value > last)) break;
+    last = value;
+  }
+  return best;
+}
+
+/// Iteratively reweighted least squares with the weights of MAGSAC++ (σ-consensus++: Barath, Noskova, Ivashechkin,
+/// Matas, CVPR 2020, section 3.2), until no weight moves by more than 1e-3 of the largest, `rounds` times at most.
+/// Returns the best model met by `score`, the start itself when none scores higher; every fit is added to *fits.
+template <MinimalModel Model>
+ScoredModel<Model> OptimizeReweighted(const Scorer<Model>& scorer, const Score& score, const MagsacLoss& loss,
+                                      int rounds, const ScoredModel<Model>& start, int* fits) {
+  constexpr double kTolerance = 1e-3;
+  ScoredModel<Model> best = start;
+  typename Model::Parameters model = start.model;
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(scorer.size());
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::VectorXd next = scorer.Residuals(model).unaryExpr([&](double r) { return loss.Weight(r); });
+    const double largest = next.maxCoeff();
+    if (!(largest > 0.0)) break;
+    next /= largest;
+    if (round > 0 && (next - weights).cwiseAbs().maxCoeff() <= kTolerance) break;
+    weights = next;
+    ++*fits;
+    if (!FitAgain(scorer, weights, &model)) break;
+    const double value = scorer(model, score, best.score);
+    if (value > best.score) best = {model, value};
+  }
+  return best;
+}
+
+/// Local optimisation of graph-cut RANSAC (Barath and Matas, CVPR 2018, algorithm 2): the best model's inliers are
+/// found by a graph cut, then least squares on all of them and, `samples` times, on 7γ random ones; from the start
+/// again while the score rises, kRounds times at most. Returns the best model met, the start itself when none scores
+/// higher; every fit is added to *fits.
+template <MinimalModel Model>
+ScoredModel<Model> OptimizeByGraphCut(const Scorer<Model>& scorer, const Score& score, double threshold,
+                                      const GraphCut& graph_cut, int samples, const ScoredModel<Model>& start, Rng rng,
+                                      int* fits) {
+  constexpr int kRounds = 10;
+  ScoredModel<Model> best = start;
+  std::vector<int> inliers, chosen;
+  const auto fit = [&](const Eigen::VectorXd& weights) {
+    typename Model::Parameters model = best.model;
+    ++*fits;
+    if (!FitAgain(scorer, weights, &model)) return;
+    const double value = scorer(model, score, best.score);
+    if (value > best.score) best = {model, value};
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    const double before = best.score;
+    const std::vector<std::uint8_t> labels = graph_cut.Label(scorer.Residuals(best.model), threshold);
+    inliers.clear();
+    for (int i = 0; i < scorer.size(); ++i)
+      if (labels[i]) inliers.push_back(i);
+    const int available = static_cast<int>(inliers.size());
+    if (available < Model::kMinimalSize) break;
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(scorer.size());
+    for (int i : inliers) weights[i] = 1.0;
+    fit(weights);
+    const int size = std::min(7 * Model::kMinimalSize, available);
+    chosen.resize(size);
+    for (int sample = 0; sample < samples && size < available; ++sample) {
+      rng.Distinct(available, size, chosen.data());
+      weights.setZero();
+      for (int position : chosen) weights[inliers[position]] = 1.0;
+      fit(weights);
+    }
+    if (!(best.score > before)) break;
+  }
+  return best;
+}
+
+/// What the model's own nonlinear refinement makes of `start`, added to *fits; `start` where there is none. loss: with
+/// the scorer's weights, where the model has that, else truncated at its scale. steps: of Levenberg-Marquardt at most,
+/// where the model can be told.
+template <MinimalModel Model>
+typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, [[maybe_unused]] const RobustLoss& loss,
                                               const typename Model::Parameters& start, [[maybe_unused]] int* fits,
                                               [[maybe_unused]] int steps = kMostRefineSteps) {
-  typename Model::Parameters model = start;
-  const auto keep = [&](bool refined) { return refined && model.allFinite() ? model : start; };
-  if constexpr (HasFocalPosterior<Model>) {
-    if (const auto& cameras = scorer.prior().cameras) {
-      ++*fits;
-      return keep(
-          ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focal(), &model, steps));
-    }
-  }
-  if constexpr (HasRobustRefine<Model>) {
-    const bool weighted = scorer.weights().size() > 0;
-    if (weighted || loss.kind != LossKind::kTruncated || steps < kMostRefineSteps) {
-      ++*fits;
-      if constexpr (HasLimitedRefine<Model>)
-        return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, &model, steps));
+  if constexpr (!HasRefine<Model>) {
+    return start;
+  } else {
+    typename Model::Parameters model = start;
+    const auto refine = [&] {
+      if constexpr (HasFocalPosterior<Model>)
+        if (const auto& cameras = scorer.prior().cameras)
+          return Model::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focal(), &model, steps);
+      if constexpr (HasRobustRefine<Model>)
+        return Model::Refine(scorer.points(), scorer.AllWeights(), loss, &model, steps);
       else
-        return keep(ModelHooks<Model>::Refine(scorer.points(), scorer.AllWeights(), loss, &model));
-    }
-  }
-  if constexpr (HasRefine<Model>) {
+        return Model::Refine(scorer.points(), loss.scale, &model);
+    };
     ++*fits;
-    return keep(ModelHooks<Model>::Refine(scorer.points(), loss.scale, &model));
+    return refine() && model.allFinite() ? model : start;
   }
-  return start;
 }
 
 /// What is made of each new best minimal model inside the loop: it is mended where it is degenerate, and optimised in
@@ -50,22 +215,17 @@ class LocalOptimizer {
  public:
   LocalOptimizer(const Scorer<Model>& scorer, const Score& score, const ConsensusOptions& options,
                  const NoiseScales& scales, const Rng& rng)
-      : scorer_(scorer),
-        score_(score),
-        options_(options),
-        scales_(scales),
-        rng_(rng),
-        recover_(scorer, score, scales, rng) {}
+      : scorer_(scorer), score_(score), options_(options), scales_(scales), rng_(rng) {}
 
   /// The best model met, `found` itself when none scores higher. set: what it was solved from; null when it was given.
   /// best_score: of all models before it; one that scores no more is not asked about degeneracy, which would cost more
   /// than its optimisation. Adds what was solved and fitted to *fits.
   ScoredModel<Model> operator()(const ScoredModel<Model>& found, const int* set, double best_score, int* fits) {
     const bool ask = set != nullptr && found.score > best_score;
-    ScoredModel<Model> best = Optimize(ask ? recover_(found, set, fits) : found, fits);
+    ScoredModel<Model> best = Optimize(ask ? Recovered(found, set, fits) : found, fits);
     // Optimisation gathers points until a model is as degenerate as they are, so it is asked about once more.
     if (best.score > best_score && (active() || set == nullptr)) {
-      const ScoredModel<Model> mended = recover_(best, nullptr, fits);
+      const ScoredModel<Model> mended = Recovered(best, nullptr, fits);
       if (mended.score > best.score) best = Optimize(mended, fits);
     }
     return best;
@@ -73,6 +233,23 @@ class LocalOptimizer {
 
  private:
   bool active() const { return options_.local_optimization != LocalOptimization::kNone; }
+
+  /// The best of `found` and what the model's hook offers in its place where that is degenerate (model_hooks.h).
+  ScoredModel<Model> Recovered(const ScoredModel<Model>& found, [[maybe_unused]] const int* set,
+                               [[maybe_unused]] int* fits) {
+    ScoredModel<Model> best = found;
+    if constexpr (HasDegeneracyRecovery<Model>) {
+      typename Model::Parameters others[Model::kMaxSolutions];
+      const double threshold = scales_.ThresholdFor(scorer_, found.model, scales_.score_threshold);
+      const int count = Model::RecoverFromDegeneracy(scorer_.points(), set, found.model, threshold,
+                                                     rng_.Fork("degeneracy", recoveries_++), others, fits);
+      for (int i = 0; i < count; ++i) {
+        const ScoredModel<Model> other{others[i], scorer_(others[i], score_, best.score)};
+        if (other.score > best.score) best = other;
+      }
+    }
+    return best;
+  }
 
   /// The best model met, `start` itself when none scores higher. Fits are added to *fits.
   ScoredModel<Model> Optimize(const ScoredModel<Model>& start, int* fits) {
@@ -105,9 +282,8 @@ class LocalOptimizer {
   const ConsensusOptions& options_;
   const NoiseScales& scales_;
   Rng rng_;
-  DegeneracyRecovery<Model> recover_;
   std::optional<GraphCut> graph_cut_;  ///< Made when it is first needed.
-  std::uint64_t runs_ = 0;
+  std::uint64_t runs_ = 0, recoveries_ = 0;
 };
 
 }  // namespace diffsac

@@ -21,15 +21,9 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
       .Help(
           "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
           "(vanishing_point) more often");
-  b.Field("prosac_samples", prosac_samples, AtLeast(1.0))
-      .OnlyIf(sampler == MinimalSamplerKind::kProsac, "sampler: prosac")
-      .Help("after so many draws it is uniform");
   b.Field("napsac_neighbors", napsac_neighbors, Within(1, 1e5))
       .OnlyIf(sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
       .Help("how many nearest points count as neighbours");
-  b.Field("local_draws", local_draws, AtLeast(0))
-      .OnlyIf(sampler == MinimalSamplerKind::kProgressiveNapsac, "sampler: p_napsac")
-      .Help("draws a point before sampling is global");
 }
 
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
@@ -43,14 +37,13 @@ std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& 
       return std::make_unique<ExhaustiveSampler>(size, set_size);
     case MinimalSamplerKind::kProsac:
       CheckLength("prosac", "matching ratio", quality, points.rows());
-      return std::make_unique<ProsacSampler>(quality, set_size, rng, options.prosac_samples);
+      return std::make_unique<ProsacSampler>(quality, set_size, rng);
     case MinimalSamplerKind::kNapsac:
       if (usable) return std::make_unique<NapsacSampler>(points, set_size, options.napsac_neighbors, rng);
       break;
     case MinimalSamplerKind::kProgressiveNapsac:
       if (!quality.empty()) CheckLength("p_napsac", "matching ratio", quality, points.rows());
-      if (usable)
-        return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng, options.local_draws);
+      if (usable) return std::make_unique<ProgressiveNapsacSampler>(points, quality, set_size, rng);
       break;
     case MinimalSamplerKind::kWeighted:
       if (weights.empty()) break;

@@ -25,9 +25,7 @@ inline constexpr auto kEnumNames<MinimalSamplerKind> =
 /// The sampler of minimal sets, by name.
 struct MinimalSamplerOptions {
   MinimalSamplerKind sampler = MinimalSamplerKind::kUniform;
-  double prosac_samples = 200000.0;  ///< prosac: after so many draws it is uniform.
-  int napsac_neighbors = 20;         ///< napsac: how many nearest points count as neighbours.
-  int local_draws = 20;              ///< p_napsac: draws a point before sampling is global.
+  int napsac_neighbors = 20;  ///< napsac: how many nearest points count as neighbours.
   void Bind(OptionsBinder& b);
 };
 

@@ -6,8 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "diffsac/consensus/stopping.h"
-
 namespace diffsac {
 namespace {
 
@@ -120,6 +118,13 @@ int CountUniqueSets(const std::vector<int>& sets, int set_size) {
   int unique = 1;
   for (int i = 1; i < count; ++i) unique += less(order[i - 1], order[i]) ? 1 : 0;
   return unique;
+}
+
+std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size) {
+  std::vector<std::vector<int>> first;
+  for (auto begin = sets.begin(); sets.end() - begin >= set_size && first.size() < kReportedSets; begin += set_size)
+    first.emplace_back(begin, begin + set_size);
+  return first;
 }
 
 }  // namespace diffsac

@@ -96,4 +96,9 @@ inline Rng DrawRng(const Rng& rng, std::int64_t index) { return rng.Fork("draw",
 /// The number of distinct sets in a flat list of sets with ascending members.
 int CountUniqueSets(const std::vector<int>& sets, int set_size);
 
+/// Sets that results report: as many as the paper's κ.
+inline constexpr int kReportedSets = 20;
+/// The first kReportedSets of a flat list of sets, each on its own.
+std::vector<std::vector<int>> FirstSets(const std::vector<int>& sets, int set_size);
+
 }  // namespace diffsac

@@ -23,7 +23,7 @@ namespace diffsac {
 ///
 /// A point of weight w counts as w points, in n and in RSS.
 ///
-/// Instead of sorting, residuals are counted by size (square_histogram.h). S is convex in n while points of one size
+/// Instead of sorting, residuals are counted by size (SquareHistogram). S is convex in n while points of one size
 /// are added (ψ₁(z) ≥ 1/z), so that within a bin it is below its values at the ends of the bin with all points of the
 /// bin at its lower edge. Only bins whose bound is above the best value at the edges are sorted.
 class MarginalLikelihood : public ScoreFunction {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "diffsac/consensus/scores/score.h"
-#include "diffsac/geometry/lane_sums.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/vector_clones.h"
 

@@ -17,6 +17,7 @@ constexpr double kShareMargin = 1e-4;
 /// At most so large that its odds are finite for every share.
 double ClampDensityRatio(double ratio) { return std::clamp(ratio, 2.0, 1e300); }
 
+/// The share of inliers of greatest likelihood, from `start`: expectation maximisation on it alone.
 double EstimateShareFrom(const Eigen::ArrayXd& ratios, double start) {
   double share = ClampShare(start);
   for (int round = 0; round < kShareRounds; ++round) {
@@ -51,10 +52,6 @@ Mixture MakeMixture(const PointMatrix& points, double inlier_threshold, double s
                          : Eigen::VectorXd((points.colwise().maxCoeff() - points.colwise().minCoeff()).transpose());
   const double mean_side = std::exp(sides.cwiseMax(2.0 * inlier_threshold).array().log().mean());
   return {sigma, ClampDensityRatio(mean_side / (kSqrtTwoPi * sigma))};
-}
-
-double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start) {
-  return residuals.size() == 0 ? 0.0 : EstimateShareFrom(DensityRatios(mixture, residuals), start);
 }
 
 double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals) {

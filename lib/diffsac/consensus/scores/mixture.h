@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
-#include "diffsac/geometry/hyperplane.h"
+#include "diffsac/consensus/scores/scorer.h"
 
 namespace diffsac {
 
@@ -33,10 +35,6 @@ Eigen::ArrayXd DensityRatios(const Mixture& mixture, const Eigen::VectorXd& resi
 /// The share kept away from 0 and 1, where expectation maximisation would be stuck.
 double ClampShare(double share);
 
-/// The share of inliers w in [0, 1) of greatest likelihood given the residuals, from `start` (expectation maximisation
-/// on w alone, until it moves by less than 1e-6, at most 100 rounds).
-double EstimateInlierShare(const Mixture& mixture, const Eigen::VectorXd& residuals, double start);
-
 /// Σ log(1 − w + w ρ exp(−r²/2σ²)) / log ρ with the best w: the log-likelihood ratio of the mixture against "all
 /// outliers", in [0, N].
 double MixtureScore(const Mixture& mixture, const Eigen::VectorXd& residuals);
@@ -53,6 +51,33 @@ inline constexpr double kSigmaKnown = std::numeric_limits<double>::infinity();
 /// Returns the number of fits; *model is the result, *sigma (unless null) the σ that goes with it.
 template <MinimalModel Model>
 int MixtureRefit(const PointMatrix& points, const Mixture& mixture, double start, typename Model::Parameters* model,
-                 double sigma_prior = kSigmaKnown, double* sigma = nullptr);
+                 double sigma_prior = kSigmaKnown, double* sigma = nullptr) {
+  // σ and the weights follow each other, which takes longer to settle.
+  constexpr int kRounds = 30, kRoundsWithSigma = 100;
+  constexpr double kWeightTolerance = 1e-3;
+  const Scorer<Model> scorer(points);
+  const bool sigma_known = std::isinf(sigma_prior);
+  const auto estimated_sigma = [&](const Eigen::VectorXd& weights) {
+    const double squares =
+        weights.dot(scorer.Residuals(*model).cwiseAbs2()) + sigma_prior * mixture.sigma * mixture.sigma;
+    return std::sqrt(squares / (std::max(0.0, weights.sum() - Model::kMinimalSize) + sigma_prior));
+  };
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points.rows());
+  Mixture current = mixture;
+  double share = ClampShare(start);
+  int fits = 0;
+  while (fits < (sigma_known ? kRounds : kRoundsWithSigma)) {
+    const Eigen::ArrayXd ratios = share * DensityRatios(current, scorer.Residuals(*model));
+    const Eigen::VectorXd next = ratios / ((1.0 - share) + ratios);
+    if (fits > 0 && (next - weights).cwiseAbs().maxCoeff() <= kWeightTolerance) break;
+    weights = next;
+    share = ClampShare(weights.mean());
+    ++fits;
+    if (!FitAgain<Model>(points, weights, model)) break;
+    if (!sigma_known) current = mixture.WithSigma(estimated_sigma(weights));
+  }
+  if (sigma != nullptr) *sigma = current.sigma;
+  return fits;
+}
 
 }  // namespace diffsac

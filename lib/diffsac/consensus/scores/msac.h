@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/consensus/scores/score.h"
-#include "diffsac/geometry/lane_sums.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/square_bounds.h"
 #include "diffsac/geometry/vector_clones.h"
 

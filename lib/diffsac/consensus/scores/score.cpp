@@ -4,12 +4,12 @@
 
 #include "diffsac/consensus/scores/gaussian_uniform.h"
 #include "diffsac/consensus/scores/inlier_count.h"
-#include "diffsac/consensus/scores/magsac_score.h"
+#include "diffsac/consensus/scores/magsac.h"
 #include "diffsac/consensus/scores/marginal_likelihood.h"
 #include "diffsac/consensus/scores/marginalised_msac.h"
 #include "diffsac/consensus/scores/msac.h"
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/lane_sums.h"
+#include "diffsac/geometry/lanes.h"
 
 namespace diffsac {
 namespace {

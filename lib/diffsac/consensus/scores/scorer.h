@@ -29,7 +29,7 @@ struct ScorePrior {
 /// Models with quick lower bounds of their squared residuals, `Bounds` (geometry/square_bounds.h).
 template <class M>
 concept HasSquareBounds = requires {
-  typename ModelHooks<M>::Bounds;
+  typename M::Bounds;
 };
 
 /// Rows by weight, within [0, 1], from the heaviest to the lightest up to 1/64; those in their order.
@@ -140,7 +140,7 @@ class Scorer {
                 [[maybe_unused]] double bar) const {
     if constexpr (HasSquareBounds<Model>) {
       static_assert(kBoundBlock % kBlock == 0);
-      typename ModelHooks<Model>::Bounds::Prepared prepared;
+      typename Model::Bounds::Prepared prepared;
       if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared)) return true;
       if (!score.IsSum()) return !(BoundOfAll(prepared, score) + kMargin < bar);
       const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
@@ -183,8 +183,8 @@ class Scorer {
   double Plausibility([[maybe_unused]] const typename Model::Parameters& model) const {
     if constexpr (HasCameraPrior<Model>) {
       if (prior_.cameras)
-        return 1.0 / (1.0 + prior_.cameras->strength *
-                                ModelHooks<Model>::CameraMismatch(model, prior_.cameras->K1, prior_.cameras->K2));
+        return 1.0 /
+               (1.0 + prior_.cameras->strength * Model::CameraMismatch(model, prior_.cameras->K1, prior_.cameras->K2));
     }
     return 1.0;
   }
@@ -197,7 +197,7 @@ class Scorer {
   };
   template <HasSquareBounds M>
   struct BoundsOf<M> {
-    using Type = typename ModelHooks<M>::Bounds;
+    using Type = typename M::Bounds;
   };
 
   static constexpr int kBlock = 64;
@@ -217,7 +217,7 @@ template <MinimalModel Model>
 bool FitAgain(const Scorer<Model>& scorer, const Eigen::VectorXd& weights, typename Model::Parameters* model) {
   if constexpr (HasFocalPosterior<Model>)
     if (const auto& cameras = scorer.prior().cameras)
-      return ModelHooks<Model>::FitFrom(scorer.points(), weights, cameras->focal(), model);
+      return Model::FitFrom(scorer.points(), weights, cameras->focal(), model);
   return FitAgain<Model>(scorer.points(), weights, model);
 }
 

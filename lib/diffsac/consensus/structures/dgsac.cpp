@@ -7,8 +7,6 @@ void DgsacOptions::Bind(OptionsBinder& b) {
       .Help("minimal sets: at most, or exactly so many with stopping: budget");
   b.Field("stopping", stopping).Help("explained, the paper's: once another round explains fewer than γ points better");
   b.Field("guided", guided).Help("false: uniform sets, for comparison");
-  b.Field("same_structure", same_structure, Within(0.0, 1.0))
-      .Help("correlation from which two hypotheses stand for one structure");
   b.Field("choose", choose).Help("the one model of data with several structures");
   b.Field("refit", refit).Help("of each structure, on the inliers that its density tells");
   b.Field("refit_rounds", refit_rounds, AtLeast(1))

@@ -15,13 +15,12 @@ template <>
 inline constexpr auto kEnumNames<DgsacStopping> = NamesOf<DgsacStopping>({{DgsacStopping::kExplained, "explained"},
                                                                           {DgsacStopping::kBudget, "budget"}});
 
-/// The one model of data with several structures: the greatest Goodness (density_selection.h) | the most points
-/// assigned | the greatest evidence (InlierExtent).
-enum class DgsacChoice { kDensest, kLargest, kEvident };
+/// The one model of data with several structures: the greatest Goodness (residual_density.h) | the most points
+/// assigned.
+enum class DgsacChoice { kDensest, kLargest };
 template <>
 inline constexpr auto kEnumNames<DgsacChoice> = NamesOf<DgsacChoice>({{DgsacChoice::kDensest, "densest"},
-                                                                      {DgsacChoice::kLargest, "largest"},
-                                                                      {DgsacChoice::kEvident, "evident"}});
+                                                                      {DgsacChoice::kLargest, "largest"}});
 
 /// Of each structure, before one is chosen: kDensity, by least squares on the inliers that its density tells, kept
 /// unless its evidence clearly falls (by more than ln n).
@@ -35,16 +34,7 @@ inline constexpr auto kEnumNames<DgsacRefit> = NamesOf<DgsacRefit>({{DgsacRefit:
 struct DgsacOptions {
   int max_iterations = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
   DgsacStopping stopping = DgsacStopping::kExplained;
-  /// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
-  /// share.
-  double explained_change = 0.01;
   bool guided = true;  ///< false: uniform sets, for comparison.
-  int preferred = 5;   ///< T, hypotheses that a point prefers.
-  /// Sets drawn between two looks at the densities, at most; 0: a quarter of `max_iterations`, so that three quarters
-  /// are guided however few they are. The paper draws one for each point that is not explained.
-  int round_size = 0;
-  double min_contrast = 3.0;     ///< Least contrast of a hypothesis (InlierExtent); less is a flat density.
-  double same_structure = 0.15;  ///< Correlation from which two hypotheses stand for one structure.
   DgsacChoice choose = DgsacChoice::kDensest;
   DgsacRefit refit = DgsacRefit::kDensity;
   int refit_rounds = 10;

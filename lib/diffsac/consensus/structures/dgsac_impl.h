@@ -2,18 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/samplers/density_guide.h"
-#include "diffsac/consensus/samplers/density_selection.h"
 #include "diffsac/consensus/scores/scorer.h"
+#include "diffsac/consensus/structures/density_guide.h"
 #include "diffsac/consensus/structures/dgsac.h"
+#include "diffsac/consensus/structures/residual_density.h"
 
 namespace diffsac {
 namespace dgsac_internal {
 
+/// Of the budget at most a quarter is drawn between two looks at the densities, so that three quarters are guided
+/// however few sets there are. The paper draws one for each point that is not explained.
 inline constexpr int kRoundsOfBudget = 4;
+/// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
+/// share.
+inline constexpr double kExplainedChange = 0.01;
+/// T, hypotheses that a point prefers.
+inline constexpr int kPreferred = 5;
+/// Least contrast of a hypothesis (InlierExtent); less is a flat density.
+inline constexpr double kMinContrast = 3.0;
+/// Correlation from which two hypotheses stand for one structure.
+inline constexpr double kSameStructure = 0.15;
 inline constexpr std::size_t kMostStructures = 20;
 
 /// One run over one point set: sampling in rounds, then selection, then the refit.
@@ -23,7 +35,7 @@ class DgsacRun {
   using Parameters = typename Model::Parameters;
 
   DgsacRun(const PointMatrix& points, const DgsacOptions& options, const Rng& rng)
-      : options_(options), rng_(rng), scorer_(points), guide_(static_cast<int>(points.rows()), options.preferred) {}
+      : options_(options), rng_(rng), scorer_(points), guide_(static_cast<int>(points.rows()), kPreferred) {}
 
   void Sample() {
     std::vector<int> active = rng_.Fork("first_points").Permutation(scorer_.size());
@@ -68,8 +80,7 @@ class DgsacRun {
 
   /// The points that get a set of their own in this round.
   std::vector<int> FirstPoints(const std::vector<int>& active, std::uint64_t round) const {
-    int limit = options_.round_size;
-    if (limit == 0) limit = (options_.max_iterations + kRoundsOfBudget - 1) / kRoundsOfBudget;
+    const int limit = (options_.max_iterations + kRoundsOfBudget - 1) / kRoundsOfBudget;
     const int size = static_cast<int>(active.size());
     const int count = std::min({size, limit, options_.max_iterations - drawn_});
     if (count == size) return active;
@@ -123,7 +134,7 @@ class DgsacRun {
     std::vector<int> next;
     for (int i = 0; i < size; ++i) {
       const double now = guide_.Explanation(i);
-      const bool changed = std::abs(now - (*explained)[i]) > options_.explained_change * (*explained)[i];
+      const bool changed = std::abs(now - (*explained)[i]) > kExplainedChange * (*explained)[i];
       (*explained)[i] = now;
       if (!changed && !is_waiting[i]) continue;
       next.push_back(i);
@@ -154,14 +165,14 @@ class DgsacRun {
     return clear.empty() ? evident : clear;
   }
 
-  bool IsClear(const Candidate& candidate) const { return candidate.density.inliers.contrast >= options_.min_contrast; }
+  bool IsClear(const Candidate& candidate) const { return candidate.density.inliers.contrast >= kMinContrast; }
 
   /// One candidate for each structure, at most kMostStructures, the densest; where no candidate is clear, the one of
   /// greatest evidence, so that hard data have an answer too.
   std::vector<Candidate> Structures(std::vector<Candidate> candidates) const {
     std::vector<DensityHypothesis> densities;
     for (Candidate& candidate : candidates) densities.push_back(std::move(candidate.density));
-    std::vector<int> selected = SelectStructures(densities, options_.min_contrast, options_.same_structure);
+    std::vector<int> selected = SelectStructures(densities, kMinContrast, kSameStructure);
     if (selected.empty() && !candidates.empty()) {
       const auto by_evidence = [](const auto& a, const auto& b) { return a.inliers.evidence < b.inliers.evidence; };
       selected.push_back(
@@ -177,20 +188,14 @@ class DgsacRun {
 
   /// The structure that is reported, the densest where equal.
   int Choose(const std::vector<Candidate>& structures) const {
-    std::vector<double> merit(structures.size(), 0.0);
-    if (options_.choose == DgsacChoice::kLargest) {
-      std::vector<DensityHypothesis> densities;
-      std::vector<int> all;
-      for (const Candidate& structure : structures) {
-        all.push_back(static_cast<int>(all.size()));
-        densities.push_back(structure.density);
-      }
-      for (const int owner : AssignPoints(densities, all))
-        if (owner >= 0) merit[owner] += 1.0;
-    } else if (options_.choose == DgsacChoice::kEvident) {
-      for (std::size_t s = 0; s < structures.size(); ++s) merit[s] = structures[s].density.inliers.evidence;
-    }
-    return static_cast<int>(std::max_element(merit.begin(), merit.end()) - merit.begin());
+    if (options_.choose == DgsacChoice::kDensest) return 0;
+    std::vector<int> points(structures.size(), 0), all(structures.size());
+    std::iota(all.begin(), all.end(), 0);
+    std::vector<DensityHypothesis> densities;
+    for (const Candidate& structure : structures) densities.push_back(structure.density);
+    for (const int owner : AssignPoints(densities, all))
+      if (owner >= 0) ++points[owner];
+    return static_cast<int>(std::max_element(points.begin(), points.end()) - points.begin());
   }
 
   void Refit(Candidate* best) {

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/local/neighborhood_support.h"
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/samplers/neighbor_index.h"
 #include "diffsac/consensus/structures/label_energy.h"
@@ -173,10 +172,8 @@ class EnergySearch {
     ++found_.fits;
     if ((!from && !Model::Fit(some, weights, &fitted)) || !fitted.allFinite()) return false;
     const RobustLoss loss{LossKind::kCauchy, options_.core * threshold_};
-    if constexpr (HasLimitedRefine<Model>)
-      ModelHooks<Model>::Refine(some, weights, loss, &fitted, kRefineSteps);
-    else if constexpr (HasRobustRefine<Model>)
-      ModelHooks<Model>::Refine(some, weights, loss, &fitted);
+    if constexpr (HasRobustRefine<Model>)
+      Model::Refine(some, weights, loss, &fitted, kRefineSteps);
     else
       Reweight(some, loss, &fitted);
     if (!fitted.allFinite()) return false;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/local/minimum_cut.h"
+#include "diffsac/consensus/local/graph_cut.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
@@ -28,7 +28,6 @@ class LabelEnergy {
   double PointCost(const ModelCosts& costs, std::int32_t label, Eigen::Index point) const {
     return label == 0 ? outlier_costs_[point] : costs[static_cast<std::size_t>(label - 1)][point];
   }
-  double model_cost() const { return model_cost_; }
 
   /// The expansion move (Boykov, Veksler and Zabih, PAMI 2001): those points take `label` for which, all together, the
   /// energy but for h is least.

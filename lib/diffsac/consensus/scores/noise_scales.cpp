@@ -1,12 +1,10 @@
-#include "diffsac/consensus/scores/noise_estimate.h"
+#include "diffsac/consensus/scores/noise_scales.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-
-#include "diffsac/consensus/scores/mixture.h"
 
 namespace diffsac {
 namespace {

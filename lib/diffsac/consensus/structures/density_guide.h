@@ -23,9 +23,6 @@ class DensityGuide {
   /// The sum of the densities that a point's preferred hypotheses give it: how well it is explained.
   double Explanation(int point) const;
 
-  /// The share of preferred hypotheses that two points have in common, |A ∩ B| / T, in [0, 1].
-  double Correlation(int first, int second) const;
-
   /// The hypotheses that some point prefers, ascending.
   std::vector<int> Preferred() const;
 
@@ -33,7 +30,8 @@ class DensityGuide {
   void StartRound();
 
   /// A set of `size` distinct points, ascending, with `first` among them: the others one by one, with probabilities in
-  /// proportion to their correlation with `first`; uniformly among the rest where no correlation is left.
+  /// proportion to their correlation with `first`, the number of preferred hypotheses in common; uniformly among the
+  /// rest where no correlation is left.
   void Draw(int first, int size, Rng& rng, int* set);
 
  private:

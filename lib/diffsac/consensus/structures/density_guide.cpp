@@ -1,4 +1,4 @@
-#include "diffsac/consensus/samplers/density_guide.h"
+#include "diffsac/consensus/structures/density_guide.h"
 
 #include <algorithm>
 
@@ -50,13 +50,6 @@ double DensityGuide::Explanation(int point) const {
   double sum = 0.0;
   for (const Preference& preference : preferences_[point]) sum += preference.density;
   return sum;
-}
-
-double DensityGuide::Correlation(int first, int second) const {
-  int common = 0;
-  for (const Preference& a : preferences_[first])
-    for (const Preference& b : preferences_[second]) common += a.hypothesis == b.hypothesis ? 1 : 0;
-  return static_cast<double>(common) / preferred_;
 }
 
 std::vector<int> DensityGuide::Preferred() const {

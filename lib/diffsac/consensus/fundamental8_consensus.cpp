@@ -1,8 +1,0 @@
-#include "diffsac/consensus/instantiate.h"
-#include "diffsac/geometry/fundamental.h"
-
-namespace diffsac {
-
-DIFFSAC_INSTANTIATE_CONSENSUS(Fundamental8)
-
-}  // namespace diffsac

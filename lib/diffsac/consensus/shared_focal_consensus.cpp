@@ -1,8 +1,0 @@
-#include "diffsac/consensus/instantiate.h"
-#include "diffsac/geometry/shared_focal.h"
-
-namespace diffsac {
-
-DIFFSAC_INSTANTIATE_CONSENSUS(SharedFocal)
-
-}  // namespace diffsac
