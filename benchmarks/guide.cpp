@@ -3,8 +3,6 @@
 // round; medians.
 //
 //   diffsac_guide_benchmark [--task fundamental] [--points 500,2000,8000,32000,100000] [--rounds 7] [--csv FILE]
-#include <malloc.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -18,6 +16,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/evaluate.h"
+#include "measure.h"
 
 namespace diffsac {
 namespace {
@@ -37,27 +36,6 @@ struct Row {
   bool opencv;
   std::unique_ptr<RobustEstimator> method;
 };
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
-// MiB of a line of /proc/self/status ("VmHWM", "VmRSS").
-double MemoryMiB(const std::string& name) {
-  std::ifstream file("/proc/self/status");
-  std::string line;
-  while (std::getline(file, line))
-    if (line.rfind(name + ":", 0) == 0) return std::stod(line.substr(name.size() + 1)) / 1024.0;
-  return 0.0;
-}
-
-void ResetPeak() {
-#ifdef __GLIBC__
-  ::malloc_trim(0);
-#endif
-  std::ofstream("/proc/self/clear_refs") << "5";
-}
 
 std::vector<Problem> MakePairs(const Options& options, int points) {
   const std::string yaml = "{type: synthetic_two_view, task: " + options.task +

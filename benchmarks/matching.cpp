@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -12,6 +11,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "lab/images/image_features.h"
+#include "measure.h"
 
 namespace {
 
@@ -80,12 +80,6 @@ Pairs ByUs(const DescriptorMatrix& first, const DescriptorMatrix& second) {
   Pairs pairs;
   for (const DescriptorMatch& match : MatchMutually(first, second)) pairs.emplace_back(match.first, match.second);
   return pairs;
-}
-
-double Milliseconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 int CountOfOthers(Pairs a, Pairs b) {

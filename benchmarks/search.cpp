@@ -21,6 +21,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "measure.h"
 
 namespace diffsac {
 namespace {
@@ -118,11 +119,6 @@ void RunOnce(const Problem& problem, int seed, Row* row) {
   row->inliers += static_cast<double>(std::count(result.inliers.begin(), result.inliers.end(), 1));
   row->draws += static_cast<double>(result.iterations);
   row->fits += result.hypotheses;
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 /// Round by round, so that they hold on a machine whose speed drifts.

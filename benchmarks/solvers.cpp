@@ -21,6 +21,7 @@
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/refine.h"
+#include "measure.h"
 
 namespace diffsac {
 namespace {
@@ -42,11 +43,6 @@ struct Solver {
 
 /// Time that this program's one thread has run; other programs on the machine do not count.
 double CpuNanoseconds() { return 1e9 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 double Distance(const Problem& problem, const Matrix3Parameters& model) {
   const auto conditioned = [&](const Matrix3Parameters& m) {

@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -21,6 +20,7 @@
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic.h"
 #include "lab/torch/diffsac_network.h"
+#include "measure.h"
 
 namespace diffsac {
 namespace {
@@ -30,17 +30,6 @@ struct Variant {
   std::function<void()> run;
   double per_call = 1.0;  ///< units of work in one call (problems, steps, hypotheses)
 };
-
-double Milliseconds(const std::function<void()>& run) {
-  const auto start = std::chrono::steady_clock::now();
-  run();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 // Ratios are against the first variant, pair by pair within a round.
 void Table(const std::string& title, const std::vector<Variant>& variants, int rounds) {

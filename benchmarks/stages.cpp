@@ -5,14 +5,12 @@
 //
 //   diffsac_stages [--task fundamental] [--checkpoint models/fundamental/model.safetensors] [--points 200,500,2000]
 //                  [--threads 1,2] [--rounds 15] [--rows learned_prosac]
-#include <malloc.h>
 #include <torch/torch.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,6 +22,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/evaluate.h"
+#include "measure.h"
 
 namespace diffsac {
 namespace {
@@ -40,28 +39,6 @@ struct Options {
   int rounds = 15;
   int copies = 20;
 };
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
-// MiB of a line of /proc/self/status ("VmHWM", "VmRSS"); 0 where there is none.
-double MemoryMiB(const std::string& name) {
-  std::ifstream file("/proc/self/status");
-  std::string line;
-  while (std::getline(file, line))
-    if (line.rfind(name + ":", 0) == 0) return std::stod(line.substr(name.size() + 1)) / 1024.0;
-  return 0.0;
-}
-
-// The peak starts again at what is in use now; what was freed goes back to the system first.
-void ResetPeak() {
-#ifdef __GLIBC__
-  ::malloc_trim(0);
-#endif
-  std::ofstream("/proc/self/clear_refs") << "5";
-}
 
 // One row of the table and what was measured of it.
 struct Row {

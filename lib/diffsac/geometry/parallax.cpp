@@ -26,9 +26,7 @@ PointMatrix RowsOf(const PointMatrix& points, const std::vector<std::uint8_t>& i
   std::vector<int> rows;
   for (int i = 0; i < points.rows(); ++i)
     if (inliers[i] != 0) rows.push_back(i);
-  PointMatrix chosen(static_cast<Eigen::Index>(rows.size()), 4);
-  for (std::size_t i = 0; i < rows.size(); ++i) chosen.row(static_cast<Eigen::Index>(i)) = points.row(rows[i]);
-  return chosen;
+  return points(rows, Eigen::all);
 }
 
 PointMatrix Spread(const PointMatrix& points, int most) {

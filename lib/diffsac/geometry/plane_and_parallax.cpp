@@ -74,6 +74,22 @@ class Scene {
   Eigen::MatrixXd columns_;
 };
 
+/// `size` of these in random order.
+std::vector<int> Drawn(const std::vector<int>& rows, int size, Rng& rng) {
+  std::vector<int> places(size);
+  rng.Distinct(static_cast<int>(rows.size()), size, places.data());
+  for (int& place : places) place = rows[place];
+  return places;
+}
+
+std::vector<int> InliersOf(const PointMatrix& points, const Matrix3Parameters& f, double threshold) {
+  const Eigen::VectorXd distances = RowResiduals<Fundamental>(points, f);
+  std::vector<int> inliers;
+  for (int i = 0; i < points.rows(); ++i)
+    if (distances[i] <= threshold) inliers.push_back(i);
+  return inliers;
+}
+
 /// A plane that dominates what `f` was solved from, or else what supports it: then local optimisation would draw even
 /// a sound f to the plane's points and to any epipole.
 bool FindDominantPlane(const Scene& scene, const Matrix3Parameters& f, const int* set, int size, double limit, Rng* rng,
@@ -84,15 +100,11 @@ bool FindDominantPlane(const Scene& scene, const Matrix3Parameters& f, const int
     return FindPlaneInSet(AsMatrix(f), points, size, kSetFactor * limit, h);
   };
   if (found_in([&](int i) { return set[i]; })) return true;
-  std::vector<int> support;
-  const Eigen::VectorXd distances = RowResiduals<Fundamental>(scene.points(), f);
-  for (int i = 0; i < scene.size(); ++i)
-    if (distances[i] <= limit) support.push_back(i);
+  const std::vector<int> support = InliersOf(scene.points(), f, limit);
   if (static_cast<int>(support.size()) < size) return false;
   for (int draw = 0; draw < kSupportSets; ++draw) {
-    int chosen[kMaxSetSize];
-    rng->Distinct(static_cast<int>(support.size()), size, chosen);
-    if (found_in([&](int i) { return support[chosen[i]]; })) return true;
+    const std::vector<int> chosen = Drawn(support, size, *rng);
+    if (found_in([&](int i) { return chosen[i]; })) return true;
   }
   return false;
 }
@@ -132,12 +144,7 @@ class OffPlane {
     std::vector<int> off;
     for (int i = 0; i < scene.size(); ++i)
       if (!(errors[i] <= kPlaneFactor * threshold)) off.push_back(i);
-    if (static_cast<int>(off.size()) > kMostOffPlane) {
-      std::vector<int> places(kMostOffPlane);
-      rng.Distinct(static_cast<int>(off.size()), kMostOffPlane, places.data());
-      for (int& place : places) place = off[place];
-      off = std::move(places);
-    }
+    if (static_cast<int>(off.size()) > kMostOffPlane) off = Drawn(off, kMostOffPlane, rng);
     const auto near = std::stable_partition(off.begin(), off.end(),
                                             [&](int i) { return !(errors[i] <= kParallaxFactor * threshold); });
     far_.assign(off.begin(), near);
@@ -242,21 +249,6 @@ bool BestEpipole(const Scene& scene, const Eigen::Matrix3d& h, OffPlane* off, Rn
   return most.votes >= 2 + kMinVotes;
 }
 
-/// `size` random inliers of the model in random order; none when there are fewer.
-std::vector<int> DrawInliers(const PointMatrix& points, const Matrix3Parameters& model, double threshold, int size,
-                             Rng rng) {
-  std::vector<int> inliers;
-  if (points.cols() != 4) return inliers;
-  const Eigen::VectorXd distances = RowResiduals<Fundamental>(points, model);
-  for (int i = 0; i < points.rows(); ++i)
-    if (distances[i] <= threshold) inliers.push_back(i);
-  if (static_cast<int>(inliers.size()) < size) return {};
-  std::vector<int> positions(size);
-  rng.Distinct(static_cast<int>(inliers.size()), size, positions.data());
-  for (int& position : positions) position = inliers[position];
-  return positions;
-}
-
 }  // namespace
 
 bool PlaneHomography(const Eigen::Matrix3d& f, const double (*points)[4], const int triplet[3], Eigen::Matrix3d* h) {
@@ -327,8 +319,10 @@ int RecoverFromPlane(const PointMatrix& points, const int* set, int size, const 
                      double threshold, Rng rng, int max_models, Matrix3Parameters* out, int* fits) {
   std::vector<int> drawn_set;
   if (set == nullptr) {
-    drawn_set = DrawInliers(points, model, threshold, size, rng.Fork("set"));
-    if (drawn_set.empty()) return 0;
+    const std::vector<int> inliers = points.cols() == 4 ? InliersOf(points, model, threshold) : std::vector<int>();
+    if (static_cast<int>(inliers.size()) < size) return 0;
+    Rng set_rng = rng.Fork("set");
+    drawn_set = Drawn(inliers, size, set_rng);
     set = drawn_set.data();
   }
   PairNormalization n;
