@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "diffsac/core/options.h"
+#include "diffsac/core/random.h"
+#include "diffsac/problem/point_features.h"
+#include "diffsac/problem/problem.h"
+
+namespace diffsac {
+
+/// What training does to the matches of two views before the network sees them; all drawn anew each time.
+struct TwoViewTrainingOptions {
+  /// At most so many matches: those of the drawn labels and random others; 0 keeps all.
+  int max_points = 0;
+  /// One is drawn for each item and only matches of at most this ratio are kept. Empty: all matches.
+  std::vector<double> max_ratios;
+  /// Both images mirrored and turned together, one turned a little more, the images exchanged: minimal sets stay what
+  /// they are, so that one pair stands for many cameras and motions.
+  bool augment = false;
+  /// Share of the items in which groups of correct matches become wrong ones (lab/data/repeated_structures.h).
+  double repeats = 0.0;
+  /// Share of the items in which correct matches are left out at random until only such a share of the matches, drawn
+  /// between these two with a uniform logarithm, is correct: hard pairs of easy ones. Twelve correct ones stay, and
+  /// what is harder stays as it is.
+  double thinned = 0.0;
+  std::vector<double> thinned_to = {0.03, 0.25};
+  /// The random others of max_points are among so many matches of highest prior, as with the key max_encoded_points of
+  /// an estimator (PointPrior); 0: among all.
+  int likeliest = 0;
+  void Bind(OptionsBinder& b);
+};
+
+/// Points of each set, as rows of an example.
+using MinimalSets = std::vector<std::vector<int>>;
+
+/// An example with the minimal sets that labels are drawn from.
+struct LabelledExample {
+  Example example;
+  std::shared_ptr<const MinimalSets> sets;
+};
+
+/// What is left of an example of two views after repeats, a drawn ratio and thinning, with the sets that lie within, as
+/// its rows; where none does, those that `search` finds in what is left.
+LabelledExample Restricted(const TwoViewTrainingOptions& options, LabelledExample drawn,
+                           const std::function<MinimalSets(const Example&)>& search, const Rng& rng);
+
+/// The rows that the network is shown, ascending: all, or max_points of two views.
+std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const SolverSpace& space, const PointFeatures& kinds,
+                           const FeatureSet& features, const MinimalSets& sets, const Rng& rng);
+
+/// Mirrors, turns and exchanges the images in the columns of features. Those of the coordinates are the first four,
+/// about the principal point; without them nothing changes. Descriptors are exchanged with the images; that they do not
+/// see an image turn or mirror is what they are made for, as far as turns go.
+void Augment(const PointFeatures& kinds, Rng rng, FeatureSet* features);
+
+/// Where a row of ascending `rows` stands among them.
+int PlaceOf(int row, const std::vector<int>& rows);
+
+}  // namespace diffsac
