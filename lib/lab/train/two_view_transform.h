@@ -7,7 +7,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/point_features.h"
-#include "diffsac/problem/problem.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
