@@ -73,7 +73,6 @@ class AbsolutePoses : public Dataset {
  public:
   explicit AbsolutePoses(const AbsolutePosesOptions& options) {
     const std::lock_guard lock(Hdf5Mutex());
-    H5::Exception::dontPrint();
     for (const std::string& folder : options.paths)
       for (const SceneFolder& scene : FindScenes(folder, kFile)) AddScene(scene, options);
     if (examples_.empty()) throw Error(options.paths.front() + ": there is no image");
@@ -85,7 +84,7 @@ class AbsolutePoses : public Dataset {
  private:
   void AddScene(const SceneFolder& scene, const AbsolutePosesOptions& options) {
     const std::string path = (std::filesystem::path(scene.folder) / kFile).string();
-    try {
+    WithClearErrors(path, [&] {
       const H5::H5File file = OpenHdf5(path);
       for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
         const std::string name = file.getObjnameByIdx(i);
@@ -97,9 +96,7 @@ class AbsolutePoses : public Dataset {
         example.id = scene.name + "/" + name;
         examples_.push_back(std::move(example));
       }
-    } catch (const H5::Exception& e) {
-      throw Error(path + ": not a readable HDF5 file of scene points: " + Describe(e));
-    }
+    });
   }
 
   std::vector<Example> examples_;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <mutex>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -111,9 +110,8 @@ PointSet ReadSet(const H5::H5File& file, const std::string& key, const std::stri
 
 std::vector<PointSet> ReadHdf5Points(const std::string& path) {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   std::string place = path;
-  try {
+  return WithClearErrors(place, [&] {
     if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
     const H5::H5File file = OpenHdf5(path);
     std::vector<PointSet> sets;
@@ -123,13 +121,7 @@ std::vector<PointSet> ReadHdf5Points(const std::string& path) {
       sets.push_back(ReadSet(file, key, path));
     }
     return sets;
-  } catch (const H5::FileIException& e) {
-    throw Error(place + ": not a readable HDF5 file, or truncated: " + Describe(e));
-  } catch (const H5::Exception& e) {
-    throw Error(place + ": " + Describe(e));
-  } catch (const std::bad_alloc&) {
-    throw Error(place + ": too large for the memory");
-  }
+  });
 }
 
 }  // namespace diffsac

@@ -1,10 +1,12 @@
 #include "lab/eval/estimates.h"
 
-#include <H5Cpp.h>
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <span>
+#include <type_traits>
+#include <utility>
 
 #include "diffsac/core/status.h"
 #include "diffsac/problem/problem.h"
@@ -26,41 +28,17 @@ std::string LinkName(std::string name) {
   return name.empty() || name == "." || name == ".." ? "_" + name : name;
 }
 
+/// `width` numbers a row; 0: a list.
 template <class Value>
-H5::PredType TypeOf();
-template <>
-H5::PredType TypeOf<double>() {
-  return H5::PredType::NATIVE_DOUBLE;
-}
-template <>
-H5::PredType TypeOf<float>() {
-  return H5::PredType::NATIVE_FLOAT;
-}
-template <>
-H5::PredType TypeOf<std::int32_t>() {
-  return H5::PredType::NATIVE_INT32;
-}
-template <>
-H5::PredType TypeOf<std::int64_t>() {
-  return H5::PredType::NATIVE_INT64;
-}
-template <>
-H5::PredType TypeOf<std::uint64_t>() {
-  return H5::PredType::NATIVE_UINT64;
-}
-
-template <class Value>
-void Put(H5::Group& group, const char* name, const std::vector<Value>& values, hsize_t columns = 0) {
-  std::vector<hsize_t> shape = {columns == 0 ? values.size() : values.size() / columns};
-  if (columns > 0) shape.push_back(columns);
-  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+void Put(const H5::Group& group, const std::string& name, const std::vector<Value>& values, std::size_t width = 0) {
   const H5::DSetCreatPropList properties = WithoutTimes();
-  if (values.size() > kChunk && columns == 0) {
+  if (values.size() > kChunk && width == 0) {
     properties.setChunk(1, &kChunk);
     properties.setDeflate(4);
   }
-  const H5::DataSet data = group.createDataSet(name, TypeOf<Value>(), space, properties);
-  if (!values.empty()) data.write(values.data(), TypeOf<Value>());
+  const std::vector<hsize_t> list = {values.size()};
+  WriteNumbers(group, name, values.data(), width == 0 ? list : std::vector<hsize_t>{values.size() / width, width},
+               properties);
 }
 
 const H5::StrType& TextType() {
@@ -68,7 +46,7 @@ const H5::StrType& TextType() {
   return type;
 }
 
-void PutTexts(H5::Group& group, const char* name, const std::vector<std::string>& texts) {
+void Put(const H5::Group& group, const std::string& name, const std::vector<std::string>& texts) {
   const hsize_t count = texts.size();
   const H5::DataSet data = group.createDataSet(name, TextType(), H5::DataSpace(1, &count), WithoutTimes());
   std::vector<const char*> pointers;
@@ -80,292 +58,288 @@ void PutText(const H5::H5Object& object, const char* name, const std::string& te
   object.createAttribute(name, TextType(), H5::DataSpace(H5S_SCALAR)).write(TextType(), text);
 }
 
-/// The columns of one group, gathered from its records.
-class Columns {
- public:
-  explicit Columns(const std::vector<EstimateRecord>& records) {
-    for (const EstimateRecord& record : records) {
-      width_ = std::max(width_, static_cast<hsize_t>(record.model.size()));
-      if (record.pose_covariance) covariance_width_ = static_cast<hsize_t>(record.pose_covariance->size());
-    }
-    for (const EstimateRecord& record : records) Add(record);
-  }
-
-  void Write(H5::Group& group) const {
-    Put(group, "index", index_);
-    PutTexts(group, "id", ids_);
-    PutTexts(group, "scene", scenes_);
-    PutTexts(group, "status", statuses_);
-    Put(group, "model", models_, width_);
-    Put(group, "pose", poses_, 12);
-    PutTexts(group, "translation", translations_);
-    if (has_other_pose_) Put(group, "other_pose", other_poses_, 12);
-    Put(group, "share_behind", shares_behind_);
-    if (covariance_width_ > 0) Put(group, "pose_covariance", covariances_, covariance_width_);
-    if (has_focal_) {
-      Put(group, "focal", focals_, kFocalWidth);
-      Put(group, "focal_observable", focal_observable_);
-    }
-    Put(group, "score", scores_);
-    Put(group, "noise_scale", noise_scales_);
-    Put(group, "log_false_alarms", log_false_alarms_);
-    Put(group, "draws", draws_);
-    Put(group, "points", points_);
-    Put(group, "inliers", inliers_);
-    Put(group, "inliers_end", inliers_end_);
-    Put(group, "inlier_threshold", inlier_thresholds_);
-    if (!rows_.empty()) {
-      Put(group, "rows", rows_);
-      Put(group, "rows_end", rows_end_);
-    }
-    Put(group, "probabilities", probabilities_);
-    Put(group, "probabilities_end", probabilities_end_);
-    if (structures_.empty()) return;
-    Put(group, "structures", structures_, width_);
-    Put(group, "structures_end", structures_end_);
-    Put(group, "labels", labels_);
-    Put(group, "labels_end", labels_end_);
-    if (has_values_) Put(group, "structure_values", structure_values_);
-  }
-
- private:
-  static void AddPose(const std::optional<RigidMotion>& pose, std::vector<double>* poses) {
-    for (int i = 0; i < 12; ++i)
-      poses->push_back(!pose ? kNan : i % 4 == 3 ? pose->translation[i / 4] : pose->rotation(i / 4, i % 4));
-  }
-
-  void Add(const EstimateRecord& record) {
-    index_.push_back(record.index);
-    ids_.push_back(record.id);
-    scenes_.push_back(record.scene);
-    statuses_.emplace_back(ToString(record.status));
-    for (hsize_t i = 0; i < width_; ++i)
-      models_.push_back(record.model.size() > 0 ? record.model[static_cast<Eigen::Index>(i)] : kNan);
-    AddPose(record.pose, &poses_);
-    AddPose(record.other_pose, &other_poses_);
-    has_other_pose_ = has_other_pose_ || record.other_pose;
-    shares_behind_.push_back(record.share_behind);
-    translations_.push_back(ToString(record.translation));
-    if (record.pose_covariance) {
-      covariances_.insert(covariances_.end(), record.pose_covariance->data(),
-                          record.pose_covariance->data() + record.pose_covariance->size());
-    } else {
-      covariances_.insert(covariances_.end(), covariance_width_, kNan);
-    }
-    AddFocal(record.focal);
-    scores_.push_back(record.score);
-    noise_scales_.push_back(record.noise_scale);
-    log_false_alarms_.push_back(record.log_false_alarms);
-    draws_.push_back(record.draws);
-    points_.push_back(record.points);
-    inliers_.insert(inliers_.end(), record.inliers.begin(), record.inliers.end());
-    inliers_end_.push_back(static_cast<std::int64_t>(inliers_.size()));
-    inlier_thresholds_.push_back(record.inlier_threshold);
-    rows_.insert(rows_.end(), record.rows.begin(), record.rows.end());
-    rows_end_.push_back(static_cast<std::int64_t>(rows_.size()));
-    const auto& probabilities = record.inlier_probabilities;
-    probabilities_.insert(probabilities_.end(), probabilities.begin(), probabilities.end());
-    probabilities_end_.push_back(static_cast<std::int64_t>(probabilities_.size()));
-    for (const ModelParameters& model : record.structures)
-      structures_.insert(structures_.end(), model.data(), model.data() + model.size());
-    structures_end_.push_back(static_cast<std::int64_t>(structures_.size() / width_));
-    AddValues(record);
-    labels_.insert(labels_.end(), record.assignment.begin(), record.assignment.end());
-    labels_end_.push_back(static_cast<std::int64_t>(labels_.size()));
-  }
-
-  /// One for each structure: NaN where there is none.
-  void AddValues(const EstimateRecord& record) {
-    const bool known = record.structure_values.size() == record.structures.size();
-    has_values_ = has_values_ || (known && !record.structures.empty());
-    for (std::size_t k = 0; k < record.structures.size(); ++k)
-      structure_values_.push_back(known ? record.structure_values[k] : kNan);
-  }
-
-  void AddFocal(const std::optional<FocalEstimate>& focal) {
-    has_focal_ = has_focal_ || focal.has_value();
-    focal_observable_.push_back(focal && focal->observable ? 1 : 0);
-    for (int image = 0; image < 2; ++image) {
-      focals_.push_back(focal ? focal->focal_px[image] : kNan);
-      focals_.push_back(focal ? focal->low_px[image] : kNan);
-      focals_.push_back(focal ? focal->high_px[image] : kNan);
-    }
-  }
-
-  static constexpr hsize_t kFocalWidth = 6;
-  hsize_t width_ = 1, covariance_width_ = 0;
-  bool has_focal_ = false, has_values_ = false;
-  std::vector<std::uint64_t> index_;
-  std::vector<std::string> ids_, scenes_, statuses_, translations_;
-  bool has_other_pose_ = false;
-  std::vector<double> models_, poses_, other_poses_, shares_behind_, scores_, noise_scales_, log_false_alarms_,
-      structures_, covariances_, focals_, inlier_thresholds_, structure_values_;
-  std::vector<std::int64_t> draws_, points_, inliers_end_, rows_end_, probabilities_end_, structures_end_, labels_end_;
-  std::vector<std::int32_t> inliers_, rows_, labels_, focal_observable_;
-  std::vector<float> probabilities_;
-};
+void CheckCount(std::size_t count, std::size_t expected, const std::string& name) {
+  if (count != expected) throw Error(name + ": expected " + std::to_string(expected) + " values");
+}
 
 template <class Value>
-std::vector<Value> Get(const H5::Group& group, const char* name, std::size_t count) {
+std::vector<Value> GetAll(const H5::Group& group, const std::string& name) {
   const H5::DataSet data = group.openDataSet(name);
   std::vector<Value> values(CountOf(data, name));
-  if (count != values.size()) throw Error(std::string(name) + ": expected " + std::to_string(count) + " values");
-  if (!values.empty()) data.read(values.data(), TypeOf<Value>());
+  if (!values.empty()) data.read(values.data(), Hdf5Type<Value>());
   return values;
 }
 
-template <class Value>
-std::vector<Value> GetAll(const H5::Group& group, const char* name) {
-  return Get<Value>(group, name, CountOf(group.openDataSet(name), name));
-}
-
-std::vector<std::string> GetTexts(const H5::Group& group, const char* name, std::size_t count) {
+template <>
+std::vector<std::string> GetAll(const H5::Group& group, const std::string& name) {
   const H5::DataSet data = group.openDataSet(name);
-  if (CountOf(data, name) != count) throw Error(std::string(name) + ": expected " + std::to_string(count) + " texts");
-  std::vector<char*> pointers(count);
-  if (count > 0) data.read(pointers.data(), TextType());
+  std::vector<char*> pointers(CountOf(data, name));
+  if (pointers.empty()) return {};
+  data.read(pointers.data(), TextType());
   std::vector<std::string> texts;
   // A text that was never written is a null pointer.
   for (const char* text : pointers) texts.emplace_back(text == nullptr ? "" : text);
-  if (count > 0) H5::DataSet::vlenReclaim(pointers.data(), TextType(), data.getSpace());
+  H5::DataSet::vlenReclaim(pointers.data(), TextType(), data.getSpace());
   return texts;
+}
+
+template <class Value>
+std::vector<Value> Get(const H5::Group& group, const std::string& name, std::size_t count) {
+  CheckCount(CountOf(group.openDataSet(name), name), count, name);
+  return GetAll<Value>(group, name);
 }
 
 std::string GetText(const H5::H5Object& object, const char* name) { return ReadText(object.openAttribute(name), name); }
 
-/// The part of `values` that belongs to record i.
-template <class Value>
-std::vector<Value> Slice(const std::vector<Value>& values, const std::vector<std::int64_t>& ends, std::size_t i) {
-  const std::int64_t begin = i == 0 ? 0 : ends[i - 1], end = ends[i];
-  if (begin < 0 || begin > end || end > static_cast<std::int64_t>(values.size()))
-    throw Error("ends that are not in order");
-  return {values.begin() + begin, values.begin() + end};
+using Row = std::span<const double>;
+
+Eigen::Map<const Eigen::VectorXd> AsVector(Row row) { return {row.data(), static_cast<Eigen::Index>(row.size())}; }
+
+template <class Matrix>
+std::vector<double> NumbersOf(const Matrix& matrix) {
+  return {matrix.data(), matrix.data() + matrix.size()};
 }
 
-/// Of groups that have several structures; `width`: values in a model.
-void ReadStructures(const H5::Group& group, std::size_t width, std::vector<EstimateRecord>* records) {
-  if (!group.nameExists("structures")) return;
-  const std::size_t count = records->size();
-  const auto structures = GetAll<double>(group, "structures");
-  const auto structures_end = Get<std::int64_t>(group, "structures_end", count),
-             labels_end = Get<std::int64_t>(group, "labels_end", count);
-  const auto labels = GetAll<std::int32_t>(group, "labels");
-  if (width == 0 || structures.size() % width != 0) throw Error("structures: expected a model in each row");
-  const auto rows = static_cast<std::int64_t>(structures.size() / width);
-  std::vector<std::int64_t> ends;
-  for (const std::int64_t end : structures_end) {
-    if (end < 0 || end > rows) throw Error("structures_end: ends that are not in order");
-    ends.push_back(end * static_cast<std::int64_t>(width));
-  }
-  std::vector<double> values;
-  if (group.nameExists("structure_values"))
-    values = Get<double>(group, "structure_values", static_cast<std::size_t>(rows));
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::vector<double> models = Slice(structures, ends, i);
-    if (!values.empty()) (*records)[i].structure_values = Slice(values, structures_end, i);
-    for (std::size_t at = 0; at < models.size(); at += width)
-      (*records)[i].structures.push_back(
-          Eigen::Map<const Eigen::VectorXd>(models.data() + at, static_cast<Eigen::Index>(width)));
-    (*records)[i].assignment = Slice(labels, labels_end, i);
-  }
-}
+/// Which files have a column: all; all but those of earlier versions; those in which some record has a value.
+enum class Presence { kAlways, kSince, kSome };
 
-/// Of a row of 12; nothing where it is not finite.
-std::optional<RigidMotion> PoseAt(const std::vector<double>& poses, std::size_t i) {
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(poses.data() + 12 * i);
-  if (!pose.allFinite()) return std::nullopt;
-  return RigidMotion{pose.leftCols<3>(), pose.col(3)};
-}
+/// One group's columns: written where its records are const, read into them else, so that each column is said once. In
+/// all of them, get(record) is what is written of a record and set(record, value) takes what was read.
+template <class Records>
+class Columns {
+ public:
+  static constexpr bool kWrites = std::is_const_v<Records>;
+  Columns(const H5::Group& group, Records& records) : group_(group), records_(records) {}
 
-/// Of groups that have covariances, other poses or focal lengths.
-void ReadUncertainty(const H5::Group& group, std::vector<EstimateRecord>* records) {
-  const std::size_t count = records->size();
-  if (group.nameExists("other_pose")) {
-    const auto poses = Get<double>(group, "other_pose", 12 * count);
-    for (std::size_t i = 0; i < count; ++i) (*records)[i].other_pose = PoseAt(poses, i);
-  }
-  if (group.nameExists("pose_covariance")) {
-    const auto values = GetAll<double>(group, "pose_covariance");
-    const auto side = count == 0 ? 0 : static_cast<Eigen::Index>(std::lround(std::sqrt(values.size() / count)));
-    if (values.size() != count * static_cast<std::size_t>(side * side))
-      throw Error("pose_covariance: expected a square matrix for each problem");
-    for (std::size_t i = 0; i < count; ++i) {
-      const Eigen::Map<const Eigen::MatrixXd> covariance(values.data() + i * side * side, side, side);
-      if (covariance.allFinite()) (*records)[i].pose_covariance = covariance;
+  /// A number or text a record. get: an optional.
+  template <class Get, class Set>
+  void Values(const std::string& name, Presence presence, const Get& get, const Set& set) {
+    using Value = typename decltype(get(records_[0]))::value_type;
+    if constexpr (kWrites) {
+      std::vector<Value> values;
+      bool some = presence != Presence::kSome;
+      for (const EstimateRecord& record : records_) {
+        const std::optional<Value> value = get(record);
+        some = some || value.has_value();
+        values.push_back(value.value_or(Value()));
+      }
+      if (some) Put(group_, name, values);
+    } else if (IsThere(name, presence)) {
+      const auto values = diffsac::Get<Value>(group_, name, records_.size());
+      for (std::size_t i = 0; i < values.size(); ++i) set(records_[i], values[i]);
     }
   }
-  if (!group.nameExists("focal")) return;
-  const auto focals = Get<double>(group, "focal", 6 * count);
-  const auto observable = Get<std::int32_t>(group, "focal_observable", count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double* values = focals.data() + 6 * i;
-    if (!std::isfinite(values[0])) continue;
-    FocalEstimate& focal = (*records)[i].focal.emplace();
-    focal.focal_px = {values[0], values[3]};
-    focal.low_px = {values[1], values[4]};
-    focal.high_px = {values[2], values[5]};
-    focal.observable = observable[i] != 0;
+  template <class Value>
+  void Member(const std::string& name, Value EstimateRecord::*member, Presence presence = Presence::kAlways) {
+    using Stored = std::conditional_t<std::is_same_v<Value, int>, std::int64_t, Value>;
+    Values(
+        name, presence, [&](const EstimateRecord& record) { return std::optional<Stored>(record.*member); },
+        [&](EstimateRecord& record, const Stored& value) { record.*member = static_cast<Value>(value); });
   }
+
+  /// A row of numbers a record, as wide as the widest and at least `width`; NaN where a record has none. What is read
+  /// is `width` wide, or whatever it is for `width` 1. Returns the width.
+  template <class Get, class Set>
+  std::size_t Rows(const std::string& name, Presence presence, std::size_t width, const Get& get, const Set& set) {
+    if constexpr (kWrites) {
+      std::vector<std::vector<double>> rows;
+      bool some = presence != Presence::kSome;
+      for (const EstimateRecord& record : records_) {
+        rows.push_back(get(record));
+        some = some || !rows.back().empty();
+        width = std::max(width, rows.back().size());
+      }
+      std::vector<double> all;
+      for (std::vector<double>& row : rows) {
+        row.resize(width, kNan);
+        all.insert(all.end(), row.begin(), row.end());
+      }
+      if (some) Put(group_, name, all, width);
+    } else if (IsThere(name, presence)) {
+      const auto all = GetAll<double>(group_, name);
+      const std::size_t count = records_.size();
+      if (width > 1) CheckCount(all.size(), width * count, name);
+      if (count == 0 || all.size() % count != 0) {
+        CheckCount(all.size(), 0, name);
+        return 0;
+      }
+      width = all.size() / count;
+      for (std::size_t i = 0; i < count; ++i) set(records_[i], Row(all).subspan(i * width, width));
+    }
+    return width;
+  }
+  void Pose(const std::string& name, std::optional<RigidMotion> EstimateRecord::*member, Presence presence) {
+    using Pose = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+    Rows(
+        name, presence, 12,
+        [&](const EstimateRecord& record) {
+          if (!(record.*member)) return std::vector<double>();
+          return NumbersOf((Pose() << (record.*member)->rotation, (record.*member)->translation).finished());
+        },
+        [&](EstimateRecord& record, Row row) {
+          const Eigen::Map<const Pose> pose(row.data());
+          if (pose.allFinite()) record.*member = RigidMotion{pose.leftCols<3>(), pose.col(3)};
+        });
+  }
+
+  /// A list a record, one after the other, with where each ends, in units of `each` values; 0: a list's values are
+  /// single.
+  template <class Get, class Set>
+  void Lists(const std::string& name, const std::string& ends_name, std::size_t each, Presence presence, const Get& get,
+             const Set& set) {
+    using Value = typename decltype(get(records_[0]))::value_type;
+    const std::size_t unit = std::max<std::size_t>(each, 1);
+    if constexpr (kWrites) {
+      std::vector<Value> all;
+      std::vector<std::int64_t> ends;
+      for (const EstimateRecord& record : records_) {
+        const std::vector<Value> list = get(record);
+        all.insert(all.end(), list.begin(), list.end());
+        ends.push_back(static_cast<std::int64_t>(all.size() / unit));
+      }
+      if (presence == Presence::kSome && all.empty()) return;
+      Put(group_, name, all, each);
+      if (!group_.nameExists(ends_name)) Put(group_, ends_name, ends);
+    } else if (IsThere(name, presence)) {
+      const auto all = GetAll<Value>(group_, name);
+      const auto ends = diffsac::Get<std::int64_t>(group_, ends_name, records_.size());
+      if (all.size() % unit != 0) throw Error(name + ": expected " + std::to_string(unit) + " numbers in each row");
+      std::int64_t begin = 0;
+      for (std::size_t i = 0; i < ends.size(); begin = ends[i++]) {
+        if (ends[i] < begin || ends[i] > static_cast<std::int64_t>(all.size() / unit))
+          throw Error(ends_name + ": ends that are not in order");
+        set(records_[i], std::vector<Value>(all.begin() + begin * static_cast<std::ptrdiff_t>(unit),
+                                            all.begin() + ends[i] * static_cast<std::ptrdiff_t>(unit)));
+      }
+    }
+  }
+  template <class Value>
+  void Lists(const std::string& name, std::vector<Value> EstimateRecord::*member, Presence presence) {
+    Lists(
+        name, name + "_end", 0, presence, [&](const EstimateRecord& record) { return record.*member; },
+        [&](EstimateRecord& record, std::vector<Value> values) { record.*member = std::move(values); });
+  }
+
+  bool HaveStructures() const {
+    if constexpr (!kWrites) return group_.nameExists("structures");
+    return std::any_of(records_.begin(), records_.end(), [](const auto& record) { return !record.structures.empty(); });
+  }
+
+ private:
+  bool IsThere(const std::string& name, Presence presence) const {
+    return presence == Presence::kAlways || group_.nameExists(name);
+  }
+
+  const H5::Group& group_;
+  Records& records_;
+};
+
+/// `width`: values of a model.
+template <class Records>
+void VisitStructures(Columns<Records>& columns, std::size_t width) {
+  using R = EstimateRecord;
+  columns.Lists(
+      "structures", "structures_end", width, Presence::kAlways,
+      [](const R& r) {
+        std::vector<double> values;
+        for (const ModelParameters& model : r.structures)
+          values.insert(values.end(), model.data(), model.data() + model.size());
+        return values;
+      },
+      [&](R& r, const std::vector<double>& values) {
+        for (std::size_t at = 0; at < values.size(); at += width)
+          r.structures.emplace_back(AsVector(Row(values).subspan(at, width)));
+      });
+  columns.Lists("labels", &R::assignment, Presence::kAlways);
 }
 
-/// Which files have only lately, or only for points of which some are left out.
-void ReadRows(const H5::Group& group, std::vector<EstimateRecord>* records) {
-  const std::size_t count = records->size();
-  if (group.nameExists("inlier_threshold")) {
-    const auto thresholds = Get<double>(group, "inlier_threshold", count);
-    for (std::size_t i = 0; i < count; ++i) (*records)[i].inlier_threshold = thresholds[i];
-  }
-  if (group.nameExists("translation")) {
-    const auto translations = GetTexts(group, "translation", count);
-    for (std::size_t i = 0; i < count; ++i) (*records)[i].translation = FromString<Translation>(translations[i]);
-  }
-  if (group.nameExists("share_behind")) {
-    const auto shares = Get<double>(group, "share_behind", count);
-    for (std::size_t i = 0; i < count; ++i) (*records)[i].share_behind = shares[i];
-  }
-  if (!group.nameExists("rows")) return;
-  const auto rows = GetAll<std::int32_t>(group, "rows");
-  const auto ends = Get<std::int64_t>(group, "rows_end", count);
-  for (std::size_t i = 0; i < count; ++i) (*records)[i].rows = Slice(rows, ends, i);
+/// One for each structure, of which some may have none: NaN.
+template <class Records>
+void VisitStructureValues(Columns<Records>& columns, const std::vector<EstimateRecord>& records) {
+  using R = EstimateRecord;
+  const auto knows = [](const R& r) {
+    return !r.structures.empty() && r.structure_values.size() == r.structures.size();
+  };
+  if (Columns<Records>::kWrites && std::none_of(records.begin(), records.end(), knows)) return;
+  columns.Lists(
+      "structure_values", "structures_end", 0, Presence::kSome,
+      [&](const R& r) { return knows(r) ? r.structure_values : std::vector<double>(r.structures.size(), kNan); },
+      [](R& r, std::vector<double> values) { r.structure_values = std::move(values); });
+}
+
+/// Of unknown focal lengths, with their intervals.
+template <class Records>
+void VisitFocals(Columns<Records>& columns) {
+  using R = EstimateRecord;
+  columns.Rows(
+      "focal", Presence::kSome, 6,
+      [](const R& r) {
+        std::vector<double> row;
+        for (int i = 0; r.focal && i < 2; ++i)
+          row.insert(row.end(), {r.focal->focal_px[i], r.focal->low_px[i], r.focal->high_px[i]});
+        return row;
+      },
+      [](R& r, Row row) {
+        if (std::isfinite(row[0])) r.focal = FocalEstimate{{row[0], row[3]}, {row[1], row[4]}, {row[2], row[5]}, false};
+      });
+  columns.Values(
+      "focal_observable", Presence::kSome,
+      [](const R& r) { return r.focal ? std::optional<std::int32_t>(r.focal->observable) : std::nullopt; },
+      [](R& r, std::int32_t observable) {
+        if (r.focal) r.focal->observable = observable != 0;
+      });
+}
+
+/// All columns, in the order of the file (docs/estimates.md).
+template <class Records>
+void VisitColumns(const H5::Group& group, Records& records) {
+  using R = EstimateRecord;
+  Columns<Records> columns(group, records);
+  columns.Member("index", &R::index);
+  columns.Member("id", &R::id);
+  columns.Member("scene", &R::scene);
+  columns.Values(
+      "status", Presence::kAlways, [](const R& r) { return std::optional<std::string>(ToString(r.status)); },
+      [](R& r, const std::string& text) { r.status = StatusFromText(text); });
+  const std::size_t width = columns.Rows(
+      "model", Presence::kAlways, 1, [](const R& r) { return NumbersOf(r.model); },
+      [](R& r, Row row) {
+        if (r.status == Status::kOk) r.model = AsVector(row);
+      });
+  columns.Pose("pose", &R::pose, Presence::kAlways);
+  columns.Values(
+      "translation", Presence::kSince, [](const R& r) { return std::optional<std::string>(ToString(r.translation)); },
+      [](R& r, const std::string& text) { r.translation = FromString<Translation>(text); });
+  columns.Pose("other_pose", &R::other_pose, Presence::kSome);
+  columns.Member("share_behind", &R::share_behind, Presence::kSince);
+  columns.Rows(
+      "pose_covariance", Presence::kSome, 1,
+      [](const R& r) { return r.pose_covariance ? NumbersOf(*r.pose_covariance) : std::vector<double>(); },
+      [](R& r, Row row) {
+        const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(row.size())));
+        if (static_cast<std::size_t>(side * side) != row.size())
+          throw Error("pose_covariance: expected a square matrix for each problem");
+        const Eigen::Map<const Eigen::MatrixXd> covariance(row.data(), side, side);
+        if (covariance.allFinite()) r.pose_covariance = covariance;
+      });
+  VisitFocals(columns);
+  columns.Member("score", &R::score);
+  columns.Member("noise_scale", &R::noise_scale);
+  columns.Member("log_false_alarms", &R::log_false_alarms, Presence::kSince);
+  columns.Member("draws", &R::draws);
+  columns.Member("points", &R::points);
+  columns.Lists("inliers", &R::inliers, Presence::kAlways);
+  columns.Member("inlier_threshold", &R::inlier_threshold, Presence::kSince);
+  columns.Lists("rows", &R::rows, Presence::kSome);
+  columns.Lists("probabilities", &R::inlier_probabilities, Presence::kAlways);
+  if (!columns.HaveStructures()) return;
+  VisitStructures(columns, width);
+  VisitStructureValues(columns, records);
 }
 
 std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
-  const auto index = GetAll<std::uint64_t>(group, "index");
-  const std::size_t count = index.size();
-  const auto ids = GetTexts(group, "id", count), scenes = GetTexts(group, "scene", count),
-             statuses = GetTexts(group, "status", count);
-  const auto models = GetAll<double>(group, "model"), poses = Get<double>(group, "pose", 12 * count);
-  const auto scores = Get<double>(group, "score", count), noise_scales = Get<double>(group, "noise_scale", count);
-  std::vector<double> log_false_alarms(count, std::numeric_limits<double>::quiet_NaN());  // Older files have none.
-  if (group.nameExists("log_false_alarms")) log_false_alarms = Get<double>(group, "log_false_alarms", count);
-  const auto draws = Get<std::int64_t>(group, "draws", count), points = Get<std::int64_t>(group, "points", count),
-             inliers_end = Get<std::int64_t>(group, "inliers_end", count),
-             probabilities_end = Get<std::int64_t>(group, "probabilities_end", count);
-  const auto inliers = GetAll<std::int32_t>(group, "inliers");
-  const auto probabilities = GetAll<float>(group, "probabilities");
-  if (count > 0 && models.size() % count != 0) throw Error("model: expected a row for each problem");
-  const std::size_t width = count == 0 ? 0 : models.size() / count;
-  std::vector<EstimateRecord> records(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    EstimateRecord& record = records[i];
-    record.index = index[i];
-    record.id = ids[i];
-    record.scene = scenes[i];
-    record.status = StatusFromText(statuses[i]);
-    if (record.status == Status::kOk)
-      record.model = Eigen::Map<const Eigen::VectorXd>(models.data() + i * width, static_cast<Eigen::Index>(width));
-    record.pose = PoseAt(poses, i);
-    record.score = scores[i];
-    record.noise_scale = noise_scales[i];
-    record.log_false_alarms = log_false_alarms[i];
-    record.draws = draws[i];
-    record.points = static_cast<int>(points[i]);
-    record.inliers = Slice(inliers, inliers_end, i);
-    record.inlier_probabilities = Slice(probabilities, probabilities_end, i);
-  }
-  ReadStructures(group, width, &records);
-  ReadUncertainty(group, &records);
-  ReadRows(group, &records);
+  std::vector<EstimateRecord> records(CountOf(group.openDataSet("index"), "index"));
+  VisitColumns(group, records);
   return records;
 }
 
@@ -419,10 +393,10 @@ void WriteTo(H5::H5File& file, const EstimateFile& content) {
   for (const EstimateGroup& group : content.groups) {
     const std::string method = LinkName(group.method), condition = LinkName(group.condition);
     if (!file.nameExists(method)) file.createGroup(method);
-    H5::Group written = file.createGroup(method + "/" + condition);
+    const H5::Group written = file.createGroup(method + "/" + condition);
     PutText(written, "method", group.method);
     PutText(written, "condition", group.condition);
-    Columns(group.records).Write(written);
+    VisitColumns(written, group.records);
   }
 }
 
@@ -437,7 +411,6 @@ H5::FileAccPropList InMemory() {
 
 std::string EstimatesToBytes(const EstimateFile& content) {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   try {
     H5::H5File file("estimates", H5F_ACC_TRUNC, H5::FileCreatPropList::DEFAULT, InMemory());
     WriteTo(file, content);
@@ -454,7 +427,6 @@ std::string EstimatesToBytes(const EstimateFile& content) {
 
 EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   std::string place = name;
   try {
     const H5::H5File file = OpenHdf5Bytes(bytes, name);

@@ -73,19 +73,14 @@ class ExampleFile {
     Json json = {{"examples", examples_}};
     json.update(more_);
     const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    WriteFileAtomically(path, [&](const std::string& temporary) {
-      Hdf5Output file(temporary, path);
-      file.Put("json", H5::PredType::STD_U8LE, H5::PredType::NATIVE_UINT8, text.data(), {text.size()});
+    WriteHdf5(path, [&](Hdf5Output& file) {
+      file.Put("json", text.data(), {text.size()});
       for (std::size_t i = 0; i < points_.size(); ++i) {
         const PointMatrix& points = points_[i];
         const auto rows = static_cast<hsize_t>(points.rows()), columns = static_cast<hsize_t>(points.cols());
-        file.Put("points-" + std::to_string(i), H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE, points.data(),
-                 {rows, columns});
-        if (!inliers_[i].empty())
-          file.Put("inliers-" + std::to_string(i), H5::PredType::STD_U8LE, H5::PredType::NATIVE_UINT8,
-                   inliers_[i].data(), {inliers_[i].size()});
+        file.Put("points-" + std::to_string(i), points.data(), {rows, columns});
+        if (!inliers_[i].empty()) file.Put("inliers-" + std::to_string(i), inliers_[i].data(), {inliers_[i].size()});
       }
-      file.Close();
     });
   }
 

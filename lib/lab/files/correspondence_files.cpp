@@ -4,11 +4,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <new>
 #include <optional>
 
 #include "diffsac/core/status.h"
@@ -23,20 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-// Runs what calls HDF5; `place` may be refined while it runs.
-template <class Call>
-auto WithClearErrors(const std::string& place, Call call) {
-  try {
-    return call();
-  } catch (const H5::FileIException& e) {
-    throw Error(place + ": not a readable HDF5 file, or truncated: " + Describe(e));
-  } catch (const H5::Exception& e) {
-    throw Error(place + ": damaged or truncated: " + Describe(e));
-  } catch (const std::bad_alloc&) {
-    throw Error(place + ": too large for the memory");
-  }
-}
 
 // By H5Literate, since asking for the i-th name walks the list anew: 100 000 pairs would take hours.
 std::vector<std::string> NamesIn(const H5::H5File& file, const std::string& path) {
@@ -122,22 +107,7 @@ bool IsRotation(const Eigen::Matrix3d& R) {
 }  // namespace
 
 struct CorrespondenceScene::Impl {
-  Impl(const std::string& path, const CorrespondenceOptions& o)
-      : folder(path),
-        options(o),
-        matches(path, "matches.h5"),
-        quality(path, "match_conf.h5"),
-        similarities(path, "similarities.h5"),
-        calibration(path, "K1_K2.h5"),
-        rotations(path, "R.h5"),
-        translations(path, "T.h5"),
-        essential(path, "Egt.h5"),
-        fundamental(path, "Fgt.h5"),
-        homography(path, "Hgt.h5"),
-        sizes(path, "sizes.h5"),
-        descriptors(path, "descriptors.h5"),
-        labels(path, "labels.h5"),
-        match_indices(path, "match_indices.h5") {}
+  Impl(const std::string& path, const CorrespondenceOptions& o) : folder(path), options(o) {}
 
   // All that this thread does with HDF5, closing included, happens under the lock.
   static void Destroy(std::unique_ptr<Impl> impl) {
@@ -145,10 +115,7 @@ struct CorrespondenceScene::Impl {
     impl.reset();
   }
 
-  std::array<LazyFile*, 13> Files() {
-    return {&matches,     &quality,    &similarities, &calibration, &rotations, &translations, &essential,
-            &fundamental, &homography, &sizes,        &descriptors, &labels,    &match_indices};
-  }
+  LazyFile& File(const std::string& name) { return files.try_emplace(name, folder, name).first->second; }
 
   void ReadProblem(const std::string& id, Problem* problem);
   void ReadTruth(const Example& example, GroundTruth* truth);
@@ -159,8 +126,7 @@ struct CorrespondenceScene::Impl {
   std::string folder, scene;
   CorrespondenceOptions options;
   std::vector<std::string> pairs;
-  LazyFile matches, quality, similarities, calibration, rotations, translations, essential, fundamental, homography,
-      sizes, descriptors, labels, match_indices;
+  std::map<std::string, LazyFile> files;
 };
 
 Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count) {
@@ -172,6 +138,7 @@ Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::strin
 }
 
 PointMatrix CorrespondenceScene::Impl::ReadSimilarities(const std::string& id, Eigen::Index count) {
+  LazyFile& similarities = File("similarities.h5");
   const Numbers numbers = similarities.Read(id);
   if (numbers.shape != std::vector<hsize_t>{static_cast<hsize_t>(count), 2})
     throw Error(similarities.Place(id) + ": expected " + std::to_string(count) +
@@ -182,6 +149,8 @@ PointMatrix CorrespondenceScene::Impl::ReadSimilarities(const std::string& id, E
 }
 
 void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* problem) {
+  LazyFile &matches = File("matches.h5"), &quality = File("match_conf.h5"), &calibration = File("K1_K2.h5"),
+           &sizes = File("sizes.h5"), &descriptors = File("descriptors.h5");
   const Numbers points = matches.Read(id);
   if (points.shape.size() != 2 || points.shape[1] != 4)
     throw Error(matches.Place(id) + ": expected Nx4 (x1 y1 x2 y2), found " + ShapeText(points));
@@ -191,7 +160,7 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* prob
     const Numbers ratios = ReadPerMatch(quality, id, count);
     problem->match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   }
-  if (similarities.exists()) problem->similarities = ReadSimilarities(id, count);
+  if (File("similarities.h5").exists()) problem->similarities = ReadSimilarities(id, count);
   if (calibration.exists()) {
     const Numbers both = calibration.ReadExactly(id, 18, "1x2x3x3 (K1, K2)");
     problem->cameras =
@@ -218,6 +187,7 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* prob
 }
 
 RigidMotion CorrespondenceScene::Impl::ReadCamera(const std::string& image) {
+  LazyFile &rotations = File("R.h5"), &translations = File("T.h5");
   RigidMotion camera;
   camera.rotation = rotations.ReadMatrix(image);
   if (!IsRotation(camera.rotation)) throw Error(rotations.Place(image) + ": not a rotation matrix");
@@ -228,18 +198,20 @@ RigidMotion CorrespondenceScene::Impl::ReadCamera(const std::string& image) {
 }
 
 void CorrespondenceScene::Impl::ReadTruth(const Example& example, GroundTruth* truth) {
+  LazyFile &rotations = File("R.h5"), &translations = File("T.h5"), &labels = File("labels.h5");
   if (rotations.exists() != translations.exists()) {
     const bool has_rotations = rotations.exists();
     throw Error((has_rotations ? translations : rotations).path() + ": no such file, but " +
                 (has_rotations ? "R.h5" : "T.h5") + " is there");
   }
   if (rotations.exists()) {
-    if (example.image1.empty()) throw Error(matches.Place(example.id) + ": expected the name of a pair, img1-img2");
+    if (example.image1.empty())
+      throw Error(File("matches.h5").Place(example.id) + ": expected the name of a pair, img1-img2");
     truth->motion = RelativeMotion(ReadCamera(example.image1), ReadCamera(example.image2));
   }
-  if (essential.exists()) truth->essential = essential.ReadMatrix(example.id);
-  if (fundamental.exists()) truth->fundamental = fundamental.ReadMatrix(example.id);
-  if (homography.exists()) truth->homography = homography.ReadMatrix(example.id);
+  if (File("Egt.h5").exists()) truth->essential = File("Egt.h5").ReadMatrix(example.id);
+  if (File("Fgt.h5").exists()) truth->fundamental = File("Fgt.h5").ReadMatrix(example.id);
+  if (File("Hgt.h5").exists()) truth->homography = File("Hgt.h5").ReadMatrix(example.id);
   if (labels.exists()) {
     for (double value : ReadPerMatch(labels, example.id, example.problem.points.rows()).values) {
       if (!(value >= 0.0 && value < 1e9)) throw Error(labels.Place(example.id) + ": expected labels 0, 1, ...");
@@ -253,15 +225,15 @@ CorrespondenceScene::CorrespondenceScene(const std::string& folder, const Corres
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   impl_ = std::make_unique<Impl>(folder, options);
   // The last part of the path also for "a/b/" and ".".
   const fs::path whole = fs::weakly_canonical(folder, code);
   impl_->scene = (code ? fs::path(folder) : whole).filename().string();
-  if (!impl_->matches.exists())
-    throw Error(impl_->matches.path() + ": no such file (no correspondences, or their writing was interrupted)");
-  impl_->pairs = impl_->matches.Names();
-  if (impl_->pairs.empty()) throw Error(impl_->matches.path() + ": holds no pairs");
+  LazyFile& matches = impl_->File("matches.h5");
+  if (!matches.exists())
+    throw Error(matches.path() + ": no such file (no correspondences, or their writing was interrupted)");
+  impl_->pairs = matches.Names();
+  if (impl_->pairs.empty()) throw Error(matches.path() + ": holds no pairs");
 }
 
 CorrespondenceScene::~CorrespondenceScene() {
@@ -281,7 +253,6 @@ Example CorrespondenceScene::Read(std::int64_t index) const {
   if (index < 0 || index >= size())
     throw Error(impl_->folder + ": no pair number " + std::to_string(index) + ", it holds " + std::to_string(size()));
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   Example example;
   example.problem.task = Task::kFundamental;
   example.problem.inlier_threshold = 1.0;
@@ -295,8 +266,7 @@ Example CorrespondenceScene::Read(std::int64_t index) const {
 
 MatchIndices CorrespondenceScene::ReadMatchIndices(const std::string& id, Eigen::Index num_matches) const {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
-  LazyFile& file = impl_->match_indices;
+  LazyFile& file = impl_->File("match_indices.h5");
   const Numbers numbers = file.Read(id);
   const auto count = static_cast<hsize_t>(num_matches);
   if (numbers.shape != std::vector<hsize_t>{count, 2})
@@ -311,7 +281,7 @@ MatchIndices CorrespondenceScene::ReadMatchIndices(const std::string& id, Eigen:
 
 void CorrespondenceScene::CloseFiles() const {
   const std::lock_guard lock(Hdf5Mutex());
-  for (LazyFile* file : impl_->Files()) file->Close();
+  for (auto& [name, file] : impl_->files) file.Close();
 }
 
 }  // namespace diffsac

@@ -1,5 +1,3 @@
-#include <H5Cpp.h>
-
 #include <array>
 #include <filesystem>
 #include <set>
@@ -13,59 +11,23 @@ namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-using Shape = std::vector<hsize_t>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr const char* kFiles[] = {"matches.h5",     "match_conf.h5",    "K1_K2.h5",       "R.h5",     "T.h5",
                                   "Egt.h5",         "Fgt.h5",           "Hgt.h5",         "sizes.h5", "labels.h5",
                                   "descriptors.h5", "match_indices.h5", "similarities.h5"};
 
-// One flat file that is being written, with a data set for each call.
-class FlatFile {
- public:
-  FlatFile(const std::string& file, const std::string& path) : output_(file, path) {}
-
-  void Put(const std::string& key, const double* values, const Shape& shape) {
-    Put(key, values, shape, H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE);
-  }
-  void Put(const std::string& key, const float* values, const Shape& shape) {
-    Put(key, values, shape, H5::PredType::IEEE_F32LE, H5::PredType::NATIVE_FLOAT);
-  }
-  void Put(const std::string& key, const std::int32_t* values, const Shape& shape) {
-    Put(key, values, shape, H5::PredType::STD_I32LE, H5::PredType::NATIVE_INT32);
-  }
-  void Put(const std::string& key, const Eigen::Matrix3d& matrix) {
-    const RowMajor3 rows = matrix;
-    Put(key, rows.data(), {3, 3});
-  }
-
-  void Close() { output_.Close(); }
-
- private:
-  void Put(const std::string& key, const void* values, const Shape& shape, const H5::PredType& stored,
-           const H5::PredType& native) {
-    output_.Put(key, stored, native, values, shape);
-  }
-
-  Hdf5Output output_;
-};
-
-// One file, whole or not at all.
-template <class Fill>
-void WriteFlatFile(const std::string& path, Fill fill) {
-  WriteFileAtomically(path, [&](const std::string& temporary) {
-    FlatFile file(temporary, path);
-    fill(file);
-    file.Close();
-  });
+void PutMatrix(Hdf5Output& file, const std::string& key, const Eigen::Matrix3d& matrix) {
+  const RowMajor3 rows = matrix;
+  file.Put(key, rows.data(), {3, 3});
 }
 
-void PutSizes(FlatFile& file, const std::string& id, const ImageSize& size1, const ImageSize& size2) {
+void PutSizes(Hdf5Output& file, const std::string& id, const ImageSize& size1, const ImageSize& size2) {
   const std::int32_t sizes[] = {size1.height, size1.width, size2.height, size2.width};
   file.Put(id, sizes, {4});
 }
 
-void PutRows(FlatFile& file, const std::string& id, const DescriptorMatrix& rows) {
+void PutRows(Hdf5Output& file, const std::string& id, const DescriptorMatrix& rows) {
   file.Put(id, rows.data(), {static_cast<hsize_t>(rows.rows()), static_cast<hsize_t>(rows.cols())});
 }
 
@@ -82,7 +44,7 @@ class SceneWriter {
   template <class Fill>
   void WriteFile(const char* name, Fill fill) const {
     if (only_check_) return;
-    WriteFlatFile(Path(name), fill);
+    WriteHdf5(Path(name), fill);
   }
 
   // The file, when all pairs have what it holds.
@@ -94,7 +56,7 @@ class SceneWriter {
     if (count < set_.pairs.size())
       throw Error(Path(name) + ": only " + std::to_string(count) + " of " + std::to_string(set_.pairs.size()) +
                   " pairs have a value for it");
-    WriteFile(name, [&](FlatFile& file) {
+    WriteFile(name, [&](Hdf5Output& file) {
       for (const Example& pair : set_.pairs) put(file, pair);
     });
   }
@@ -113,7 +75,7 @@ class SceneWriter {
   void WriteModel(const char* name, Member member) const {
     WriteOptional(
         name, [&](const Example& pair) { return (pair.truth.*member).has_value(); },
-        [&](FlatFile& file, const Example& pair) { file.Put(pair.id, *(pair.truth.*member)); });
+        [&](Hdf5Output& file, const Example& pair) { PutMatrix(file, pair.id, *(pair.truth.*member)); });
   }
 
   void WriteAll() const;
@@ -165,7 +127,7 @@ void SceneWriter::RemoveEarlierFiles() const {
 }
 
 void SceneWriter::WriteMatches() const {
-  WriteFile("matches.h5", [&](FlatFile& file) {
+  WriteFile("matches.h5", [&](Hdf5Output& file) {
     for (const Example& pair : set_.pairs)
       file.Put(pair.id, pair.problem.points.data(), {static_cast<hsize_t>(pair.problem.points.rows()), 4});
   });
@@ -174,18 +136,18 @@ void SceneWriter::WriteMatches() const {
 void SceneWriter::WriteInputs() const {
   WritePerMatch(
       "match_conf.h5", [](const Example& pair) { return pair.problem.match_ratio.size(); },
-      [](FlatFile& file, const Example& pair) {
+      [](Hdf5Output& file, const Example& pair) {
         file.Put(pair.id, pair.problem.match_ratio.data(), {static_cast<hsize_t>(pair.problem.match_ratio.size())});
       });
   WritePerMatch(
       "similarities.h5", [](const Example& pair) { return pair.problem.similarities.rows(); },
-      [](FlatFile& file, const Example& pair) {
+      [](Hdf5Output& file, const Example& pair) {
         const PointMatrix& rows = pair.problem.similarities;
         file.Put(pair.id, rows.data(), {static_cast<hsize_t>(rows.rows()), 2});
       });
   WriteOptional(
       "K1_K2.h5", [](const Example& pair) { return pair.problem.cameras.has_value(); },
-      [](FlatFile& file, const Example& pair) {
+      [](Hdf5Output& file, const Example& pair) {
         std::array<double, 18> both;
         Eigen::Map<RowMajor3>(both.data()) = pair.problem.cameras->K1;
         Eigen::Map<RowMajor3>(both.data() + 9) = pair.problem.cameras->K2;
@@ -193,22 +155,22 @@ void SceneWriter::WriteInputs() const {
       });
   WriteOptional(
       "sizes.h5", [](const Example& pair) { return pair.problem.size1.width > 0 && pair.problem.size2.width > 0; },
-      [](FlatFile& file, const Example& pair) { PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2); });
+      [](Hdf5Output& file, const Example& pair) { PutSizes(file, pair.id, pair.problem.size1, pair.problem.size2); });
 }
 
 void SceneWriter::WriteCameras() const {
   if (set_.cameras.empty()) return;
-  WriteFile("R.h5", [&](FlatFile& file) {
-    for (const auto& [image, camera] : set_.cameras) file.Put(image, camera.rotation);
+  WriteFile("R.h5", [&](Hdf5Output& file) {
+    for (const auto& [image, camera] : set_.cameras) PutMatrix(file, image, camera.rotation);
   });
-  WriteFile("T.h5", [&](FlatFile& file) {
+  WriteFile("T.h5", [&](Hdf5Output& file) {
     for (const auto& [image, camera] : set_.cameras) file.Put(image, camera.translation.data(), {3});
   });
 }
 
 void SceneWriter::WriteDescriptors() const {
   if (set_.descriptors) {
-    WriteFile("descriptors.h5", [&](FlatFile& file) {
+    WriteFile("descriptors.h5", [&](Hdf5Output& file) {
       for (std::size_t i = 0; i < set_.pairs.size(); ++i) {
         const DescriptorMatrix rows = set_.descriptors(i);
         if (rows.rows() != set_.pairs[i].problem.points.rows())
@@ -220,13 +182,13 @@ void SceneWriter::WriteDescriptors() const {
   }
   WritePerMatch(
       "descriptors.h5", [](const Example& pair) { return pair.problem.descriptors.rows(); },
-      [&](FlatFile& file, const Example& pair) { PutRows(file, pair.id, pair.problem.descriptors); });
+      [&](Hdf5Output& file, const Example& pair) { PutRows(file, pair.id, pair.problem.descriptors); });
 }
 
 void SceneWriter::WriteLabels() const {
   WritePerMatch(
       "labels.h5", [](const Example& pair) { return static_cast<Eigen::Index>(pair.truth.assignment.size()); },
-      [](FlatFile& file, const Example& pair) {
+      [](Hdf5Output& file, const Example& pair) {
         file.Put(pair.id, pair.truth.assignment.data(), {static_cast<hsize_t>(pair.truth.assignment.size())});
       });
 }
@@ -238,7 +200,7 @@ void SceneWriter::WriteMatchIndices() const {
   for (std::size_t i = 0; fits && i < count; ++i)
     fits = set_.match_indices[i].rows() == set_.pairs[i].problem.points.rows();
   if (!fits) throw Error(Path("match_indices.h5") + ": expected two keypoints for each match of each pair");
-  WriteFile("match_indices.h5", [&](FlatFile& file) {
+  WriteFile("match_indices.h5", [&](Hdf5Output& file) {
     for (std::size_t i = 0; i < count; ++i)
       file.Put(set_.pairs[i].id, set_.match_indices[i].data(), {static_cast<hsize_t>(set_.match_indices[i].rows()), 2});
   });
@@ -274,10 +236,10 @@ void AddDescriptors(const std::string& folder, const std::vector<PairSizes>& pai
                     const std::function<DescriptorMatrix(std::size_t)>& descriptors) {
   const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
   // The sizes go first: descriptors.h5 says that all is there.
-  WriteFlatFile(path("sizes.h5"), [&](FlatFile& file) {
+  WriteHdf5(path("sizes.h5"), [&](Hdf5Output& file) {
     for (const PairSizes& pair : pairs) PutSizes(file, pair.id, pair.size1, pair.size2);
   });
-  WriteFlatFile(path("descriptors.h5"), [&](FlatFile& file) {
+  WriteHdf5(path("descriptors.h5"), [&](Hdf5Output& file) {
     for (std::size_t i = 0; i < pairs.size(); ++i) PutRows(file, pairs[i].id, descriptors(i));
   });
 }

@@ -70,7 +70,8 @@ std::mutex& Hdf5Mutex() {
   // Links into other files: none of ours has them, and a strange file must not open others. Where one leads to no HDF5
   // file, version 1.10 of the library crashes when the program ends.
   static const herr_t no_external_links = H5Lunregister(H5L_TYPE_EXTERNAL);
-  static_cast<void>(no_external_links);
+  static const bool silent = (H5::Exception::dontPrint(), true);
+  static_cast<void>(no_external_links), static_cast<void>(silent);
   return mutex;
 }
 
@@ -132,12 +133,6 @@ std::string ReadText(const H5::Attribute& source, const std::string& place) {
   source.read(type, text.data());
   text.resize(std::min(text.find('\0'), text.size()));
   return text;
-}
-
-void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape) {
-  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-  const H5::DataSet data = group.createDataSet(name, H5::PredType::IEEE_F64LE, space, WithoutTimes());
-  if (space.getSimpleExtentNpoints() > 0) data.write(values, H5::PredType::NATIVE_DOUBLE);
 }
 
 H5::DSetCreatPropList WithoutTimes() {

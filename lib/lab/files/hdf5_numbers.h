@@ -2,14 +2,19 @@
 
 #include <H5Cpp.h>
 
+#include <cstdint>
 #include <mutex>
+#include <new>
 #include <string>
+#include <type_traits>
 #include <vector>
+
+#include "diffsac/core/status.h"
 
 namespace diffsac {
 
 /// Held by everything that calls HDF5, in every thread: the library is not thread-safe as distributions build it. The
-/// first call also makes links into other files fail to open.
+/// first call also makes links into other files fail to open, and the library silent.
 std::mutex& Hdf5Mutex();
 
 /// A data set or attribute, converted to double, row-major.
@@ -41,16 +46,48 @@ Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, cons
 /// library's own H5::Attribute::read writes several of them over what follows the first.
 std::string ReadText(const H5::Attribute& source, const std::string& place);
 
-/// A data set of doubles, row-major. Throws H5::Exception.
-void WriteNumbers(const H5::Group& group, const char* name, const double* values, const std::vector<hsize_t>& shape);
+/// How numbers lie in memory, and in the files that this machine writes.
+template <class Value>
+const H5::PredType& Hdf5Type() {
+  if constexpr (std::is_same_v<Value, double>) return H5::PredType::NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<Value, float>) return H5::PredType::NATIVE_FLOAT;
+  if constexpr (std::is_same_v<Value, std::int32_t>) return H5::PredType::NATIVE_INT32;
+  if constexpr (std::is_same_v<Value, std::int64_t>) return H5::PredType::NATIVE_INT64;
+  if constexpr (std::is_same_v<Value, std::uint64_t>) return H5::PredType::NATIVE_UINT64;
+  if constexpr (sizeof(Value) == 1) return H5::PredType::NATIVE_UINT8;
+}
 
 /// How a data set is created that does not say when it was: the same content is then the same file.
 H5::DSetCreatPropList WithoutTimes();
+
+/// A data set, row-major. Throws H5::Exception.
+template <class Value>
+void WriteNumbers(const H5::Group& group, const std::string& name, const Value* values,
+                  const std::vector<hsize_t>& shape, const H5::DSetCreatPropList& properties = WithoutTimes()) {
+  const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
+  const H5::DataSet data = group.createDataSet(name, Hdf5Type<Value>(), space, properties);
+  if (space.getSimpleExtentNpoints() > 0) data.write(values, Hdf5Type<Value>());
+}
 
 /// "3x4", or "a single number".
 std::string ShapeText(const Numbers& numbers);
 
 /// One line about an exception of the library.
 std::string Describe(const H5::Exception& e);
+
+/// What `call`, which reads by the library, returns. What the library throws becomes an Error that starts with `place`,
+/// which may be refined while it runs.
+template <class Call>
+auto WithClearErrors(const std::string& place, const Call& call) {
+  try {
+    return call();
+  } catch (const H5::FileIException& e) {
+    throw Error(place + ": not a readable HDF5 file, or truncated: " + Describe(e));
+  } catch (const H5::Exception& e) {
+    throw Error(place + ": damaged or truncated: " + Describe(e));
+  } catch (const std::bad_alloc&) {
+    throw Error(place + ": too large for the memory");
+  }
+}
 
 }  // namespace diffsac

@@ -13,7 +13,7 @@
 #include <mutex>
 
 #include "diffsac/core/status.h"
-#include "lab/files/hdf5_numbers.h"
+#include "lab/files/files.h"
 
 namespace diffsac {
 namespace {
@@ -146,7 +146,6 @@ H5::FileAccPropList Access(int* error) {
 Hdf5Output::Hdf5Output(const std::string& file, const std::string& path)
     : path_(path), error_(std::make_unique<int>(0)) {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
   errno = 0;
   try {
     file_ = std::make_unique<H5::H5File>(file, H5F_ACC_TRUNC, H5::FileCreatPropList::DEFAULT, Access(error_.get()));
@@ -171,15 +170,6 @@ void Hdf5Output::Use(const std::function<void(H5::H5File&)>& write) {
   CheckWritten();
 }
 
-void Hdf5Output::Put(const std::string& name, const H5::DataType& stored, const H5::DataType& native,
-                     const void* values, const std::vector<hsize_t>& shape) {
-  Use([&](H5::H5File& file) {
-    const H5::DataSpace space(static_cast<int>(shape.size()), shape.data());
-    const H5::DataSet data = file.createDataSet(name, stored, space, WithoutTimes());
-    if (space.getSimpleExtentNpoints() > 0) data.write(values, native);
-  });
-}
-
 void Hdf5Output::Close() {
   Use([](H5::H5File& file) { file.close(); });
 }
@@ -189,5 +179,13 @@ void Hdf5Output::CheckWritten() const {
 }
 
 void Hdf5Output::Fail(const std::string& cause) const { throw Error("cannot write '" + path_ + "': " + cause); }
+
+void WriteHdf5(const std::string& path, const std::function<void(Hdf5Output&)>& fill) {
+  WriteFileAtomically(path, [&](const std::string& temporary) {
+    Hdf5Output output(temporary, path);
+    fill(output);
+    output.Close();
+  });
+}
 
 }  // namespace diffsac

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "lab/files/hdf5_numbers.h"
+
 namespace diffsac {
 
 /// A new HDF5 file. The library does not survive a disk that fills: its destructors fail, and it crashes when the
@@ -24,8 +26,10 @@ class Hdf5Output {
   void Use(const std::function<void(H5::H5File&)>& write);
 
   /// A data set that does not say when it was made: the same content is the same file. Throws as Use does.
-  void Put(const std::string& name, const H5::DataType& stored, const H5::DataType& native, const void* values,
-           const std::vector<hsize_t>& shape);
+  template <class Value>
+  void Put(const std::string& name, const Value* values, const std::vector<hsize_t>& shape) {
+    Use([&](H5::H5File& file) { WriteNumbers(file, name, values, shape); });
+  }
 
   /// Throws Error when the file is not whole.
   void Close();
@@ -38,5 +42,8 @@ class Hdf5Output {
   std::unique_ptr<int> error_;  // The errno of the first call that failed; in one place while the driver knows it.
   std::unique_ptr<H5::H5File> file_;
 };
+
+/// The file with what `fill` puts into it, whole or not at all.
+void WriteHdf5(const std::string& path, const std::function<void(Hdf5Output&)>& fill);
 
 }  // namespace diffsac

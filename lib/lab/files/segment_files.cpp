@@ -4,7 +4,6 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
-#include "lab/files/files.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
@@ -75,8 +74,7 @@ void WriteEstimate(const H5::Group& group, const VanishingPointsEstimate& estima
 /// write(group, i): of each image.
 template <class Write>
 void WriteGroups(const std::string& path, const std::vector<ImageSegments>& images, const Write& write) {
-  WriteFileAtomically(path, [&](const std::string& temporary) {
-    Hdf5Output output(temporary, path);
+  WriteHdf5(path, [&](Hdf5Output& output) {
     output.Use([&](H5::H5File& file) {
       for (std::size_t i = 0; i < images.size(); ++i) {
         const H5::Group group = file.createGroup(images[i].name);
@@ -84,7 +82,6 @@ void WriteGroups(const std::string& path, const std::vector<ImageSegments>& imag
         write(group, i);
       }
     });
-    output.Close();
   });
 }
 
@@ -92,8 +89,7 @@ void WriteGroups(const std::string& path, const std::vector<ImageSegments>& imag
 
 std::vector<ImageSegments> ReadSegments(const std::string& path) {
   const std::lock_guard lock(Hdf5Mutex());
-  H5::Exception::dontPrint();
-  try {
+  return WithClearErrors(path, [&] {
     const H5::H5File file = OpenHdf5(path);
     std::vector<ImageSegments> images;
     for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
@@ -101,9 +97,7 @@ std::vector<ImageSegments> ReadSegments(const std::string& path) {
       images.push_back(ReadImage(file.openGroup(name), name, path + ":/" + name));
     }
     return images;
-  } catch (const H5::Exception& e) {
-    throw Error(path + ": not a readable HDF5 file of segments: " + Describe(e));
-  }
+  });
 }
 
 void WriteSegments(const std::string& path, const std::vector<ImageSegments>& images) {

@@ -21,8 +21,7 @@ namespace {
 void WriteMany(const std::string& path, int count) {
   Hdf5Output file(path, path);
   const std::vector<double> values(500, 1.5);
-  for (int i = 0; i < count; ++i)
-    file.Put("set" + std::to_string(i), H5::PredType::IEEE_F64LE, H5::PredType::NATIVE_DOUBLE, values.data(), {250, 2});
+  for (int i = 0; i < count; ++i) file.Put("set" + std::to_string(i), values.data(), {250, 2});
   file.Close();
 }
 
