@@ -2,25 +2,19 @@
 #include <ATen/Parallel.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <csignal>
 #include <iostream>
 #include <optional>
 
-#include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/process.h"
+#include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/evaluate.h"
 #include "lab/torch/process_group.h"
 
 namespace {
-
-std::atomic<bool> stop_requested{false};
-
-void RequestStop(int) { stop_requested = true; }
 
 /// The first copy's confidences of a diffusion method.
 std::optional<diffsac::ConfidenceTrace> Trace(const diffsac::RobustEstimator& method, const diffsac::Problem& problem,
@@ -110,10 +104,20 @@ void CheckAlone(const CLI::App& app) {
       throw CLI::ExcludesError("--merge", option->get_name());
 }
 
-void Parse(CLI::App* app, int argc, char** argv, diffsac::EvalRequest* request) {
-  app->parse(argc, argv);
-  CheckAlone(*app);
-  if (request->merge.empty() && request->config_path.empty()) throw CLI::RequiredError("--config");
+int Run(const CLI::App& app, diffsac::EvalRequest request, double timeout_s) {
+  CheckAlone(app);
+  if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
+  if (app.count("--device") > 0) request.training_device = request.context.device;
+  if (request.context.threads > 0) at::set_num_threads(request.context.threads);
+  diffsac::StopOnSignals();
+  const auto group = diffsac::JoinProcessGroup(timeout_s);
+  if (group) {
+    request.group = diffsac::WorkGroup{group->rank(), group->size(), diffsac::DefaultThreads(group->place()),
+                                       [&](const std::string& text) { return group->Gather(text); }};
+    request.context.device = diffsac::LocalDevice(group->place(), request.context.device);
+  }
+  diffsac::InitLogging("", group && !group->main());
+  return diffsac::Evaluate(request, Trace, diffsac::stop_requested, std::cout);
 }
 
 }  // namespace
@@ -130,29 +134,5 @@ int main(int argc, char** argv) {
   AddRunOptions(&app, &request);
   AddOutputOptions(&app, &request);
   AddJoiningOptions(&app, &request, &timeout_s);
-  try {
-    Parse(&app, argc, argv, &request);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "diffsac_eval: " << error.what() << std::endl;
-    return diffsac::kExitBadInput;
-  }
-  if (app.count("--device") > 0) request.training_device = request.context.device;
-  if (request.context.threads > 0) at::set_num_threads(request.context.threads);
-  std::signal(SIGINT, RequestStop);
-  std::signal(SIGTERM, RequestStop);
-  try {
-    const auto group = diffsac::JoinProcessGroup(timeout_s);
-    if (group) {
-      request.group = diffsac::WorkGroup{group->rank(), group->size(), diffsac::DefaultThreads(group->place()),
-                                         [&](const std::string& text) { return group->Gather(text); }};
-      request.context.device = diffsac::LocalDevice(group->place(), request.context.device);
-    }
-    diffsac::InitLogging("", group && !group->main());
-    return diffsac::Evaluate(request, Trace, stop_requested, std::cout);
-  } catch (const std::exception& error) {
-    std::cerr << "diffsac_eval: " << diffsac::MessageOf(error) << std::endl;
-    return diffsac::kExitBadInput;
-  }
+  return diffsac::RunProgram("diffsac_eval", &app, argc, argv, [&] { return Run(app, request, timeout_s); });
 }

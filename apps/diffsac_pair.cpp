@@ -3,9 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
@@ -15,6 +13,7 @@
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
+#include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/terminal_log.h"
@@ -46,10 +45,6 @@ constexpr const char* kFooter = R"(Examples:
   diffsac_pair --method                                    says which estimators there are
 Exit status: 0 a model (of many pairs, of one at least), 1 none, 2 bad input, 130 interrupted.
 More: docs/two_view.md)";
-
-std::atomic<bool> stop_requested{false};
-
-void RequestStop(int) { stop_requested = true; }
 
 struct Request {
   std::vector<std::string> images;
@@ -318,9 +313,13 @@ int RunMany(const Request& request) {
   return any ? kExitOk : kExitNoModel;
 }
 
-int Run(const Request& request) {
+int Run(const CLI::App& app, Request request) {
+  CheckUse(app, &request);
+  InitLogging("", false);
   if (request.only_rows) return ListRows(request);
-  return IsOnePair(request) ? RunTwo(request) : RunMany(request);
+  if (IsOnePair(request)) return RunTwo(request);
+  StopOnSignals();
+  return RunMany(request);
 }
 
 }  // namespace
@@ -336,24 +335,5 @@ int main(int argc, char** argv) {
   AddInput(&app, &request);
   AddEstimator(&app, &request);
   AddOutput(&app, &request);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "diffsac_pair: " << error.what() << std::endl;
-    return kExitBadInput;
-  }
-  try {
-    CheckUse(app, &request);
-    InitLogging("", false);
-    if (!IsOnePair(request)) {
-      std::signal(SIGINT, RequestStop);
-      std::signal(SIGTERM, RequestStop);
-    }
-    return Run(request);
-  } catch (const std::exception& error) {
-    std::cerr << "diffsac_pair: " << diffsac::MessageOf(error) << std::endl;
-    return kExitBadInput;
-  }
+  return RunProgram(kPairProgram, &app, argc, argv, [&] { return Run(app, request); });
 }

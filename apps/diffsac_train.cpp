@@ -1,16 +1,13 @@
 // Trains a learned method from a YAML configuration. See docs/configuration.md.
 #include <CLI/CLI.hpp>
 
-#include <atomic>
-#include <csignal>
 #include <iostream>
 
-#include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_engine.h"
-#include "lab/config/exit_codes.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
+#include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
@@ -23,10 +20,6 @@
 #include "lab/train/training_folder.h"
 
 namespace {
-
-std::atomic<bool> stop_requested{false};
-
-void RequestStop(int) { stop_requested = true; }
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -93,6 +86,9 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
 }
 
 int Run(const CommandLine& line) {
+  if (line.config_path.empty() && !(line.resume && !line.output.empty()))
+    throw CLI::RequiredError("--config, or --resume with --output,");
+  diffsac::StopOnSignals();
   diffsac::CheckDevice(line.device);
   diffsac::TrainRequest request = ReadRequest(line);
   // A run's own configuration may be run again in its folder.
@@ -113,7 +109,7 @@ int Run(const CommandLine& line) {
   diffsac::CheckStart(request);  // Before there is a log in the folder.
   if (main_process) diffsac::MakeWritableFolder(request.output);
   diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
-  const auto outcome = diffsac::Train(request, stop_requested);
+  const auto outcome = diffsac::Train(request, diffsac::stop_requested);
   if (main_process) std::cout << diffsac::ResultsText(request.output) << std::endl;
   return outcome == diffsac::TrainOutcome::kFinished ? diffsac::kExitOk : diffsac::kExitInterrupted;
 }
@@ -128,22 +124,5 @@ int main(int argc, char** argv) {
   app.footer(std::string(kExamples) + diffsac::kExitCodesHelp);
   CommandLine line;
   AddOptions(&app, &line);
-  try {
-    app.parse(argc, argv);
-    if (line.config_path.empty() && !(line.resume && !line.output.empty()))
-      throw CLI::RequiredError("--config, or --resume with --output,");
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "diffsac_train: " << error.what() << std::endl;
-    return diffsac::kExitBadInput;
-  }
-  std::signal(SIGINT, RequestStop);
-  std::signal(SIGTERM, RequestStop);
-  try {
-    return Run(line);
-  } catch (const std::exception& error) {
-    std::cerr << "diffsac_train: " << diffsac::MessageOf(error) << std::endl;
-    return diffsac::kExitBadInput;
-  }
+  return diffsac::RunProgram("diffsac_train", &app, argc, argv, [&] { return Run(line); });
 }

@@ -12,6 +12,7 @@
 #include "diffsac/diffsac.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/process.h"
+#include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/colours.h"
@@ -168,6 +169,7 @@ void WriteAll(const Request& request, const std::vector<VanishingImage>& found) 
 }
 
 int Run(Request request) {
+  InitLogging("", false);
   if (request.images.size() > 1) std::erase_if(request.images, PassOverOwnPicture);
   if (request.images.empty()) throw Error("expected an image");
   CheckNames(request);
@@ -200,19 +202,5 @@ int main(int argc, char** argv) {
       "read.\n"
       "More: docs/vanishing_points.md");
   AddOptions(&app, &request);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "diffsac_vanish: " << error.what() << std::endl;
-    return kExitBadInput;
-  }
-  try {
-    InitLogging("", false);
-    return Run(request);
-  } catch (const std::exception& error) {
-    std::cerr << "diffsac_vanish: " << MessageOf(error) << std::endl;
-    return kExitBadInput;
-  }
+  return RunProgram("diffsac_vanish", &app, argc, argv, [&] { return Run(request); });
 }

@@ -2,15 +2,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
 #include "diffsac/core/status.h"
-#include "lab/config/exit_codes.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/data/pair_scenes.h"
@@ -65,9 +63,7 @@ constexpr const char* kInspectExamples =
     "  diffsac_prepare inspect runs/pairs\n"
     "  diffsac_prepare inspect runs/pairs/photographs --picture matches.png --images photographs\n";
 
-std::atomic<bool> stop_requested{false};
-
-void RequestStop(int) { stop_requested = true; }
+using diffsac::stop_requested;
 
 struct InspectRequest {
   std::vector<std::string> folders;
@@ -320,23 +316,11 @@ int main(int argc, char** argv) {
   Requests requests;
   AddCommands(&app, &requests);
   HideEmptyDefaults(&app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "diffsac_prepare: " << error.what() << std::endl;
-    return kExitBadInput;
-  }
-  std::signal(SIGINT, RequestStop);
-  std::signal(SIGTERM, RequestStop);
-  try {
+  return diffsac::RunProgram("diffsac_prepare", &app, argc, argv, [&] {
+    diffsac::StopOnSignals();
     diffsac::InitLogging();
     // Images are spread over threads here.
     cv::setNumThreads(1);
     return Run(app.get_subcommands().front()->get_name(), requests);
-  } catch (const std::exception& error) {
-    std::cerr << "diffsac_prepare: " << diffsac::MessageOf(error) << std::endl;
-    return kExitBadInput;
-  }
+  });
 }
