@@ -3,7 +3,7 @@
 
 #include <iostream>
 
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"

@@ -8,6 +8,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/core/version.h"
+#include "diffsac/estimators/estimator.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "diffsac/geometry/vanishing_camera.h"
@@ -28,6 +29,10 @@
 /// the library. When nothing is wrong, fit by least squares; when you want another search, its options are plain
 /// structs (estimators/presets.h), and RobustEstimator is the interface of all.
 ///
+/// What a function needs besides points (a network, checked options, memory) is made at the first call and kept by the
+/// options that make it, so that a call costs no more than its estimate. An Estimator (estimators/estimator.h) is the
+/// same to hold yourself: made before the first problem comes, and for problems that are put together by hand.
+///
 /// Needs Eigen and TBB alone. Functions may be called from any number of threads. The same input, options and seed give
 /// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no
 /// sense, matrices K that are no calibration, ratios outside [0, 1], inputs of unlike lengths and models that are not
@@ -36,22 +41,6 @@
 /// Rows with a value that is not finite are left out. Rows that are equal are one point, with the best of their ratios,
 /// for all that is found and said. Masks and assignments have all N rows all the same.
 namespace diffsac {
-
-/// What every estimate may be told.
-struct EstimateOptions {
-  static constexpr int kMostIterations = 10'000'000;  ///< Of max_iterations.
-  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
-  /// the search is confident earlier.
-  int max_iterations = 0;
-  /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
-  /// points: whether a network chooses them; without one those of most segments are taken, by length.
-  bool use_network = true;
-  /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
-  std::string models_folder = {};
-  std::uint64_t seed = 0;  ///< Of all that is drawn.
-  /// Throws Error naming the field and what was expected.
-  void Check() const;
-};
 
 /// Of images.
 struct ImageOptions : EstimateOptions {

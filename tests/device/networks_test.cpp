@@ -149,7 +149,7 @@ std::vector<Denoised> Run(const NetworkOptions& options, const DenoisingOptions&
     sets.push_back(network->features.Compute(SolverSpace(example.problem), Rng(5).Fork("features")));
   const FeatureSet* pointers[] = {&sets[0], &sets[1]};
   const std::uint64_t seeds[] = {7, 8};
-  return network->Prepare(denoising)->Run(pointers, seeds, 1);
+  return network->Run(denoising, pointers, seeds, 1);
 }
 
 void CheckNear(const std::vector<float>& there, const std::vector<float>& here) {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "diffsac/core/safetensors.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "fuzz/fuzz_target.h"
 #include "lab/colmap/colmap_test_util.h"

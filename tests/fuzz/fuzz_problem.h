@@ -5,9 +5,9 @@
 
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
-#include "diffsac/consensus/structures/dgsac.h"
 #include "diffsac/consensus/structures/structures.h"
 #include "fuzz/byte_reader.h"
+#include "lab/baselines/dgsac.h"
 
 namespace diffsac::testing {
 

@@ -11,12 +11,12 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/logging.h"
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
 #include "lab/config/terminal_log.h"
-#include "lab/data/lru_cache.h"
 #include "lab/files/files.h"
 #include "lab/train/prefetcher.h"
 

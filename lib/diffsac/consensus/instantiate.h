@@ -1,7 +1,6 @@
 #pragma once
 
 #include "diffsac/consensus/sample_consensus_impl.h"
-#include "diffsac/consensus/structures/dgsac_impl.h"
 #include "diffsac/consensus/structures/structures_impl.h"
 
 /// Everything of this folder that is compiled for a model, in namespace diffsac.
@@ -10,5 +9,4 @@
       const PointMatrix&, double, MinimalSampler&, const ConsensusOptions&, const Rng&, const EstimationPriors&, int); \
   template StructuresResult FindStructures<Model>(const PointMatrix&, double, const SamplerOfRows&,                    \
                                                   const ConsensusOptions&, const StructureSearchOptions&, const Rng&,  \
-                                                  const EstimationPriors&);                                            \
-  template DgsacResult EstimateDgsac<Model>(const PointMatrix&, const DgsacOptions&, const Rng&);
+                                                  const EstimationPriors&);

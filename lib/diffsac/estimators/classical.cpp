@@ -38,7 +38,7 @@ std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size
 
 template <MinimalModel Model>
 Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
-  ConsensusOptions consensus = options.consensus;
+  ConsensusOptions consensus = OptionsOfProblem(space.problem(), options.consensus);
   consensus.max_iterations = options.max_iterations;
   if (options.structures.Several()) {
     const auto sampler_of = [&](const std::vector<int>& rows, int search) {

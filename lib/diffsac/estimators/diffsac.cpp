@@ -3,15 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
-#include <mutex>
 #include <utility>
 
-#include "diffsac/core/resources.h"
-#include "diffsac/estimators/classical.h"
-#include "diffsac/estimators/diffsac_engine.h"
-#include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
@@ -23,99 +16,11 @@
 namespace diffsac {
 namespace {
 
-/// Networks stay loaded: a second call costs no file.
-std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
-  static std::mutex mutex;
-  static std::map<std::string, std::shared_ptr<const DiffsacModel>> networks;
-  const std::lock_guard lock(mutex);
-  auto& network = networks[file];
-  if (network == nullptr) network = LoadDiffsac(ReadTrainedConfig(file, "diffsac", task), NetworkEngine::kAuto, "cpu");
-  return network;
-}
-
-/// The halves of a budget that the head and PROSAC draw.
-DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
-  DiffsacOptions learned = LearnedProsac(task);
-  if (options.max_iterations == 0) return learned;
-  learned.head_sets = (options.max_iterations + 1) / 2;
-  learned.extra_sets = options.max_iterations / 2;
-  learned.consensus.max_iterations = options.max_iterations;
-  learned.consensus.min_iterations = std::min(learned.consensus.min_iterations, options.max_iterations);
-  return learned;
-}
-
-ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& options) {
-  if (options.max_iterations == 0) return classical;
-  classical.max_iterations = options.max_iterations;
-  ConsensusOptions& consensus = classical.consensus;
-  consensus.min_iterations = std::min(consensus.min_iterations, options.max_iterations);
-  return classical;
-}
-
-bool HasNetwork(Task task) {
-  return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
-}
-
-/// Of two images in unlike units: residuals of E are of both, by their mean focal length, others in the smaller unit.
 using ImagePointsOf = Eigen::Matrix<double, Eigen::Dynamic, 2>;
 
-double LengthInResiduals(Task task, const ImagePointsOf& points1, const ImagePointsOf& points2,
-                         double (*length_of)(const ImagePointsOf&)) {
-  const double first = length_of(points1), second = length_of(points2);
-  return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
-}
-
-/// The ε for which a preset's least scale, and its greatest, would be right (FitScales).
-struct ScalesFor {
-  double least, greatest;
-};
-
-/// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
-/// the size of the data tells: then the range is wider, and ε only caps the mask. Scales that begin above the noise
-/// cost accuracy (docs/two_view.md), so that a greater ε does not move where they begin beyond the usual.
-ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
-  constexpr double kLeastShare = 0.2;
-  const double threshold = problem.inlier_threshold;
-  if (!asked || !IsTwoView(problem.task)) return {threshold, threshold};
-  const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
-                                                                        problem.points.rightCols(2), ShareOfExtent);
-  if (!(usual > 0.0)) return {threshold, threshold};
-  return {std::min(threshold, usual), std::max(threshold, kLeastShare * usual)};
-}
-
-Estimate RunWithin(const ScalesFor& scales, const Problem& problem, const EstimateOptions& options) {
-  if (!HasNetwork(problem.task) || !options.use_network) {
-    ClassicalOptions classical = WithBudget(RecommendedClassical(problem.task), options);
-    FitScales(problem.task, scales.least, scales.greatest, &classical.consensus);
-    return ClassicalEstimator(classical).Run(problem, options.seed);
-  }
-  const std::string model = ModelFile(problem.task, problem.match_ratio.size() > 0);
-  const auto network = NetworkOf(FindModel(model, options.models_folder), problem.task);
-  DiffsacOptions learned = LearnedOptionsOf(problem.task, options);
-  FitScales(problem.task, scales.least, scales.greatest, &learned.consensus);
-  return DiffsacEstimator(network, learned, 1).Run(problem, options.seed);
-}
-
-/// asked: whether somebody asked for the problem's threshold. Noise that turns out to be far above where a wide range
-/// begins is estimated from once more, with scales about it.
+/// asked: whether somebody asked for the problem's threshold.
 Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
-  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
-  const ScalesFor scales = ScalesOfProblem(problem, asked);
-  Estimate estimate = RunWithin(scales, problem, options);
-  if (estimate.status != Status::kOk || !(scales.least < scales.greatest) ||
-      !(estimate.noise_scale > kFar * scales.least))
-    return estimate;
-  const double suited = kSuited * estimate.noise_scale;
-  Estimate again = RunWithin({suited, suited}, problem, options);
-  if (again.status != Status::kOk) return estimate;
-  again.report.hypotheses += estimate.report.hypotheses;
-  again.report.draws += estimate.report.draws;
-  again.report.ms_total += estimate.report.ms_total;
-  return again;
-}
-
-Estimate RunForSeveral(const Problem& problem, const EstimateOptions& options) {
-  return ClassicalEstimator(WithBudget(SeveralStructures(problem.task), options)).Run(problem, options.seed);
+  return KeptEstimator(problem.task, options)->Run(problem, options.seed, asked);
 }
 
 void RequireOneEach(Eigen::Index rows, Eigen::Index points, const char* name) {
@@ -273,7 +178,7 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
 template <class Model>
 ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options,
                               const SceneFrame* frame = nullptr) {
-  Estimate estimate = RunForSeveral(problem, options);
+  Estimate estimate = KeptEstimator(problem.task, options, true)->Run(problem, options.seed);
   if (frame != nullptr) frame->Restore(&estimate);
   ModelsEstimate<Model> result;
   result.status = estimate.status;
@@ -309,11 +214,6 @@ Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, cons
 }
 
 }  // namespace
-
-void EstimateOptions::Check() const {
-  Require(max_iterations >= 0 && max_iterations <= kMostIterations, "max_iterations",
-          "from 0 to " + std::to_string(kMostIterations));
-}
 
 void ImageOptions::Check() const {
   EstimateOptions::Check();

@@ -38,10 +38,7 @@ DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, 
 
 DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network,
                                    const std::shared_ptr<const DiffsacOptions>& options, int threads)
-    : LearnedEstimator(LearnedOf(network), options, threads),
-      network_(std::move(network)),
-      options_(*options),
-      inference_(network_->Prepare(DenoisingOf(options_))) {}
+    : LearnedEstimator(LearnedOf(network), options, threads), network_(std::move(network)), options_(*options) {}
 
 void DiffsacEstimator::Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
                              std::span<Prediction> predictions) const {
@@ -53,7 +50,7 @@ void DiffsacEstimator::Infer(std::span<const SolverSpace> spaces, std::span<cons
       encoded[b].Choose(PointPrior(spaces[b], all, features()), options_.max_encoded_points, all);
     chosen.push_back(encoded[b].chosen() ? &encoded[b].features() : &all);
   }
-  std::vector<Denoised> denoised = inference_->Run(chosen, seeds, threads());
+  std::vector<Denoised> denoised = network_->Run(DenoisingOf(options_), chosen, seeds, threads());
   for (std::size_t b = 0; b < predictions.size(); ++b) {
     if (encoded[b].chosen()) encoded[b].GiveToAll(&denoised[b]);
     predictions[b].weights = std::move(denoised[b].weights);
@@ -116,7 +113,7 @@ std::optional<ConfidenceSteps> DiffsacEstimator::Trace(const Problem& problem, s
   const FeatureSet* row = all.data();
   DenoisingOptions denoising = DenoisingOf(options_);
   denoising.keep_steps = true;
-  Denoised denoised = std::move(network_->Prepare(denoising)->Run({&row, 1}, {&seed, 1}, 1).front());
+  Denoised denoised = std::move(network_->Run(denoising, {&row, 1}, {&seed, 1}, 1).front());
   ConfidenceSteps steps;
   steps.copies = options_.copies;
   steps.timesteps = std::move(denoised.times);

@@ -33,7 +33,7 @@ class DiffsacEstimator : public LearnedEstimator {
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
-  bool NetworkBatches() const override { return inference_->Batches(); }
+  bool NetworkBatches() const override { return network_->Batches(); }
   void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
              std::span<Prediction> predictions) const override;
   std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override;
@@ -47,7 +47,6 @@ class DiffsacEstimator : public LearnedEstimator {
 
   std::shared_ptr<const DiffsacModel> network_;
   const DiffsacOptions& options_;  ///< What LearnedEstimator holds.
-  std::unique_ptr<DiffsacInference> inference_;
 };
 
 }  // namespace diffsac

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "diffsac/core/options.h"
+#include "diffsac/core/registry.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/network/diffusion/reverse_sampler.h"
 #include "diffsac/network/engine/network_options.h"
@@ -28,25 +32,49 @@ struct Denoised {
   std::vector<double> times;              ///< Diffusion times of these.
 };
 
-/// A network and what it is asked for. Stateless: one may serve many threads.
-class DiffsacInference {
- public:
-  virtual ~DiffsacInference() = default;
-  /// Whether several problems at once take less time than one after the other.
-  virtual bool Batches() const = 0;
-  /// features: of any number of problems; a problem's noise depends on its own seed alone. threads: of those that it
-  /// makes itself (LibTorch uses its own).
-  virtual std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,
-                                    int threads) const = 0;
-};
-
-/// A trained denoiser, whatever computes it: DiffsacNetwork (lab/torch, LibTorch) or FusedDiffsac (plain C++).
+/// A trained denoiser, whatever computes it: DiffsacNetwork (lab/torch, LibTorch) or FusedDiffsac (plain C++). Many
+/// threads may call it.
 class DiffsacModel {
  public:
   virtual ~DiffsacModel() = default;
   virtual const LearnedModel& learned() const = 0;
   virtual const NetworkOptions& network_options() const = 0;
-  virtual std::unique_ptr<DiffsacInference> Prepare(const DenoisingOptions& options) const = 0;
+  /// Throws Error on a sampler of more steps than the network's schedule has.
+  virtual void Check(const ReverseSamplerOptions& sampler) const = 0;
+  /// Whether several problems at once take less time than one after the other.
+  virtual bool Batches() const = 0;
+  /// features: of any number of problems; a problem's noise depends on its own seed alone. threads: of those that it
+  /// makes itself (LibTorch uses its own).
+  virtual std::vector<Denoised> Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+                                    std::span<const std::uint64_t> seeds, int threads) const = 0;
 };
+
+/// What computes a network.
+///   kAuto      "auto": `fused` on the CPU for the architectures that it has, else `libtorch`
+///   kFused     "fused": plain C++ (network/engine/fused_denoiser.h), one problem a thread
+///   kLibTorch  "libtorch": any architecture, any device, batches
+enum class NetworkEngine { kAuto, kFused, kLibTorch };
+template <>
+inline constexpr auto kEnumNames<NetworkEngine> = NamesOf<NetworkEngine>({{NetworkEngine::kAuto, "auto"},
+                                                                          {NetworkEngine::kFused, "fused"},
+                                                                          {NetworkEngine::kLibTorch, "libtorch"}});
+
+/// A framework that computes networks; registered where a program is linked with it (lab/torch).
+struct DiffsacEngine {
+  static constexpr const char* kKind = "network engine";
+  std::function<bool(const std::string& device)> on_cpu;  ///< Throws Error for a device that is not there.
+  std::function<std::shared_ptr<const DiffsacModel>(const TrainedConfig&, const std::string& device)> load;
+};
+
+/// Throws Error for a text that names no device, and for a device that is not there.
+void CheckDevice(const std::string& device);
+
+/// The network of a checkpoint, with its averaged weights. device: "auto", "cpu", "cuda" or "cuda:1". Throws Error
+/// naming the file, or the row's key where the engine has not the architecture or the device.
+std::shared_ptr<const DiffsacModel> LoadDiffsac(const TrainedConfig& trained, NetworkEngine engine,
+                                                const std::string& device);
+
+/// That network by `fused`, for architectures that FusedDenoiser has (fused_diffsac.cpp).
+std::shared_ptr<const DiffsacModel> LoadFusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options);
 
 }  // namespace diffsac

@@ -71,6 +71,7 @@ void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
   need_head(options.weighted_fit, "learned_refit");
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
+  network.Check(options.sampler);
   const int set_size = MinimalSetSize(ModelFromString(network.learned().task, options.model));
   for (const auto& [key, count] : {std::pair{"max_decoded_points", options.max_decoded_points},
                                    {"max_encoded_points", options.max_encoded_points}})

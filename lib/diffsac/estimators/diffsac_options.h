@@ -2,7 +2,7 @@
 
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/options.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/estimators/learned_estimator.h"
 #include "diffsac/network/diffusion/reverse_sampler.h"
 

@@ -1,16 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
-#include <mutex>
+#include <tuple>
 #include <utility>
 
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/resources.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
-#include "diffsac/estimators/vanishing_point_chooser.h"
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/tasks.h"
@@ -25,25 +24,20 @@ constexpr double kSameHorizon = 0.01;
 /// Of log f before anything is seen.
 const double kFocalLogSigma = ConsensusOptions().focal_log_sigma;
 
-/// Networks stay loaded: a second call costs no file.
-void UseLoadedChooser(StructureSearchOptions* options) {
-  static std::mutex mutex;
-  static std::map<std::string, std::shared_ptr<const StructureChooser>> choosers;
-  const std::lock_guard lock(mutex);
-  auto& chooser = choosers[options->chooser];
-  options->chosen_by = chooser;
-  LoadChooser(options);
-  chooser = options->chosen_by;
-}
-
-ClassicalOptions SearchOf(const VanishingPointOptions& options) {
-  std::string chooser;
-  if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
-  ClassicalOptions search = VanishingPoints(chooser);
-  search.structures.least_value = options.least_value;
-  if (options.max_iterations > 0) search.max_iterations = options.max_iterations;
-  UseLoadedChooser(&search.structures);
-  return search;
+/// Kept by what it is made of.
+std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& options) {
+  using Key = std::tuple<bool, bool, double, int, std::string>;
+  static LruCache<ClassicalEstimator, Key> kept(32);
+  return kept.Get(
+      {options.use_network, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
+      [&] {
+        std::string chooser;
+        if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
+        ClassicalOptions search = VanishingPoints(chooser);
+        search.structures.least_value = options.least_value;
+        if (options.max_iterations > 0) search.max_iterations = options.max_iterations;
+        return std::make_shared<const ClassicalEstimator>(search);
+      });
 }
 
 Problem ProblemOf(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments, const VanishingPointOptions& options) {
@@ -96,7 +90,7 @@ VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eige
   VanishingPointOptions options = given;
   if (options.K) options.K = CheckedCalibration(*options.K, "K");
   const Problem problem = ProblemOf(segments, options);
-  Estimate found = ClassicalEstimator(SearchOf(options)).Run(problem, options.seed);
+  Estimate found = SearchOf(options)->Run(problem, options.seed);
   VanishingPointsEstimate estimate;
   estimate.status = found.status;
   estimate.cost = found.report;

@@ -44,4 +44,10 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   return priors;
 }
 
+ConsensusOptions OptionsOfProblem(const Problem& problem, ConsensusOptions options) {
+  options.least_scale *= problem.least_scale_factor;
+  options.greatest_scale *= problem.greatest_scale_factor;
+  return options;
+}
+
 }  // namespace diffsac

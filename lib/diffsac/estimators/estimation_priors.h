@@ -12,4 +12,7 @@ double InlierProbabilityOfRatio(double ratio);
 /// What the search for a problem's model may know beside its points, as the options ask for it.
 EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOptions& options);
 
+/// The options with the noise scales of this problem.
+ConsensusOptions OptionsOfProblem(const Problem& problem, ConsensusOptions options);
+
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "diffsac/estimators/fused_diffsac.h"
+#include "diffsac/estimators/diffsac_model.h"
 
 #include <limits>
 #include <mutex>
@@ -9,6 +9,7 @@
 #include "diffsac/estimators/point_prior.h"
 #include "diffsac/network/diffusion/confidence_rows.h"
 #include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/network/engine/fused_denoiser.h"
 
 namespace diffsac {
 namespace {
@@ -51,16 +52,23 @@ class FusedDiffsac : public DiffsacModel {
 
   const LearnedModel& learned() const override { return learned_; }
   const NetworkOptions& network_options() const override { return options_; }
-  std::unique_ptr<DiffsacInference> Prepare(const DenoisingOptions& options) const override;
+  void Check(const ReverseSamplerOptions& sampler) const override { MakeConfidenceSampler(sampler, schedule_); }
+  bool Batches() const override { return false; }
+  std::vector<Denoised> Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+                            std::span<const std::uint64_t> seeds, int threads) const override;
 
-  const NoiseSchedule& schedule() const { return schedule_; }
   const FusedDenoiser& denoiser() const { return *denoiser_; }
 
  private:
+  /// sampler: null for no copies.
+  Denoised RunOne(const DenoisingOptions& options, const ConfidenceSampler* sampler, const FeatureSet& features,
+                  std::uint64_t seed) const;
+
   LearnedModel learned_;
   NetworkOptions options_;
   NoiseSchedule schedule_;
   std::unique_ptr<FusedDenoiser> denoiser_;
+  mutable Workspaces workspaces_;
 };
 
 /// One problem on its way back from noise. Its noise is that of all its points, of which only some may be decoded.
@@ -140,40 +148,26 @@ class Denoising {
   std::vector<int> kept_;  ///< Places of the decoded points; empty: all are.
 };
 
-class FusedInference : public DiffsacInference {
- public:
-  FusedInference(const FusedDiffsac& network, const DenoisingOptions& options)
-      : network_(network), options_(options), sampler_(MakeConfidenceSampler(options.sampler, network.schedule())) {}
+std::vector<Denoised> FusedDiffsac::Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+                                        std::span<const std::uint64_t> seeds, int threads) const {
+  std::unique_ptr<ConfidenceSampler> sampler;
+  if (options.copies > 0) sampler = MakeConfidenceSampler(options.sampler, schedule_);
+  std::vector<Denoised> results(features.size());
+  ParallelFor(static_cast<std::int64_t>(features.size()), threads,
+              [&](std::int64_t b) { results[b] = RunOne(options, sampler.get(), *features[b], seeds[b]); });
+  return results;
+}
 
-  bool Batches() const override { return false; }
-  std::vector<Denoised> Run(std::span<const FeatureSet* const> features, std::span<const std::uint64_t> seeds,
-                            int threads) const override {
-    std::vector<Denoised> results(features.size());
-    ParallelFor(static_cast<std::int64_t>(features.size()), threads,
-                [&](std::int64_t b) { results[b] = RunOne(*features[b], seeds[b]); });
-    return results;
-  }
-
- private:
-  Denoised RunOne(const FeatureSet& features, std::uint64_t seed) const {
-    auto work = workspaces_.Take();
-    network_.denoiser().Encode(features.values.data(), static_cast<int>(features.values.rows()), work.get());
-    Denoised result;
-    result.weights = work->logits;
-    network_.denoiser().kernels().sigmoid(result.weights.data(), result.weights.size());
-    if (options_.copies > 0) Denoising(network_, options_, seed, work.get()).Run(*sampler_, &result);
-    workspaces_.GiveBack(std::move(work));
-    return result;
-  }
-
-  const FusedDiffsac& network_;
-  DenoisingOptions options_;
-  std::unique_ptr<ConfidenceSampler> sampler_;
-  mutable Workspaces workspaces_;
-};
-
-std::unique_ptr<DiffsacInference> FusedDiffsac::Prepare(const DenoisingOptions& options) const {
-  return std::make_unique<FusedInference>(*this, options);
+Denoised FusedDiffsac::RunOne(const DenoisingOptions& options, const ConfidenceSampler* sampler,
+                              const FeatureSet& features, std::uint64_t seed) const {
+  auto work = workspaces_.Take();
+  denoiser_->Encode(features.values.data(), static_cast<int>(features.values.rows()), work.get());
+  Denoised result;
+  result.weights = work->logits;
+  denoiser_->kernels().sigmoid(result.weights.data(), result.weights.size());
+  if (sampler != nullptr) Denoising(*this, options, seed, work.get()).Run(*sampler, &result);
+  workspaces_.GiveBack(std::move(work));
+  return result;
 }
 
 }  // namespace

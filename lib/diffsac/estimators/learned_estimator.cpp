@@ -200,7 +200,8 @@ Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction&
                                             structures_, rng.Fork("consensus"), priors));
   }
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, options_->consensus,
+  const ConsensusOptions consensus = OptionsOfProblem(space.problem(), options_->consensus);
+  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
                                                       rng.Fork("consensus"), priors));
 }
 

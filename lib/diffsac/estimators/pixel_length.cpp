@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "diffsac/problem/tasks.h"
+
 namespace diffsac {
 namespace {
 
@@ -30,6 +32,13 @@ double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
   if (median >= kNearest && median <= kFarthest) return 1.0;
   const double share = ShareOfExtent(points);
   return share > 0.0 ? share : 1.0;
+}
+
+double LengthInResiduals(Task task, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points1,
+                         const Eigen::Matrix<double, Eigen::Dynamic, 2>& points2,
+                         double (*length_of)(const Eigen::Matrix<double, Eigen::Dynamic, 2>&)) {
+  const double first = length_of(points1), second = length_of(points2);
+  return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
 }
 
 }  // namespace diffsac

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "diffsac/problem/problem.h"
+
 namespace diffsac {
 
 /// The value that so large a share of those that are finite is below; 0 without any.
@@ -16,5 +18,11 @@ double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
 /// coordinate, as pixels of photographs are; else (coordinates from 0 to 1, normalised or in millimetres, film at its
 /// full resolution) ShareOfExtent, or 1 where that is 0.
 double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
+
+/// One of the two lengths, of two images in unlike units: residuals of E are of both, by their mean focal length,
+/// others in the smaller unit.
+double LengthInResiduals(Task task, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points1,
+                         const Eigen::Matrix<double, Eigen::Dynamic, 2>& points2,
+                         double (*length_of)(const Eigen::Matrix<double, Eigen::Dynamic, 2>&));
 
 }  // namespace diffsac

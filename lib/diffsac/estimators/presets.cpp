@@ -76,11 +76,6 @@ double UsualThreshold(Task task) {
   return task == Task::kAbsolutePose ? 4.0 : 1.0;
 }
 
-void FitScales(Task task, double least, double greatest, ConsensusOptions* consensus) {
-  consensus->least_scale *= least / UsualThreshold(task);
-  consensus->greatest_scale *= greatest / UsualThreshold(task);
-}
-
 ClassicalOptions RecommendedClassical(Task task) {
   if (task == Task::kLine || task == Task::kPlane) return RecommendedForPoints();
   ClassicalOptions options = LoRansacOptions(task);

@@ -24,13 +24,9 @@ inline constexpr auto kEnumNames<Preset> = NamesOf<Preset>({{Preset::kDefault, "
                                                             {Preset::kSeveral, "several"},
                                                             {Preset::kPaper, "paper"}});
 
-/// ε where nobody says another, in pixels: 1, for homographies 3 and for absolute poses 4. The presets are made for it.
+/// ε where nobody says another, in pixels: 1, for homographies 3 and for absolute poses 4. The presets are made for it:
+/// their noise scales are in pixels, and suit it. Nothing else in a preset has a unit.
 double UsualThreshold(Task task);
-
-/// A preset's noise scales are in pixels, and suit its UsualThreshold. Here they go with what stands for that, in the
-/// unit of the points: `least` for the smallest scale, `greatest` for the greatest one. Nothing else in a preset has a
-/// unit.
-void FitScales(Task task, double least, double greatest, ConsensusOptions* consensus);
 
 /// The recommended search without a network. Two views: PROSAC's samples (uniform ones without matching ratios), up to
 /// 1000 until confident, scored by MSAC over noise scales between `least_scale` and `greatest_scale` pixels, for F and

@@ -72,6 +72,10 @@ struct Problem {
   CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
+  /// By what the noise scales of an estimator's options (ConsensusOptions::least_scale and greatest_scale) are
+  /// multiplied: 1 where they are made for this problem.
+  double least_scale_factor = 1.0;
+  double greatest_scale_factor = 1.0;
 };
 
 /// Whether the problem has what its task needs beside its points: the essential matrix, cameras.

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "diffsac/consensus/structures/dgsac.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/baselines/dgsac.h"
 
 namespace diffsac {
 
@@ -25,7 +25,7 @@ struct DgsacEstimatorOptions {
 /// Defaults: `consensus` as in `lo_ransac` rows (classical.h), for all models.
 DgsacEstimatorOptions DefaultDgsacOptions(Task task);
 
-/// DGSAC as a row (consensus/structures/dgsac.h): its multi-structure result becomes one model by `choose`. The mask
+/// DGSAC as a row (dgsac.h): its multi-structure result becomes one model by `choose`. The mask
 /// that is reported is at the problem's threshold, as every row's; the score is the inlier count.
 class DgsacEstimator : public RobustEstimator {
  public:

@@ -1,7 +1,7 @@
 #include <memory>
 
-#include "diffsac/estimators/diffsac_engine.h"
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/estimators/presets.h"
 #include "lab/config/registered_learned_estimator.h"
 #include "lab/config/row_keys.h"

@@ -1,7 +1,7 @@
 #include "lab/config/make_estimator.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/estimators/learned_model.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/config/paths.h"

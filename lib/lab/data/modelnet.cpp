@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/depth_buffer.h"
-#include "lab/data/lru_cache.h"
 #include "lab/data/mesh_surface.h"
 
 namespace diffsac {

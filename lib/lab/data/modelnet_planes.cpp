@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "diffsac/core/lru_cache.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
-#include "lab/data/lru_cache.h"
 #include "lab/data/mesh_planes.h"
 #include "lab/data/structure_sizes.h"
 #include "lab/data/synthetic_points.h"

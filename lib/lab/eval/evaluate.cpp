@@ -7,7 +7,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"

@@ -1,9 +1,11 @@
-#include "lab/torch/diffsac_denoising.h"
+#include "lab/torch/diffsac_network.h"
 
 #include <torch/torch.h>
 
 #include <limits>
 #include <utility>
+
+#include "lab/torch/tensor_sampler.h"
 
 namespace diffsac {
 namespace {
@@ -121,23 +123,24 @@ std::vector<float> RowsOf(const torch::Tensor& all, std::int64_t b, std::int64_t
 
 }  // namespace
 
-TensorInference::TensorInference(const DiffsacNetwork& network, const DenoisingOptions& options)
-    : network_(network), options_(options), sampler_(MakeReverseSampler(options.sampler, network.schedule)) {}
+void DiffsacNetwork::Check(const ReverseSamplerOptions& sampler) const { MakeReverseSampler(sampler, schedule); }
 
-std::vector<Denoised> TensorInference::Run(std::span<const FeatureSet* const> features,
-                                           std::span<const std::uint64_t> seeds, int) const {
+std::vector<Denoised> DiffsacNetwork::Run(const DenoisingOptions& denoising,
+                                          std::span<const FeatureSet* const> features,
+                                          std::span<const std::uint64_t> seeds, int) const {
   const c10::InferenceMode inference;
-  network_.BeginCall();
-  const auto batch = MakePointBatch(features).To(network_.device);
-  auto context = network_.denoiser->Encode(batch);
+  BeginCall();
+  const auto batch = MakePointBatch(features).To(device);
+  auto context = denoiser->Encode(batch);
   std::vector<Denoised> results(features.size());
   if (context.inlier_logits.defined()) {
     const auto weights = context.inlier_logits.sigmoid().unsqueeze(1).to(torch::kCPU, torch::kFloat).contiguous();
     for (std::size_t b = 0; b < results.size(); ++b)
       results[b].weights = RowsOf(weights, static_cast<std::int64_t>(b), batch.lengths[b]);
   }
-  if (options_.copies == 0) return results;
-  const auto decoded = Denoising(network_, options_, batch, seeds, std::move(context)).Run(*sampler_);
+  if (denoising.copies == 0) return results;
+  const auto sampler = MakeReverseSampler(denoising.sampler, schedule);
+  const auto decoded = Denoising(*this, denoising, batch, seeds, std::move(context)).Run(*sampler);
   for (std::size_t b = 0; b < results.size(); ++b) {
     const auto problem = static_cast<std::int64_t>(b);
     results[b].confidences = RowsOf(decoded.final, problem, batch.lengths[b]);

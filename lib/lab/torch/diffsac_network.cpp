@@ -2,8 +2,7 @@
 
 #include <torch/torch.h>
 
-#include "diffsac/estimators/diffsac_engine.h"
-#include "lab/torch/diffsac_denoising.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "lab/torch/losses.h"
 
 namespace diffsac {
@@ -18,10 +17,6 @@ DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_op
 
 torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
   return options.loss == DiffusionLossKind::kBce ? LogitsToConfidence(output) : output;
-}
-
-std::unique_ptr<DiffsacInference> DiffsacNetwork::Prepare(const DenoisingOptions& denoising) const {
-  return std::make_unique<TensorInference>(*this, denoising);
 }
 
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const torch::Device& device) {

@@ -24,8 +24,11 @@ struct DiffsacNetwork : LearnedNetwork, DiffsacModel {
 
   const LearnedModel& learned() const override { return *this; }
   const NetworkOptions& network_options() const override { return options; }
-  /// Borrows the network.
-  std::unique_ptr<DiffsacInference> Prepare(const DenoisingOptions& denoising) const override;
+  void Check(const ReverseSamplerOptions& sampler) const override;
+  bool Batches() const override { return true; }
+  /// The paper's reverse process for a batch of problems at once, on the network's device (diffsac_denoising.cpp).
+  std::vector<Denoised> Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> features,
+                            std::span<const std::uint64_t> seeds, int threads) const override;
 };
 
 /// The network of a checkpoint that the method trained, with its averaged weights. Throws Error naming the file.

@@ -11,7 +11,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 #include "estimators/tiny_network.h"
 #include "lab/config/make_estimator.h"
 #include "lab/torch/checkpoint.h"

@@ -1,8 +1,8 @@
-#include "diffsac/estimators/diffsac_engine.h"
+#include "diffsac/estimators/diffsac_model.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/fused_diffsac.h"
 #include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/network/engine/fused_denoiser.h"
 
 namespace diffsac {
 namespace {

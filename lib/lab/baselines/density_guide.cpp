@@ -1,4 +1,4 @@
-#include "diffsac/consensus/structures/density_guide.h"
+#include "lab/baselines/density_guide.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/structures/residual_density.h"
+#include "lab/baselines/residual_density.h"
 
 #include <algorithm>
 #include <cmath>

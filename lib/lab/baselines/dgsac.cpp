@@ -1,4 +1,4 @@
-#pragma once
+#include "lab/baselines/dgsac.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,26 +7,26 @@
 #include <vector>
 
 #include "diffsac/consensus/scores/scorer.h"
-#include "diffsac/consensus/structures/density_guide.h"
-#include "diffsac/consensus/structures/dgsac.h"
-#include "diffsac/consensus/structures/residual_density.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/baselines/density_guide.h"
+#include "lab/baselines/residual_density.h"
 
 namespace diffsac {
-namespace dgsac_internal {
+namespace {
 
 /// Of the budget at most a quarter is drawn between two looks at the densities, so that three quarters are guided
 /// however few sets there are. The paper draws one for each point that is not explained.
-inline constexpr int kRoundsOfBudget = 4;
+constexpr int kRoundsOfBudget = 4;
 /// A point is explained once a round with a set of its own raises its explanation (DensityGuide) by no more than this
 /// share.
-inline constexpr double kExplainedChange = 0.01;
+constexpr double kExplainedChange = 0.01;
 /// T, hypotheses that a point prefers.
-inline constexpr int kPreferred = 5;
+constexpr int kPreferred = 5;
 /// Least contrast of a hypothesis (InlierExtent); less is a flat density.
-inline constexpr double kMinContrast = 3.0;
+constexpr double kMinContrast = 3.0;
 /// Correlation from which two hypotheses stand for one structure.
-inline constexpr double kSameStructure = 0.15;
-inline constexpr std::size_t kMostStructures = 20;
+constexpr double kSameStructure = 0.15;
+constexpr std::size_t kMostStructures = 20;
 
 /// One run over one point set: sampling in rounds, then selection, then the refit.
 template <MinimalModel Model>
@@ -243,7 +243,7 @@ class DgsacRun {
   StopReason stop_ = StopReason::kNotRun;
 };
 
-}  // namespace dgsac_internal
+}  // namespace
 
 template <MinimalModel Model>
 DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options, const Rng& rng) {
@@ -254,10 +254,32 @@ DgsacResult EstimateDgsac(const PointMatrix& points, const DgsacOptions& options
   result.status = Status::kNoModel;
   // Every hypothesis goes through all γ points: their residuals say nothing.
   if (points.rows() <= Model::kMinimalSize) return result;
-  dgsac_internal::DgsacRun<Model> run(points, options, rng);
+  DgsacRun<Model> run(points, options, rng);
   run.Sample();
   run.Finish(&result);
   return result;
+}
+
+template DgsacResult EstimateDgsac<Line>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Plane>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Homography>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Fundamental>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Essential>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<AbsolutePose>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<SharedFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<OneFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<VanishingPoint>(const PointMatrix&, const DgsacOptions&, const Rng&);
+
+void DgsacOptions::Bind(OptionsBinder& b) {
+  b.Field("max_iterations", max_iterations, Within(1, 1e6))
+      .Help("minimal sets: at most, or exactly so many with stopping: budget");
+  b.Field("stopping", stopping).Help("explained, the paper's: once another round explains fewer than γ points better");
+  b.Field("guided", guided).Help("false: uniform sets, for comparison");
+  b.Field("choose", choose).Help("the one model of data with several structures");
+  b.Field("refit", refit).Help("of each structure, on the inliers that its density tells");
+  b.Field("refit_rounds", refit_rounds, AtLeast(1))
+      .OnlyIf(refit == DgsacRefit::kDensity, "refit: density")
+      .Help("at most");
 }
 
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "diffsac/consensus/structures/dgsac.h"
+#include "lab/baselines/dgsac.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,8 +9,8 @@
 
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
-#include "diffsac/consensus/structures/density_guide.h"
-#include "diffsac/consensus/structures/residual_density.h"
+#include "lab/baselines/density_guide.h"
+#include "lab/baselines/residual_density.h"
 
 namespace diffsac {
 namespace {

@@ -1,0 +1,129 @@
+#include "diffsac/estimators/estimator.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "diffsac/core/lru_cache.h"
+#include "diffsac/core/resources.h"
+#include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimators/pixel_length.h"
+#include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/require.h"
+#include "diffsac/problem/tasks.h"
+
+namespace diffsac {
+namespace {
+
+constexpr int kMostKept = 32;
+
+/// Estimators of other options share it.
+std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task) {
+  static LruCache<DiffsacModel> networks(kMostKept);
+  return networks.Get(
+      file, [&] { return LoadDiffsac(ReadTrainedConfig(file, "diffsac", task), NetworkEngine::kAuto, "cpu"); });
+}
+
+/// The halves of a budget that the head and PROSAC draw.
+DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
+  DiffsacOptions learned = LearnedProsac(task);
+  if (options.max_iterations == 0) return learned;
+  learned.head_sets = (options.max_iterations + 1) / 2;
+  learned.extra_sets = options.max_iterations / 2;
+  learned.consensus.max_iterations = options.max_iterations;
+  learned.consensus.min_iterations = std::min(learned.consensus.min_iterations, options.max_iterations);
+  return learned;
+}
+
+ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& options) {
+  if (options.max_iterations == 0) return classical;
+  classical.max_iterations = options.max_iterations;
+  ConsensusOptions& consensus = classical.consensus;
+  consensus.min_iterations = std::min(consensus.min_iterations, options.max_iterations);
+  return classical;
+}
+
+bool HasNetwork(Task task) {
+  return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
+}
+
+/// The ε for which a preset's least scale, and its greatest, would be right.
+struct ScalesFor {
+  double least, greatest;
+};
+
+/// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
+/// the size of the data tells: then the range is wider, and ε only caps the mask. Scales that begin above the noise
+/// cost accuracy (docs/two_view.md), so that a greater ε does not move where they begin beyond the usual.
+ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
+  constexpr double kLeastShare = 0.2;
+  const double threshold = problem.inlier_threshold;
+  if (!asked || !IsTwoView(problem.task)) return {threshold, threshold};
+  const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
+                                                                        problem.points.rightCols(2), ShareOfExtent);
+  if (!(usual > 0.0)) return {threshold, threshold};
+  return {std::min(threshold, usual), std::max(threshold, kLeastShare * usual)};
+}
+
+}  // namespace
+
+void EstimateOptions::Check() const {
+  Require(max_iterations >= 0 && max_iterations <= kMostIterations, "max_iterations",
+          "from 0 to " + std::to_string(kMostIterations));
+}
+
+Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
+    : task_(task), options_(options), several_(several) {
+  options.Check();
+}
+
+std::shared_ptr<const RobustEstimator> Estimator::Make(bool rated) const {
+  if (several_) return std::make_shared<ClassicalEstimator>(WithBudget(SeveralStructures(task_), options_));
+  if (!HasNetwork(task_) || !options_.use_network)
+    return std::make_shared<ClassicalEstimator>(WithBudget(RecommendedClassical(task_), options_));
+  const auto network = NetworkOf(FindModel(ModelFile(task_, rated), options_.models_folder), task_);
+  return std::make_shared<DiffsacEstimator>(network, LearnedOptionsOf(task_, options_), 1);
+}
+
+const RobustEstimator& Estimator::For(bool rated) const {
+  const std::lock_guard lock(mutex_);
+  auto& made = made_[rated ? 1 : 0];
+  if (made == nullptr) made = Make(rated);
+  return *made;
+}
+
+/// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.
+Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
+  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
+  Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
+  const RobustEstimator& estimator = For(problem.match_ratio.size() > 0);
+  if (several_) return estimator.Run(problem, seed);
+  Problem scaled = problem;
+  const auto run = [&](const ScalesFor& scales) {
+    scaled.least_scale_factor = scales.least / UsualThreshold(task_);
+    scaled.greatest_scale_factor = scales.greatest / UsualThreshold(task_);
+    return estimator.Run(scaled, seed);
+  };
+  const ScalesFor scales = ScalesOfProblem(problem, threshold_asked);
+  Estimate estimate = run(scales);
+  if (estimate.status != Status::kOk || !(scales.least < scales.greatest) ||
+      !(estimate.noise_scale > kFar * scales.least))
+    return estimate;
+  const double suited = kSuited * estimate.noise_scale;
+  Estimate again = run({suited, suited});
+  if (again.status != Status::kOk) return estimate;
+  again.report.hypotheses += estimate.report.hypotheses;
+  again.report.draws += estimate.report.draws;
+  again.report.ms_total += estimate.report.ms_total;
+  return again;
+}
+
+std::shared_ptr<const Estimator> KeptEstimator(Task task, const EstimateOptions& options, bool several) {
+  using Key = std::tuple<Task, bool, int, bool, std::string>;
+  static LruCache<Estimator, Key> kept(kMostKept);
+  return kept.Get({task, several, options.max_iterations, options.use_network, options.models_folder},
+                  [&] { return std::make_shared<const Estimator>(task, options, several); });
+}
+
+}  // namespace diffsac

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/problem.h"
+
+namespace diffsac {
+
+/// What every estimate may be told.
+struct EstimateOptions {
+  static constexpr int kMostIterations = 10'000'000;  ///< Of max_iterations.
+  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
+  /// the search is confident earlier.
+  int max_iterations = 0;
+  /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
+  /// points: whether a network chooses them; without one those of most segments are taken, by length.
+  bool use_network = true;
+  /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
+  std::string models_folder = {};
+  std::uint64_t seed = 0;  ///< Of all that is drawn.
+  /// Throws Error naming the field and what was expected.
+  void Check() const;
+};
+
+/// What the functions of diffsac.h run, made once for any number of problems of a task:
+///
+/// ```
+/// const diffsac::Estimator estimator(diffsac::Task::kEssential);
+/// for (const diffsac::Problem& problem : problems) Use(estimator.Run(problem));
+/// ```
+///
+/// With the first problem that needs one a network is found and read; it, the checked options and the memory of earlier
+/// runs are kept as long as the Estimator. Many threads may call it at once.
+class Estimator {
+ public:
+  /// several: for several models of one kind in the same points. The seed of `options` is not used. Throws Error as
+  /// EstimateOptions::Check does.
+  explicit Estimator(Task task, const EstimateOptions& options = {}, bool several = false);
+
+  /// threshold_asked: whether the problem's threshold was asked for, so that noise may be far from it, or is a usual
+  /// one (ImageOptions::max_residual_px). Throws Error for a problem of another task, and where a network is not found.
+  Estimate Run(const Problem& problem, std::uint64_t seed = 0, bool threshold_asked = true) const;
+
+ private:
+  /// rated: for matches with ratios.
+  const RobustEstimator& For(bool rated) const;
+  std::shared_ptr<const RobustEstimator> Make(bool rated) const;
+
+  Task task_;
+  EstimateOptions options_;
+  bool several_;
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<const RobustEstimator> made_[2];  ///< Without ratios, with them.
+};
+
+/// The Estimator of these, of those that were asked for last.
+std::shared_ptr<const Estimator> KeptEstimator(Task task, const EstimateOptions& options, bool several = false);
+
+}  // namespace diffsac
