@@ -21,13 +21,12 @@
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
-#include "lab/images/calibration_options.h"
 #include "lab/images/exif_focal.h"
-#include "lab/images/match_picture.h"
-#include "lab/images/match_two_images.h"
+#include "lab/images/image_cameras.h"
+#include "lab/images/match_pair.h"
 #include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
-#include "lab/images/picture.h"
+#include "lab/images/pictures.h"
 #include "lab/truth/pair_truth.h"
 
 namespace {
@@ -69,7 +68,7 @@ void AddInput(CLI::App* app, Request* request) {
                   "names (default: all pairs)");
   AddCalibrationOptions(app, &request->calibration);
   app->add_option_function<std::string>(
-         "--features", [request](const std::string& name) { request->features.kind = FeatureKindFromString(name); },
+         "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
          "sift, rootsift or orb (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
   app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")

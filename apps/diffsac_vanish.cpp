@@ -20,9 +20,8 @@
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
 #include "lab/files/own_pictures.h"
-#include "lab/images/picture.h"
+#include "lab/images/pictures.h"
 #include "lab/images/prepare_segments.h"
-#include "lab/images/vanishing_picture.h"
 #include "lab/images/vanishing_text.h"
 
 namespace {

@@ -2,7 +2,7 @@
 """Data sets in formats of their own, as what diffsac_prepare and the loaders read (data_tools/README.md).
 
     convert.py nerf|llff|strecha|middlebury|projections|poses INPUT OUTPUT    a COLMAP text model with links to the images
-    convert.py adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT               scenes of matches or of segments in OUTPUT
+    convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
 COLMAP's first pixel has its centre at (0.5, 0.5), that of all these formats but NeRF's at (0, 0).
@@ -341,6 +341,71 @@ def adelaidermf_matches(source, arguments):
     print(f"convert: {folder}: {len(pairs)} pairs")
 
 
+# Fundamental matrices that were fitted to the labelled matches (OpenCV's USAC_MAGSAC, 2 px), which those of the files miss.
+REFITTED = {
+    "napierb": [[1.386558066970109e-06, -3.640055453591526e-05, 0.011071302382660377],
+                [3.699681584975637e-05, 1.230955235543768e-06, -0.02051304839881127],
+                [-0.009580083861100212, 0.016603266993407466, -0.18557257814804484]],
+    "neem": [[-2.781417796202435e-08, 2.463517710694504e-07, -1.530575508234141e-06],
+             [2.214875941093008e-06, 1.1205859633995379e-08, -0.00644216585886457],
+             [-0.0007431862849756304, 0.005795931391532775, 0.22212441698275254]]}
+
+
+def explains(F, matches):
+    """Whether four fifths of the matches lie within 3 px of F (Sampson's distance)."""
+    first, second = (np.column_stack([part, np.ones(len(part))]) for part in (matches[:, :2], matches[:, 2:]))
+    lines2, lines1 = first @ F.T, second @ F
+    distances = abs((second * lines2).sum(1)) / np.sqrt((lines1[:, :2] ** 2).sum(1) + (lines2[:, :2] ** 2).sum(1))
+    return (distances < 3).sum() >= 0.8 * len(matches)
+
+
+def rows(path, width):
+    lines = [(number, line.split()) for number, line in enumerate(read_text(path).splitlines(), 1)]
+    for number, words in lines:
+        need(not words or len(words) == width, f"{path}:{number}: expected {width} numbers, found {len(words)}")
+    try:
+        return np.array([words for _, words in lines if words], float).reshape(-1, width)
+    except ValueError as error:
+        raise BadInput(f"{path}: {error}") from None
+
+
+def adelaidermf(source, arguments):
+    """NAMEA.png, NAMEB.png, NAME_model.txt (F) and NAME_pts.txt (x1 y1 1 x2 y2 1 label); sift_update/NAME_pts.txt
+    (a count, x1 y1 x2 y2) with NAME_score.txt (ratios): a scene of labelled matches and one of tentative ones."""
+    need(os.path.isdir(source), f"{source}: no such folder")
+    names = sorted(path.name[: -len("_model.txt")] for path in pathlib.Path(source).glob("*_model.txt"))
+    need(names, f"{source}: no files NAME_model.txt")
+    files = {}  # (scene, file) -> pair -> values
+
+    def put(pair, scene, **values):
+        for file, value in values.items():
+            files.setdefault((scene, file), {})[pair] = value
+
+    scene, tentative = (arguments.scene or "adelaidermf") + np.array(["", "_sift"], object)
+    for name in names:
+        prefix = os.path.join(source, name)
+        labelled = rows(prefix + "_pts.txt", 7)
+        need((labelled[:, [2, 5]] == 1).all() and (labelled[:, 6] >= 0).all(), f"{prefix}_pts.txt: expected x1 y1 1 x2 y2 1 label")
+        matches, labels = labelled[:, [0, 1, 3, 4]], labelled[:, 6].astype("i4")
+        given = numbers(prefix + "_model.txt", 9, "a 3x3 matrix").reshape(3, 3)
+        found = [F for F in (given, np.array(REFITTED.get(name, given))) if explains(F, matches[labels > 0])]
+        need(found, f"{prefix}_model.txt: it misses the labelled inliers")
+        sizes = np.array([size_of(prefix + side)[::-1] for side in ("A.png", "B.png")], "i4").ravel()
+        pair = "{0}A-{0}B".format(name.replace("-", "_"))
+        put(pair, scene, labels=labels, sizes=sizes, Fgt=found[0], matches=matches)
+        if not os.path.isdir(os.path.join(source, "sift_update")):
+            continue
+        prefix = os.path.join(source, "sift_update", name)
+        count, _, rest = read_text(prefix + "_pts.txt").partition("\n")
+        points = np.array(rest.split(), float).reshape(-1, 4)
+        ratios = numbers(prefix + "_score.txt", len(points), f"{len(points)} ratios")
+        need(count.strip() == str(len(points)), f"{prefix}_pts.txt:1: expected the number of rows that follow")
+        put(pair, tentative, match_conf=ratios, sizes=sizes, Fgt=found[0], matches=points)
+    for (scene, file), pairs in files.items():  # matches.h5 last: it says that the scene is whole.
+        write_h5(os.path.join(arguments.output, scene, file + ".h5"), lambda h5: [h5.create_dataset(key, data=pairs[key]) for key in pairs])
+    print(f"convert: {os.path.join(arguments.output, arguments.scene or 'adelaidermf')}: {len(names)} pairs")
+
+
 def table(path):
     """Columns by name of a text with blanks between values; empty values are NaN."""
     rows = list(csv.reader(read_text(path).splitlines(), delimiter=" "))
@@ -416,7 +481,7 @@ def yud_plus(source, arguments):
 
 
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf_matches, nyu_vp, yud_plus)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus)}
 
 
 def main():
@@ -424,7 +489,7 @@ def main():
     parser.add_argument("format", choices=[*POSED, *SCENES])
     parser.add_argument("input")
     parser.add_argument("output")
-    parser.add_argument("--scene", default="", help="adelaidermf_matches: the scene's name")
+    parser.add_argument("--scene", default="", help="adelaidermf, adelaidermf_matches: the scene's name")
     parser.add_argument("--focal", type=float, default=0, help="poses: focal length of all images, pixels")
     parser.add_argument("--center", type=lambda text: [float(word) for word in text.split(",")], default=[], help="poses: CX,CY, pixels")
     arguments = parser.parse_args()

@@ -15,12 +15,10 @@
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/own_pictures.h"
-#include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"
 #include "lab/images/inspect.h"
-#include "lab/images/match_picture.h"
 #include "lab/images/modelnet_pairs.h"
-#include "lab/images/picture.h"
+#include "lab/images/pictures.h"
 #include "lab/images/prepare_segments.h"
 #include "lab/images/run_pairs.h"
 #include "lab/images/tutorial_descriptors.h"
@@ -98,14 +96,15 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   diffsac::PrepareOptions& options = request->options;
   app->add_option_function<std::string>(
          "--features",
-         [&options](const std::string& name) { options.features.kind = diffsac::FeatureKindFromString(name); },
+         [&options](const std::string& name) {
+           options.features.kind = diffsac::FromString<diffsac::FeatureKind>(name);
+         },
          "sift, rootsift or orb (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
   app->add_option("--import-descriptors", options.import_descriptors,
                   "Keypoints and descriptors from this HDF5 file, as hloc writes it; hloc: of these keypoints");
   app->add_flag("--ratios", request->ratios, "colmap_database: ratios of the matches, from the stored descriptors");
   app->add_option("--max-keypoints", options.features.max_keypoints, "The strongest of an image; 0: all");
-  app->add_option("--contrast-threshold", options.features.contrast_threshold, "Of SIFT; lower finds weaker keypoints");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--descriptors", options.descriptors, "Write descriptors.h5 as well");
   app->add_flag_callback(
@@ -149,10 +148,11 @@ void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
   app->add_option("--images", request->images, "Folder of its images (default: images in the scene's)");
   app->add_option_function<std::string>(
          "--features",
-         [request](const std::string& name) { request->features.kind = diffsac::FeatureKindFromString(name); },
+         [request](const std::string& name) {
+           request->features.kind = diffsac::FromString<diffsac::FeatureKind>(name);
+         },
          "sift or rootsift (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift"}));
-  app->add_option("--contrast-threshold", request->features.contrast_threshold, "Of SIFT");
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
   app->add_flag("--overwrite", request->overwrite, "Make descriptors again that are there already");
   app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));

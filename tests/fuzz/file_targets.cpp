@@ -23,9 +23,8 @@
 #include "lab/eval/run_reader.h"
 #include "lab/eval/shard_records.h"
 #include "lab/files/files.h"
-#include "lab/images/adelaide_rmf.h"
-#include "lab/images/image_format.h"
 #include "lab/images/image_sets.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac::testing {
 namespace {
@@ -81,10 +80,7 @@ void ReadSource(const ImageFormat& format, const Bundle& bundle) {
 
 void Read(const Bundle& bundle) {
   const auto& formats = Registry<ImageFormat>::Instance();
-  if (bundle.kind == "adelaidermf") {
-    ReadAdelaideRmf(Scratch(), AdelaideCorrespondences::kLabelled);
-    ReadAdelaideRmf(Scratch(), AdelaideCorrespondences::kTentative);
-  } else if (bundle.kind == "sets") {
+  if (bundle.kind == "sets") {
     ReadImageSets(Scratch() + "/sets.yaml");
   } else if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) {
     ReadSource(formats.Find(bundle.kind, ""), bundle);

@@ -21,7 +21,6 @@
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/feature_file_test_util.h"
 #include "lab/images/hloc_files.h"
-#include "lab/images/imported_features.h"
 
 namespace diffsac::testing {
 namespace {

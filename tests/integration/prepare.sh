@@ -64,7 +64,7 @@ expect_error 'center' "${some[@]}" --scene a --focal 500
 expect_error 'features' "${some[@]}" --scene a --features surf
 expect_error 'list.txt' "${some[@]}" --scene a --import-descriptors "$own/list.txt"
 mkdir "$own/empty"
-for format in images colmap homographies adelaidermf colmap_database hloc; do
+for format in images colmap homographies adelaidermf_planes colmap_database hloc; do
   expect_error 'empty' prepare pairs --format "$format" --input "$own/empty" --output "$own/scenes"
 done
 

@@ -189,6 +189,40 @@ def test_poses():
     assert "not finite" in convert("poses", ROOT / "poses", ROOT / "out" / "poses", expect=2)
 
 
+def test_adelaidermf():
+    here = folder("adelaide", "sift_update").parent
+    generator = np.random.default_rng(1)
+    points = generator.uniform(0, 400, (20, 4))
+    points[:, 3] = points[:, 1]  # the camera moves along x
+
+    def write(name, F, labels):
+        for side in "AB":
+            image(here / f"{name}{side}.png", (10, 8))
+        (here / f"{name}_model.txt").write_text(text(F))
+        (here / f"{name}_pts.txt").write_text(text(np.column_stack([points[:, :2], np.ones(20), points[:, 2:], np.ones(20), labels])))
+        (here / f"sift_update/{name}_pts.txt").write_text("20\n" + text(points))
+        (here / f"sift_update/{name}_score.txt").write_text(text(np.full((20, 1), 0.5)))
+
+    F = np.array([[0, 0, 0], [0, 0, -1.0], [0, 1, 0]])
+    write("ho-use", F, np.arange(20) % 3)
+    convert("adelaidermf", here, ROOT / "out")
+    read = lambda name: h5py.File(ROOT / "out" / name)["ho_useA-ho_useB"]
+    assert (read("adelaidermf/matches.h5")[()] == points).all() and (read("adelaidermf_sift/matches.h5")[()] == points).all()
+    assert read("adelaidermf/labels.h5")[()].tolist() == [i % 3 for i in range(20)] and read("adelaidermf/labels.h5").dtype == "i4"
+    assert read("adelaidermf/sizes.h5")[()].tolist() == [8, 10, 8, 10] and (read("adelaidermf_sift/Fgt.h5")[()] == F).all()
+    assert (read("adelaidermf_sift/match_conf.h5")[()] == 0.5).all()
+    assert not (ROOT / "out" / "adelaidermf_sift" / "labels.h5").exists()
+    (here / "sift_update/ho-use_score.txt").write_text("0.5\n")
+    assert "ho-use_score.txt: expected 20 ratios" in convert("adelaidermf", here, ROOT / "out", expect=2)
+    (here / "sift_update/ho-use_pts.txt").write_text("21\n1 2 3 4\n")
+    assert "number of rows" in convert("adelaidermf", here, ROOT / "out", expect=2)
+    write("ho-use", F.T + 1, np.ones(20))
+    assert "ho-use_model.txt: it misses" in convert("adelaidermf", here, ROOT / "out", expect=2)
+    (here / "ho-use_pts.txt").write_text("1 2 1 3 4 1 0\n1 2 1 3 4 1\n")
+    assert "ho-use_pts.txt:2: expected 7 numbers" in convert("adelaidermf", here, ROOT / "out", expect=2)
+    assert "no files NAME_model.txt" in convert("adelaidermf", folder("no_pairs"), ROOT / "out", expect=2)
+
+
 def test_adelaidermf_matches():
     here = folder("matlab")
     data = np.array([[1.5, 2, 1, 3, 4, 1], [5, 6, 1, 7, 8, 1]]).T

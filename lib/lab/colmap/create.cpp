@@ -29,11 +29,6 @@ CREATE TABLE two_view_geometries(pair_id INTEGER PRIMARY KEY NOT NULL, rows INTE
   data BLOB, config INTEGER NOT NULL, F BLOB, E BLOB, H BLOB, qvec BLOB, tvec BLOB);
 )";
 
-template <class Values>
-std::span<const std::byte> BytesOf(const Values& values) {
-  return std::as_bytes(std::span(values.data(), static_cast<std::size_t>(values.size())));
-}
-
 void AddCameras(const SqliteDatabase& database, const std::vector<ColmapCamera>& cameras) {
   SqliteStatement insert(database,
                          "INSERT INTO cameras(camera_id, model, width, height, params, prior_focal_length) "

@@ -12,14 +12,15 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
-#include "lab/colmap/text.h"
 #include "lab/files/files.h"
 #include "lab/files/number_file.h"
+#include "lab/files/text_scan.h"
 
 namespace diffsac {
-namespace {
 
 namespace fs = std::filesystem;
+
+namespace {
 
 // Little-endian numbers one after the other.
 class BinaryReader {
@@ -61,6 +62,43 @@ class BinaryReader {
   std::string path_, content_;
   std::uint64_t position_ = 0;
 };
+
+// A camera from COLMAP's, whose first pixel has its centre at (0.5, 0.5). Throws Error beginning with `place`.
+LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
+  const ColmapLens lens(colmap, place);
+  LensCamera camera;
+  camera.K = lens.K();
+  camera.size = colmap.size;
+  camera.colmap = colmap;
+  const std::string model = ColmapModelName(colmap.model).value();
+  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
+  const std::vector<double>& p = colmap.parameters;
+  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
+    for (double* value : into) *value = p.at(first++);
+  };
+  if (model == "SIMPLE_RADIAL") {
+    extra(3, {&camera.k1});
+  } else if (model == "RADIAL") {
+    extra(3, {&camera.k1, &camera.k2});
+  } else if (model == "OPENCV") {
+    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
+  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
+    camera.lens = lens;
+  }
+  return camera;
+}
+
+// World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation or a value is not finite.
+std::optional<RigidMotion> PoseOfColmap(const double* values) {
+  const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
+  // Beyond a norm of infinity no rotation is left either.
+  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
+  RigidMotion pose;
+  pose.rotation = quaternion.normalized().toRotationMatrix();
+  pose.translation << values[4], values[5], values[6];
+  if (!pose.translation.allFinite()) return {};
+  return pose;
+}
 
 // By their ids: the cameras of a model, and what is wrong with those that make no sense, which costs their images
 // alone.
@@ -184,41 +222,6 @@ void ReadImagesBinary(const std::string& model, const std::string& images, const
 
 }  // namespace
 
-LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
-  const ColmapLens lens(colmap, place);
-  LensCamera camera;
-  camera.K = lens.K();
-  camera.size = colmap.size;
-  camera.colmap = colmap;
-  const std::string model = ColmapModelName(colmap.model).value();
-  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
-  const std::vector<double>& p = colmap.parameters;
-  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
-    for (double* value : into) *value = p.at(first++);
-  };
-  if (model == "SIMPLE_RADIAL") {
-    extra(3, {&camera.k1});
-  } else if (model == "RADIAL") {
-    extra(3, {&camera.k1, &camera.k2});
-  } else if (model == "OPENCV") {
-    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
-  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
-    camera.lens = lens;
-  }
-  return camera;
-}
-
-std::optional<RigidMotion> PoseOfColmap(const double* values) {
-  const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
-  // Beyond a norm of infinity no rotation is left either.
-  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
-  RigidMotion pose;
-  pose.rotation = quaternion.normalized().toRotationMatrix();
-  pose.translation << values[4], values[5], values[6];
-  if (!pose.translation.allFinite()) return {};
-  return pose;
-}
-
 std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
   ModelCameras read = path.ends_with(".bin") ? ReadCamerasBinary(path) : ReadCamerasText(path);
   if (read.cameras.empty() && !read.problems.empty()) throw Error(read.problems.begin()->second);
@@ -231,6 +234,56 @@ void ReadColmapModel(const std::string& folder, const std::string& images, const
   if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images, use);
   const fs::path model = ColmapModelFolder(folder);
   ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()), use);
+}
+
+ColmapLines::ColmapLines(const std::string& path) : path_(path), text_(ReadTextFile(path)), rest_(text_) {}
+
+bool ColmapLines::Next() {
+  while (TakeLine(&rest_, &line_)) {
+    ++number_;
+    if (!line_.starts_with('#')) return true;
+  }
+  return false;
+}
+
+std::vector<std::string_view> ColmapLines::Words() const { return SplitWords(line_, " \t"); }
+
+std::string ColmapLines::After(std::size_t words) const {
+  const auto all = Words();
+  if (all.size() <= words) return "";
+  return {all[words].data(), static_cast<std::size_t>(all.back().data() + all.back().size() - all[words].data())};
+}
+
+std::string ColmapLines::Place() const { return path_ + ":" + std::to_string(number_); }
+
+void ColmapLines::Fail(const std::string& what) const { throw Error(Place() + ": " + what); }
+
+double ColmapLines::Number(std::string_view word) const {
+  double value = 0.0;
+  if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
+  return value;
+}
+
+std::int64_t ColmapLines::Whole(std::string_view word) const {
+  const double value = Number(word);
+  if (!(std::abs(value) <= 0x1p53) || value != std::floor(value))
+    Fail("'" + std::string(word) + "' is no whole number");
+  return static_cast<std::int64_t>(value);
+}
+
+std::string FindColmapModel(const std::string& folder, const std::string& extension) {
+  for (const char* name : {"", "colmap_ground_truth", "sparse/0", "sparse"}) {
+    const fs::path candidate = fs::path(folder) / name;
+    if (fs::exists(candidate / ("cameras" + extension)) && fs::exists(candidate / ("images" + extension)))
+      return candidate.string();
+  }
+  return "";
+}
+
+std::string ColmapModelFolder(const std::string& folder) {
+  const std::string found = FindColmapModel(folder, ".txt");
+  if (found.empty()) throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
+  return found;
 }
 
 }  // namespace diffsac

@@ -38,6 +38,12 @@ class SqliteDatabase {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
+/// What a blob of these values holds.
+template <class Values>
+std::span<const std::byte> BytesOf(const Values& values) {
+  return std::as_bytes(std::span(values.data(), static_cast<std::size_t>(values.size())));
+}
+
 /// A prepared statement: values in, rows out.
 class SqliteStatement {
  public:

@@ -21,11 +21,6 @@ Eigen::Matrix3d ToOurs() {
   return shift;
 }
 
-template <class Matrix>
-std::span<const std::byte> BytesOf(const Matrix& matrix) {
-  return std::as_bytes(std::span(matrix.data(), static_cast<std::size_t>(matrix.size())));
-}
-
 void CheckInliers(const ColmapDatabase& database, const ColmapGeometry& geometry) {
   const ColmapPair& pair = geometry.pair;
   const std::string place =

@@ -1,7 +1,10 @@
 #include "lab/data/finite_points.h"
 
+#include <mutex>
+#include <set>
+
+#include "diffsac/core/logging.h"
 #include "lab/data/pair_filter.h"
-#include "lab/data/warn_once.h"
 
 namespace diffsac {
 
@@ -22,6 +25,13 @@ Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std:
   if (non_finite == NonFinitePoints::kError) throw Error(text + " (non_finite: drop leaves such points out)");
   WarnOnce(text + " and are left out");
   return WithRows(example, finite);
+}
+
+void WarnOnce(const std::string& line) {
+  static std::mutex mutex;
+  static std::set<std::string> told;
+  const std::lock_guard lock(mutex);
+  if (told.insert(line).second) LogWarning(line);
 }
 
 }  // namespace diffsac

@@ -22,4 +22,7 @@ std::vector<int> FiniteRows(const PointMatrix& points);
 /// The example without such points. where: the file and key, for the warning and the Error.
 Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std::string& where);
 
+/// LogWarning, once in a process for the same line: data sets are read again for pictures and labels. Thread-safe.
+void WarnOnce(const std::string& line);
+
 }  // namespace diffsac

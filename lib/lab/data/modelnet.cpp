@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include "diffsac/core/lru_cache.h"
@@ -45,26 +44,23 @@ struct Views {
   RigidMotion pose1, pose2;  // world-to-camera
 };
 
-class Modelnet : public Dataset {
+class Modelnet : public GeneratedDataset {
  public:
   Modelnet(const ModelnetOptions& options, std::uint64_t seed)
-      : options_(options),
+      : GeneratedDataset(options, "modelnet40_" + ToString(options.task) + "/" + options.split,
+                         "modelnet40_" + ToString(options.task) + "/" + options.split + "/", seed),
+        options_(options),
         task_(options.task),
         meshes_(FindMeshes("modelnet40", options.paths, options.subset)),
-        prefix_("modelnet40_" + ToString(options.task) + "/" + options.split),
-        root_(Rng(seed).Fork(prefix_)),
         cache_(options.cached_meshes) {}
 
   Task task() const override { return task_; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
-    const Rng rng = root_.Fork("example", index);
+ private:
+  Example Draw(std::uint64_t index, const Rng& rng) const override {
     const std::string& path = meshes_[index % meshes_.size()];
     const std::shared_ptr<const MeshSurface> surface = cache_.Get(path);
-    const MatchCounts counts = DrawMatchCounts(options_.matches, task_, rng.Fork("counts"));
+    const PointCounts counts = options_.matches.DrawCounts(task_, rng.Fork("counts"));
     const int outliers = counts.total - counts.inliers;
     const int displaced = DrawDisplacedCount(options_.matches, outliers, rng.Fork("displaced_count"));
     for (int i = 0; i < kViewTries; ++i) {
@@ -78,16 +74,13 @@ class Modelnet : public Dataset {
       exact.inliers = std::move(seen);
       Example example = MakeMatches(options_.matches, task_, views.pair, exact, counts.total, rng.Fork("matches"));
       SetTruth(views.pair, Eigen::Matrix3d::Zero(), &example);
-      example.index = index;
-      example.id = prefix_ + "/" + std::to_string(index) + "/" + fs::path(path).stem().string();
-      example.scene = "all";
+      example.id = "/" + fs::path(path).stem().string();
       return example;
     }
     throw Error(path + ": in " + std::to_string(kViewTries) +
                 " pairs of views too few points of this mesh are seen by both");
   }
 
- private:
   RigidMotion DrawPose(const Eigen::Vector3d& direction, double distance, Rng& rng) const {
     const Eigen::Vector3d target = options_.aim_offset * rng.Uniform() * RandomDirection(rng);
     const double roll = options_.roll_deg * rng.Uniform(-1.0, 1.0);
@@ -134,8 +127,6 @@ class Modelnet : public Dataset {
   ModelnetOptions options_;
   Task task_;
   std::vector<std::string> meshes_;
-  std::string prefix_;
-  Rng root_;
   mutable LruCache<MeshSurface> cache_;
 };
 
@@ -168,14 +159,13 @@ void ModelnetOptions::Bind(OptionsBinder& b) {
       .Help("each camera looks at a point up to this far from the centre, in radii");
   b.Field("depth_tolerance", depth_tolerance, Within(0.0, 1.0)).Help("of the depth test, in radii");
   b.Field("cached_meshes", cached_meshes, AtLeast(1)).Help("meshes kept in memory");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name, of the random numbers; it does not choose meshes");
+  BindStream(b, "its name, of the random numbers; it does not choose meshes");
   b.Require(!paths.empty(), "paths", "a list of OFF files or folders");
 }
 
 std::unique_ptr<Dataset> MakeModelnet(const ModelnetOptions& options, std::uint64_t seed) {
   CheckOptions(options);
-  options.matches.Check(options.task);
+  CheckCounts(options.matches.num_points, options.task);
   return std::make_unique<Modelnet>(options, seed);
 }
 

@@ -15,7 +15,7 @@ namespace diffsac {
 /// Two virtual pinhole views of a mesh: correspondences are points of its surface that both see (the paper's ModelNet40
 /// experiment, which names N and the outlier ratios; all else is fixed here). The unit of length is the radius of the
 /// mesh, which is moved and scaled into the unit sphere (InUnitSphere).
-struct ModelnetOptions {
+struct ModelnetOptions : GeneratorOptions {
   /// OFF files, or folders that hold them at any depth.
   std::vector<std::string> paths;
   /// Only files in a folder of this name ("train", "test": the layout of ModelNet40); empty: all.
@@ -43,11 +43,7 @@ struct ModelnetOptions {
   /// Meshes kept in memory.
   int cached_meshes = 64;
 
-  /// Examples in the dataset; -1 is endless.
-  std::int64_t size = -1;
-  /// Separates splits by their random numbers; which meshes they use, `paths` and `subset` say.
-  std::string split = "train";
-
+  /// `split` is of the random numbers; which meshes are used, `paths` and `subset` say.
   ModelnetOptions();
   void Bind(OptionsBinder& b);
 };

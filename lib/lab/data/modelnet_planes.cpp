@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <stdexcept>
 #include <utility>
 
 #include "diffsac/core/lru_cache.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
-#include "lab/data/mesh_planes.h"
+#include "lab/data/mesh_surface.h"
 #include "lab/data/structure_sizes.h"
 #include "lab/data/synthetic_points.h"
 
@@ -49,38 +48,31 @@ Eigen::Quaterniond RandomTurn(Rng rng) {
   return Eigen::Quaterniond(v.normalized());
 }
 
-class ModelnetPlanes : public Dataset {
+class ModelnetPlanes : public GeneratedDataset {
  public:
   ModelnetPlanes(const ModelnetPlanesOptions& options, std::uint64_t seed)
-      : options_(options),
+      : GeneratedDataset(options, "modelnet_planes/" + options.split, "modelnet_planes/" + options.split + "/", seed),
+        options_(options),
         meshes_(FindMeshes("modelnet_planes", options.paths, options.subset)),
-        prefix_("modelnet_planes/" + options.split),
-        root_(Rng(seed).Fork(prefix_)),
         cache_(options.cached_meshes) {}
 
   Task task() const override { return Task::kPlane; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
-    const Rng rng = root_.Fork("example", index);
+ private:
+  Example Draw(std::uint64_t index, const Rng& rng) const override {
     for (std::size_t skipped = 0; skipped < meshes_.size(); ++skipped) {
       const std::string& path = meshes_[(index + skipped) % meshes_.size()];
       const std::shared_ptr<const PlanarMesh> mesh = cache_.Get(path);
       const std::vector<const MeshPlane*> planes = StructuresOf(*mesh, rng.Fork("shared"));
       if (planes.empty()) continue;
       Example example = Sampled(*mesh, planes, rng);
-      example.index = index;
-      example.id = prefix_ + "/" + std::to_string(index) + "/" + std::filesystem::path(path).stem().string();
-      example.scene = "all";
+      example.id = "/" + std::filesystem::path(path).stem().string();
       return example;
     }
     throw Error("modelnet_planes: no mesh has faces on one plane with a share of " +
                 std::to_string(options_.min_area_share) + " of its area (min_area_share)");
   }
 
- private:
   double Near() const { return kThresholds * options_.inlier_threshold / kScale; }
 
   // The large planes, each told apart from those before it.
@@ -100,8 +92,7 @@ class ModelnetPlanes : public Dataset {
 
   // Numbers of points of the planes and of all.
   std::vector<int> DrawSizes(const std::vector<const MeshPlane*>& planes, Rng rng, int* total) const {
-    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
-    *total = low + static_cast<int>(rng.Below(high - low + 1));
+    *total = DrawWhole(options_.num_points, rng);
     const double ratio = rng.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
     const int fewest = FewestOfStructure(task()), least = fewest * static_cast<int>(planes.size());
     std::vector<double> areas;
@@ -161,8 +152,6 @@ class ModelnetPlanes : public Dataset {
 
   ModelnetPlanesOptions options_;
   std::vector<std::string> meshes_;
-  std::string prefix_;
-  Rng root_;
   mutable LruCache<PlanarMesh> cache_;
 };
 
@@ -182,8 +171,7 @@ void ModelnetPlanesOptions::Bind(OptionsBinder& b) {
       .Help("share of the mesh's area that makes faces on one plane a structure");
   b.Field("max_structures", max_structures, Within(1, 20)).Help("at most so many, the largest");
   b.Field("cached_meshes", cached_meshes, AtLeast(1)).Help("meshes kept in memory");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name, of the random numbers; it does not choose meshes");
+  BindStream(b, "its name, of the random numbers; it does not choose meshes");
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
   b.Require(!paths.empty(), "paths", "a list of OFF files or folders");
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/options.h"
+#include "lab/data/generator.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {
@@ -13,7 +14,7 @@ namespace diffsac {
 /// Task plane with several structures: points of a mesh whose large flat parts are the structures. The mesh is turned
 /// at random and its sphere has a diameter of 10, as the cube of synthetic planes has sides. What is drawn, and how, is
 /// in docs/generators.md.
-struct ModelnetPlanesOptions {
+struct ModelnetPlanesOptions : GeneratorOptions {
   std::vector<std::string> paths;  ///< OFF files, or folders that hold them at any depth.
   std::string subset;              ///< Only files in a folder of this name ("train", "test"); empty: all.
   Range num_points = {200, 200};
@@ -25,9 +26,7 @@ struct ModelnetPlanesOptions {
   double min_area_share = 0.05;
   int max_structures = 6;  ///< The largest ones.
   int cached_meshes = 64;  ///< Meshes kept in memory.
-  std::int64_t size = -1;  ///< Examples in the dataset; -1 is endless.
-  /// Separates splits by their random numbers; which meshes they use, `paths` and `subset` say.
-  std::string split = "train";
+  /// `split` is of the random numbers; which meshes are used, `paths` and `subset` say.
   void Bind(OptionsBinder& b);
 };
 

@@ -1,14 +1,21 @@
 #include "lab/data/pair_dataset.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string_view>
 #include <utility>
 
+#include "diffsac/core/nearest_word.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_registry.h"
+#include "lab/data/fitted_truth.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_reading.h"
-#include "lab/data/structure_truth.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {
@@ -183,5 +190,130 @@ std::unique_ptr<Dataset> MakePairDataset(const std::vector<SceneFolder>& scenes,
                                          PairMemory memory, std::uint64_t seed) {
   return std::make_unique<PairDataset>(scenes, options, memory == PairMemory::kAll, seed);
 }
+
+void CorrespondencesOptions::Bind(OptionsBinder& b) {
+  b.Field("paths", paths).Help("folders of correspondence files, or folders of such folders; a scene each");
+  pairs.Bind(b, "max_ratio");
+}
+
+std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
+  std::vector<SceneFolder> scenes;
+  for (const std::string& path : options.paths)
+    for (SceneFolder& scene : FindScenes(path)) scenes.push_back(std::move(scene));
+  return MakePairDataset(scenes, options.pairs, PairMemory::kAll, seed);
+}
+
+namespace {
+
+const RegisteredDataset<CorrespondencesOptions> kCorrespondences(
+    "correspondences", DataSource::kFiles,
+    "Correspondence files, as `diffsac_prepare` writes them; all pairs are read at the start and kept.",
+    MakeCorrespondences);
+
+// The sequence and step in "kitti_00_step_01".
+std::optional<std::pair<std::string, int>> ParseKittiScene(const std::string& name) {
+  constexpr std::string_view kStart = "kitti_", kMiddle = "_step_";
+  const std::size_t middle = name.find(kMiddle);
+  if (!name.starts_with(kStart) || middle == std::string::npos) return {};
+  int step = 0;
+  const char* end = name.data() + name.size();
+  const auto read = std::from_chars(name.data() + middle + kMiddle.size(), end, step);
+  if (read.ec != std::errc() || read.ptr != end) return {};
+  return std::pair(name.substr(kStart.size(), middle - kStart.size()), step);
+}
+
+template <class Item>
+bool Wanted(const std::vector<Item>& wanted, const Item& item) {
+  return wanted.empty() || std::find(wanted.begin(), wanted.end(), item) != wanted.end();
+}
+
+std::vector<SceneFolder> FindKittiScenes(const KittiOptions& options) {
+  std::vector<SceneFolder> scenes = FoldersIn(options.root);
+  std::erase_if(scenes, [&](const SceneFolder& folder) {
+    const auto scene = ParseKittiScene(folder.name);
+    return !scene || !HoldsMatches(folder.folder) || !Wanted(options.sequences, scene->first) ||
+           !Wanted(options.steps, scene->second);
+  });
+  if (scenes.empty())
+    throw Error(options.root +
+                ": no scenes kitti_<sequence>_step_<step> of these sequences and steps (diffsac_prepare makes them)");
+  return scenes;
+}
+
+}  // namespace
+
+void KittiOptions::Bind(OptionsBinder& b) {
+  b.Field("root", root).Help("a folder with scenes kitti_<sequence>_step_<step>");
+  b.Field("sequences", sequences).Help("empty: all");
+  b.Field("steps", steps, AtLeast(1)).Help("frames between the images of a pair; empty: all");
+  pairs.Bind(b, "snn_threshold");
+  b.Require(!root.empty(), "root", "a folder");
+}
+
+std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
+  return MakePairDataset(FindKittiScenes(options), options.pairs, PairMemory::kRecent, seed);
+}
+
+namespace {
+
+const RegisteredDataset<KittiOptions> kKitti(
+    "kitti", DataSource::kFiles,
+    "KITTI odometry as `diffsac_prepare pairs --format kitti` writes it; a pair is read when it is asked for.",
+    MakeKitti);
+
+std::vector<SceneFolder> AllScenes(const std::string& root, const std::string& split) {
+  const std::vector<SceneFolder> folders = FoldersIn(root);
+  const std::string inner = root + "/" + split;
+  if (HoldsMatches(inner)) return {{NamedFolder(root).name, inner}};
+  std::vector<SceneFolder> scenes;
+  std::error_code code;
+  if (std::filesystem::is_directory(inner, code)) scenes = FoldersIn(inner);
+  std::erase_if(scenes, [](const SceneFolder& scene) { return !HoldsMatches(scene.folder); });
+  if (scenes.empty())
+    for (const auto& [name, folder] : folders)
+      if (HoldsMatches(folder + "/" + split)) scenes.push_back({name, folder + "/" + split});
+  if (scenes.empty()) throw Error(inner + ": no scenes (folders with matches.h5) of this split");
+  return scenes;
+}
+
+std::vector<SceneFolder> ChosenScenes(const RansacTutorialOptions& options) {
+  const auto found = AllScenes(options.root, options.split == "validation" ? "val" : options.split);
+  if (options.scenes.empty()) return found;
+  std::vector<SceneFolder> chosen;
+  std::vector<std::string> known;
+  for (const SceneFolder& scene : found) known.push_back(scene.name);
+  for (const std::string& name : options.scenes) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      throw Error(options.root + ": no scene '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
+    chosen.push_back(found[static_cast<std::size_t>(at - known.begin())]);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void RansacTutorialOptions::Bind(OptionsBinder& b) {
+  b.Field("root", root).Help("a folder: <root>/<split>/<scene>, or <root>/<scene>/<split>");
+  b.Choice("split", split, {"train", "val", "test", "validation"}).Help("the folder; validation means val");
+  b.Field("scenes", scenes).Help("names; empty: all");
+  pairs.Bind(b, "snn_threshold");
+  b.Require(!root.empty(), "root", "a folder");
+}
+
+std::unique_ptr<Dataset> MakeRansacTutorial(const RansacTutorialOptions& options, std::uint64_t seed) {
+  CheckOptions(options);
+  return MakePairDataset(ChosenScenes(options), options.pairs, PairMemory::kRecent, seed);
+}
+
+namespace {
+
+const RegisteredDataset<RansacTutorialOptions> kRansacTutorial(
+    "ransac_tutorial", DataSource::kFiles,
+    "The CVPR 2020 RANSAC tutorial's correspondence files; a pair is read when it is asked for.", MakeRansacTutorial);
+
+}  // namespace
 
 }  // namespace diffsac

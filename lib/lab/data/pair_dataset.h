@@ -37,7 +37,7 @@ struct PairsOptions {
   Range part = {0.0, 1.0};
   /// At most so many pairs of that part of a scene, evenly spread; 0 keeps all.
   int max_pairs = 0;
-  /// For training: inliers and models come from the truth refined on the matches near it (lab/data/refined_truth.h),
+  /// For training: inliers and models come from the truth refined on the matches near it (lab/data/fitted_truth.h),
   /// truncated at so many pixels; 0 takes the source's truth.
   double refine_truth_px = 0.0;
   /// Tasks of unknown focal length: the problem's prior of it is as EXIF's would be, log-normal about the true one with
@@ -46,10 +46,10 @@ struct PairsOptions {
   /// The same tasks: whether the true principal points are given. Else they are the images' centres.
   bool principal_points = false;
   /// Task homography, pairs that have a pose but no homography: the truth is that of most true matches
-  /// (lab/data/dominant_plane.h); where there is none, the example has no true model and no inliers.
+  /// (lab/data/fitted_truth.h); where there is none, the example has no true model and no inliers.
   bool dominant_plane = false;
   /// Task homography or fundamental, pairs with labels (labels.h5): several models are true at once, that of each label
-  /// (FitStructures in lab/data/structure_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
+  /// (FitStructures in lab/data/fitted_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
   /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than FewestLabelled
   /// become outliers.
   bool structures = false;
@@ -75,5 +75,42 @@ enum class PairMemory {
 /// an Error naming file and key when it is read.
 std::unique_ptr<Dataset> MakePairDataset(const std::vector<SceneFolder>& scenes, const PairsOptions& options,
                                          PairMemory memory, std::uint64_t seed);
+
+/// Scenes anywhere; all pairs are read when the dataset is made and stay in memory.
+struct CorrespondencesOptions {
+  std::vector<std::string> paths;  ///< Folders of correspondence files, or folders of such folders; a scene each.
+  PairsOptions pairs;              ///< Its keys stand beside the others; the ratio's is `max_ratio`.
+  CorrespondencesOptions() { pairs.empty_pairs = EmptyPairs::kKeep; }
+  void Bind(OptionsBinder& b);
+};
+
+/// As MakePairDataset.
+std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options, std::uint64_t seed);
+
+/// KITTI odometry as `diffsac_prepare pairs --format kitti` writes it: scenes kitti_<sequence>_step_<step> below root,
+/// in the order of their names.
+struct KittiOptions {
+  std::string root;
+  std::vector<std::string> sequences = {"00", "01", "02", "03", "04", "05", "06", "07"};  ///< Empty: all.
+  std::vector<int> steps;                                                                 ///< Empty: all.
+  PairsOptions pairs;  ///< Its keys stand beside the others; the ratio's is `snn_threshold`.
+  void Bind(OptionsBinder& b);
+};
+
+/// As MakePairDataset.
+std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t seed);
+
+/// The CVPR 2020 RANSAC tutorial: <root>/<split>/<scene>, or, for its homographies, <root>/<scene>/<split> with root
+/// homography/, or <root>/<split> with root homography/EVD.
+struct RansacTutorialOptions {
+  std::string root;
+  std::string split = "val";        ///< Folder name: "train", "val", "test"; "validation" means "val".
+  std::vector<std::string> scenes;  ///< Empty: all, in the order of their names; else these, in their order.
+  PairsOptions pairs;               ///< Its keys stand beside the others; the ratio's is `snn_threshold`.
+  void Bind(OptionsBinder& b);
+};
+
+/// As MakePairDataset.
+std::unique_ptr<Dataset> MakeRansacTutorial(const RansacTutorialOptions& options, std::uint64_t seed);
 
 }  // namespace diffsac

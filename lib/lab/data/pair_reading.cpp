@@ -6,9 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "lab/data/dominant_plane.h"
-#include "lab/data/refined_truth.h"
-#include "lab/data/structure_truth.h"
+#include "lab/data/fitted_truth.h"
 
 namespace diffsac {
 namespace {

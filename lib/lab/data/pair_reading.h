@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/problem/problem.h"
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
 /// What decides the pairs that are read from a scene, before any match is left out.
 struct PairReadingOptions {
   bool descriptors = false;        ///< Whether descriptors.h5 is read where it is there.
-  double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (lab/data/refined_truth.h) with this loss; 0: not.
-  double dominant_plane_px = 0.0;  ///< DominantHomography (lab/data/dominant_plane.h) with this threshold; 0: not.
-  double structures_px = 0.0;      ///< FitStructures (lab/data/structure_truth.h) of the labels with this loss; 0: not.
+  double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (lab/data/fitted_truth.h) with this loss; 0: not.
+  double dominant_plane_px = 0.0;  ///< DominantHomography (lab/data/fitted_truth.h) with this threshold; 0: not.
+  double structures_px = 0.0;      ///< FitStructures (lab/data/fitted_truth.h) of the labels with this loss; 0: not.
   Task structures_task = {};       ///< Of which models these are.
   NonFinitePoints non_finite = NonFinitePoints::kDrop;
   auto operator<=>(const PairReadingOptions&) const = default;

@@ -11,9 +11,8 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_registry.h"
+#include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
-#include "lab/data/point_source.h"
-#include "lab/data/warn_once.h"
 
 namespace diffsac {
 namespace {

@@ -74,7 +74,24 @@ bool IsTextPointFile(const std::string& path);
 bool IsPointSets(const Config& data);
 
 /// Reads everything at once (the HDF5 library is not thread-safe), so `Get` is a copy. The data set has PointSources
-/// (lab/data/point_source.h). Throws Error.
+/// (lab/data/point_files.h). Throws Error.
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options);
+
+/// Where the points of a problem come from.
+struct PointSource {
+  std::string path;  ///< The file.
+  std::string name;  ///< Of the set in it (PointSet::name).
+  /// Which of the file's points the problem has, ascending; empty: all of them.
+  std::vector<std::int32_t> rows;
+  std::int64_t total = 0;  ///< Points in the file.
+};
+
+/// What data of files has beside Dataset: it can say where a problem's points come from.
+class HasPointSources {
+ public:
+  virtual ~HasPointSources() = default;
+  /// Of the example at a place, from 0.
+  virtual const PointSource& SourceOf(std::uint64_t index) const = 0;
+};
 
 }  // namespace diffsac

@@ -5,14 +5,13 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "lab/data/finite_points.h"
 #include "lab/data/point_files.h"
-#include "lab/data/warn_once.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
@@ -21,54 +20,32 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the byte order of the machine is assumed below");
 
-enum class Scalar { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 enum class Encoding { kAscii, kLittleEndian, kBigEndian };
 
-std::optional<Scalar> ScalarFromName(std::string_view name) {
-  struct Name {
-    std::string_view name;
-    Scalar type;
-  };
-  static constexpr std::array<Name, 16> kNames = {{{"char", Scalar::kInt8},
-                                                   {"int8", Scalar::kInt8},
-                                                   {"uchar", Scalar::kUint8},
-                                                   {"uint8", Scalar::kUint8},
-                                                   {"short", Scalar::kInt16},
-                                                   {"int16", Scalar::kInt16},
-                                                   {"ushort", Scalar::kUint16},
-                                                   {"uint16", Scalar::kUint16},
-                                                   {"int", Scalar::kInt32},
-                                                   {"int32", Scalar::kInt32},
-                                                   {"uint", Scalar::kUint32},
-                                                   {"uint32", Scalar::kUint32},
-                                                   {"float", Scalar::kFloat},
-                                                   {"float32", Scalar::kFloat},
-                                                   {"double", Scalar::kDouble},
-                                                   {"float64", Scalar::kDouble}}};
-  for (const Name& known : kNames)
-    if (known.name == name) return known.type;
-  return std::nullopt;
+template <class T>
+double ValueOf(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof(T));
+  return static_cast<double>(value);
 }
 
-std::uint64_t BytesOf(Scalar type) {
-  switch (type) {
-    case Scalar::kInt8:
-    case Scalar::kUint8:
-      return 1;
-    case Scalar::kInt16:
-    case Scalar::kUint16:
-      return 2;
-    case Scalar::kDouble:
-      return 8;
-    default:
-      return 4;
-  }
-}
+// A type of values, under both of its names.
+struct Scalar {
+  std::string_view name, other_name;
+  std::size_t bytes;
+  double (*value)(const char*);
+};
+
+constexpr Scalar kScalars[] = {
+    {"char", "int8", 1, ValueOf<std::int8_t>},    {"uchar", "uint8", 1, ValueOf<std::uint8_t>},
+    {"short", "int16", 2, ValueOf<std::int16_t>}, {"ushort", "uint16", 2, ValueOf<std::uint16_t>},
+    {"int", "int32", 4, ValueOf<std::int32_t>},   {"uint", "uint32", 4, ValueOf<std::uint32_t>},
+    {"float", "float32", 4, ValueOf<float>},      {"double", "float64", 8, ValueOf<double>}};
 
 struct Property {
   std::string name;
-  Scalar type = Scalar::kFloat;
-  std::optional<Scalar> list_count;  // the type of the list's length; none for a single value
+  const Scalar* type = nullptr;
+  const Scalar* list_count = nullptr;  // the type of the list's length; null for a single value
 };
 
 struct Element {
@@ -154,10 +131,10 @@ class HeaderReader {
     Fail("expected 'element <name> <count>'");
   }
 
-  Scalar TypeOf(std::string_view word) const {
-    const auto type = ScalarFromName(word);
-    if (!type) Fail("unknown PLY type '" + std::string(word) + "'");
-    return *type;
+  const Scalar* TypeOf(std::string_view word) const {
+    for (const Scalar& type : kScalars)
+      if (word == type.name || word == type.other_name) return &type;
+    Fail("unknown PLY type '" + std::string(word) + "'");
   }
 
   void ReadProperty(const Words& words) {
@@ -184,7 +161,7 @@ class ValueReader {
       : path_(path), encoding_(encoding), data_(data), line_(line) {}
 
   /// `what` stands in messages.
-  double Read(Scalar type, const std::string& what) {
+  double Read(const Scalar& type, const std::string& what) {
     return encoding_ == Encoding::kAscii ? ReadWord(what) : ReadBinary(type, what);
   }
 
@@ -229,36 +206,13 @@ class ValueReader {
     return value;
   }
 
-  template <class T>
-  double Take(const std::string& what) {
-    if (data_.size() < sizeof(T)) throw Error(path_ + ": truncated: the file ends at " + what);
-    std::array<char, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), data_.data(), sizeof(T));
-    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.end());
-    data_.remove_prefix(sizeof(T));
-    return static_cast<double>(std::bit_cast<T>(bytes));
-  }
-
-  double ReadBinary(Scalar type, const std::string& what) {
-    switch (type) {
-      case Scalar::kInt8:
-        return Take<std::int8_t>(what);
-      case Scalar::kUint8:
-        return Take<std::uint8_t>(what);
-      case Scalar::kInt16:
-        return Take<std::int16_t>(what);
-      case Scalar::kUint16:
-        return Take<std::uint16_t>(what);
-      case Scalar::kInt32:
-        return Take<std::int32_t>(what);
-      case Scalar::kUint32:
-        return Take<std::uint32_t>(what);
-      case Scalar::kFloat:
-        return Take<float>(what);
-      case Scalar::kDouble:
-        return Take<double>(what);
-    }
-    return 0.0;
+  double ReadBinary(const Scalar& type, const std::string& what) {
+    if (data_.size() < type.bytes) throw Error(path_ + ": truncated: the file ends at " + what);
+    std::array<char, 8> bytes;
+    std::copy_n(data_.begin(), type.bytes, bytes.begin());
+    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.begin() + type.bytes);
+    data_.remove_prefix(type.bytes);
+    return type.value(bytes.data());
   }
 
   std::string path_;
@@ -327,7 +281,7 @@ class PlyReader {
       left = values.LinesLeft();
     } else if (later == 0) {
       for (const Property& property : elements[vertex].properties)
-        row += property.list_count ? values.left() + 1 : BytesOf(property.type);
+        row += property.list_count ? values.left() + 1 : property.type->bytes;
       left = values.left() / row;
     }
     if (left > later)
@@ -343,12 +297,12 @@ class PlyReader {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
       if (!property.list_count) {
-        row_[p] = values->Read(property.type, what);
+        row_[p] = values->Read(*property.type, what);
         continue;
       }
       const double length = values->Read(*property.list_count, what);
       if (!(length >= 0.0)) throw Error(path_ + ": a list of negative length at " + what);
-      for (double i = 0.0; i < length; ++i) values->Read(property.type, what);
+      for (double i = 0.0; i < length; ++i) values->Read(*property.type, what);
     }
     values->EndRow(what);
   }

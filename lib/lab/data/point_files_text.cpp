@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "lab/data/finite_points.h"
 #include "lab/data/point_files.h"
-#include "lab/data/warn_once.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 

@@ -8,6 +8,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/data/generator.h"
 #include "lab/data/virtual_views.h"
 
 namespace diffsac {
@@ -44,10 +45,7 @@ void CheckStructures(const StructureOptions& options, Task task, double fewest_p
                 ToString(task));
 }
 
-int DrawStructureCount(const StructureOptions& options, Rng rng) {
-  const auto low = static_cast<int>(options.structures.low), high = static_cast<int>(options.structures.high);
-  return low + static_cast<int>(rng.Below(high - low + 1));
-}
+int DrawStructureCount(const StructureOptions& options, Rng rng) { return DrawWhole(options.structures, rng); }
 
 std::vector<int> DrawStructureSizes(const StructureOptions& options, int count, int inliers, int fewest, Rng rng) {
   return ShareOut(DrawWeights(options, count, rng), inliers, fewest);
@@ -73,8 +71,6 @@ std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int f
     ++sizes.back();
   }
 }
-
-bool IsWhole(const Range& range) { return std::floor(range.low) == range.low && std::floor(range.high) == range.high; }
 
 void ArrangeStructures(int fewest, GroundTruth* truth) {
   const auto count = static_cast<int>(truth->structures.size());

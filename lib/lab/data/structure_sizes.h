@@ -33,9 +33,6 @@ std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int f
 /// K.
 int DrawStructureCount(const StructureOptions& options, Rng rng);
 
-/// Whether all ends of a range are whole numbers.
-bool IsWhole(const Range& range);
-
 /// Brings `truth.assignment` and `truth.structures` (structure k of the labels at place k − 1) into the order of the
 /// number of points, largest first, equal ones as they stood. Structures of fewer than `fewest` points go; their points
 /// become outliers. Inliers and model follow: those of any structure, and that of most points (empty where none is

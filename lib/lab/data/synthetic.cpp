@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
-#include "lab/data/structure_sizes.h"
 #include "lab/data/synthetic_points.h"
 
 namespace diffsac {
@@ -72,67 +69,42 @@ void AppendOutliers(const SyntheticOptions& options, int count, int inliers, Rng
 
 // One dataset for both tasks; Section is LineSection or PlaneSection.
 template <class Section>
-class SyntheticDataset : public Dataset {
+class SyntheticDataset : public GeneratedDataset {
  public:
   static constexpr int kDimension = Section::kDimension;
   static constexpr Task kTask = kDimension == 2 ? Task::kLine : Task::kPlane;
 
-  SyntheticDataset(SyntheticOptions options, std::uint64_t seed)
-      : options_(std::move(options)),
-        prefix_(ToString(kTask) + "/" + options_.split),
-        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+  SyntheticDataset(const SyntheticOptions& options, std::uint64_t seed)
+      : GeneratedDataset(options, "synthetic_" + ToString(kTask) + "/" + options.split,
+                         ToString(kTask) + "/" + options.split + "/", seed),
+        options_(options) {}
 
   Task task() const override { return kTask; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
+ private:
+  Example Draw(std::uint64_t /*index*/, const Rng& rng) const override {
     // A stream for each purpose: changing the noise, say, leaves the models and the outliers as they were.
-    const Rng rng = root_.Fork("example", index);
-    const auto [total, inliers] = DrawCounts(rng.Fork("counts"));
+    const auto [total, inliers] = DrawCounts(options_.num_points, options_.outlier_ratio, kTask, rng.Fork("counts"));
     const Section section = DrawSection<Section>(options_, rng.Fork("model"));
     std::vector<PointOf<Section>> points;
     points.reserve(total);
     AppendOnSection(section, inliers, NoiseOf(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
     AppendOutliers<Section>(options_, total - inliers, inliers, rng.Fork("outliers"), &points);
+    std::vector<std::int32_t> labels(inliers, 1);
+    labels.resize(points.size(), 0);
 
-    Example example = Shuffled(points, inliers, rng.Fork("shuffle"));
-    example.index = index;
-    example.id = prefix_ + "/" + std::to_string(index);
-    example.scene = "all";
-    example.truth.model = ParametersOf(section);
-    return example;
-  }
-
- private:
-  // The number of points and of inliers.
-  std::pair<int, int> DrawCounts(Rng rng) const {
-    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
-    const int total = low + static_cast<int>(rng.Below(high - low + 1));
-    const double ratio = rng.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
-    const int inliers = static_cast<int>(std::lround(total * (1.0 - ratio)));
-    return {total, std::clamp(inliers, MinimalSetSize(kTask) + 1, total)};
-  }
-
-  Example Shuffled(const std::vector<PointOf<Section>>& points, int inliers, Rng rng) const {
-    const auto count = static_cast<int>(points.size());
     Example example;
     example.problem.task = kTask;
     example.problem.inlier_threshold = options_.inlier_threshold;
-    example.problem.points.resize(count, kDimension);
-    example.truth.inliers.resize(count);
-    const std::vector<int> order = rng.Permutation(count);
-    for (int i = 0; i < count; ++i) {
-      for (int k = 0; k < kDimension; ++k) example.problem.points(i, k) = points[order[i]][k];
-      example.truth.inliers[i] = order[i] < inliers;
-    }
+    SetShuffled(points, labels, rng.Fork("shuffle"), &example);
+    GroundTruth& truth = example.truth;
+    truth.inliers.assign(truth.assignment.begin(), truth.assignment.end());
+    truth.assignment.clear();
+    truth.model = ParametersOf(section);
     return example;
   }
 
   SyntheticOptions options_;
-  std::string prefix_;
-  Rng root_;
 };
 
 }  // namespace
@@ -158,16 +130,13 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
   b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
       .Help("shortest chord (lines); planes: smallest square root of the area inside");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  BindStream(b);
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 
 std::unique_ptr<Dataset> MakeSynthetic(Task task, const SyntheticOptions& options, std::uint64_t seed) {
   CheckOptions(options);
-  const int least = MinimalSetSize(task) + 1;
-  if (options.num_points.low < least)
-    throw Error("num_points: expected at least " + std::to_string(least) + " for the task " + ToString(task));
+  CheckCounts(options.num_points, task);
   if (task == Task::kLine) return std::make_unique<SyntheticDataset<LineSection>>(options, seed);
   return std::make_unique<SyntheticDataset<PlaneSection>>(options, seed);
 }

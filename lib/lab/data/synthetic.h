@@ -5,6 +5,7 @@
 
 #include "diffsac/core/options.h"
 #include "lab/data/box_section.h"
+#include "lab/data/generator.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {
@@ -24,7 +25,7 @@ inline constexpr auto kEnumNames<OutlierKind> = NamesOf<OutlierKind>({{OutlierKi
 
 /// Random lines in a 10 × 10 picture, or planes in a 10 × 10 × 10 cube (paper, sections "2D Line Fitting" and "3D Plane
 /// Fitting"). What the paper leaves open is fixed in docs/generators.md.
-struct SyntheticOptions {
+struct SyntheticOptions : GeneratorOptions {
   Range num_points = {100, 100};
   Range outlier_ratio = {0.1, 0.8};
   /// ε, the inlier threshold of the problem, in the picture's unit.
@@ -39,10 +40,6 @@ struct SyntheticOptions {
   double cluster_sigma = 0.5;     ///< aggregated: standard deviation of a cluster
   double structured_share = 0.5;  ///< structured: share of outliers on the second, weaker model
   double min_extent = 5.0;        ///< shortest chord (lines); planes: smallest square root of the area inside
-  /// Examples in the dataset; -1 is endless.
-  std::int64_t size = -1;
-  /// Separates splits: train, validation and test use different names and never share a stream.
-  std::string split = "train";
   void Bind(OptionsBinder& b);
 };
 

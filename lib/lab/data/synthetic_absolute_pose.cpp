@@ -12,21 +12,20 @@
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
+#include "lab/data/generator.h"
 
 namespace diffsac {
 namespace {
 
 constexpr int kWidth = 1200, kHeight = 900;
 
-struct SyntheticAbsolutePoseOptions {
+struct SyntheticAbsolutePoseOptions : GeneratorOptions {
   Range num_points = {200, 200};
   Range outlier_ratio = {0.1, 0.8};
   double inlier_threshold_px = 3.0;
   double noise_px = 1.0;
   Range depth = {4.0, 12.0};
   double flatness = 0.0;
-  std::int64_t size = -1;
-  std::string split = "train";
 
   void Bind(OptionsBinder& b) {
     b.Field("num_points", num_points, Within(4, 1e6)).Help("points of a scene");
@@ -35,25 +34,21 @@ struct SyntheticAbsolutePoseOptions {
     b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate of an image");
     b.Field("depth", depth, Positive()).Help("of the scene's points before the camera, in the scene's unit");
     b.Field("flatness", flatness, Within(0.0, 1.0)).Help("1: all points on one plane");
-    b.Field("size", size, AtLeast(-1)).Help("examples; -1: endless");
-    b.Field("split", split).Help("train, validation and test never share a stream");
+    BindStream(b);
   }
 };
 
-class SyntheticAbsolutePose : public Dataset {
+class SyntheticAbsolutePose : public GeneratedDataset {
  public:
   SyntheticAbsolutePose(const SyntheticAbsolutePoseOptions& options, std::uint64_t seed)
-      : options_(options), rng_(Rng(seed).Fork("synthetic_absolute_pose/" + options.split)) {}
+      : GeneratedDataset(options, "synthetic_absolute_pose/" + options.split, "", seed), options_(options) {}
 
   Task task() const override { return Task::kAbsolutePose; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    Rng rng = rng_.Fork("example", index);
+ private:
+  Example Draw(std::uint64_t /*index*/, const Rng& stream) const override {
+    Rng rng = stream;
     Example example;
-    example.index = index;
-    example.id = std::to_string(index);
-    example.scene = "all";
     Problem& problem = example.problem;
     problem.task = task();
     problem.inlier_threshold = options_.inlier_threshold_px;
@@ -70,7 +65,6 @@ class SyntheticAbsolutePose : public Dataset {
     return example;
   }
 
- private:
   static double Draw(const Range& range, Rng& rng) { return rng.Uniform(range.low, range.high); }
 
   // In random order: outliers, whose images are anywhere, and inliers. The scene is made of what the image shows, so
@@ -102,7 +96,6 @@ class SyntheticAbsolutePose : public Dataset {
   }
 
   SyntheticAbsolutePoseOptions options_;
-  Rng rng_;
 };
 
 const RegisteredDataset<SyntheticAbsolutePoseOptions> kSyntheticAbsolutePose(

@@ -5,8 +5,9 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
-#include "diffsac/problem/problem.h"
+#include "lab/data/generator.h"
 #include "lab/data/virtual_views.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
@@ -39,16 +40,10 @@ struct SyntheticMatchesOptions {
   Range gross_similarities = {0.0, 0.03};
   Range wrong_scale_spread = {0.5, 1.1};
   void Bind(OptionsBinder& b);
-  /// Throws Error unless every problem can hold γ + 1 points.
-  void Check(Task task) const;
+  PointCounts DrawCounts(Task task, const Rng& rng) const {
+    return diffsac::DrawCounts(num_points, outlier_ratio, task, rng);
+  }
 };
-
-/// Points and inliers of one problem: round(N (1 − ratio)) inliers, at least γ + 1 and at most N.
-struct MatchCounts {
-  int total = 0;
-  int inliers = 0;
-};
-MatchCounts DrawMatchCounts(const SyntheticMatchesOptions& options, Task task, Rng rng);
 
 /// Exact correspondences, x1 y1 x2 y2 in pixels.
 struct ExactMatches {
@@ -70,5 +65,12 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
 
 /// Model (E, F from the motion; H as given), relative pose with a unit translation (zero stays zero).
 void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example);
+
+/// A row of Problem::similarities: the similarity nearest to how the surroundings of an exact correspondence go from
+/// image 1 to image 2. On the first of `planes` (x2 ~ H x1, pixels) that it obeys it is that of the plane, else that of
+/// a small patch which faces both cameras alike, or of infinity where its depth cannot be
+/// told: the cameras have one centre, or it lies at an epipole.
+Eigen::RowVector2d LocalSimilarity(const VirtualPair& pair, const std::vector<Eigen::Matrix3d>& planes,
+                                   const Eigen::Vector4d& match);
 
 }  // namespace diffsac

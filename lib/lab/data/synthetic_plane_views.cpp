@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -11,7 +10,7 @@
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
-#include "lab/data/virtual_planes.h"
+#include "lab/data/virtual_views.h"
 
 namespace diffsac {
 namespace {
@@ -75,37 +74,13 @@ double ShareWithin(const std::vector<Eigen::Vector4d>& matches, const Matrix3Par
   return static_cast<double>(near) / static_cast<double>(matches.size());
 }
 
-class SyntheticPlaneViews : public Dataset {
+class SyntheticPlaneViews : public GeneratedDataset {
  public:
-  SyntheticPlaneViews(SyntheticPlaneViewsOptions options, std::uint64_t seed)
-      : options_(std::move(options)),
-        prefix_("plane_views/" + options_.split),
-        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+  SyntheticPlaneViews(const SyntheticPlaneViewsOptions& options, std::uint64_t seed)
+      : GeneratedDataset(options, "synthetic_plane_views/" + options.split, "plane_views/" + options.split + "/", seed),
+        options_(options) {}
 
   Task task() const override { return Task::kHomography; }
-  std::int64_t size() const override { return options_.size; }
-
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
-    const Rng rng = root_.Fork("example", index);
-    const MatchCounts counts = DrawMatchCounts(options_.matches, task(), rng.Fork("counts"));
-    const int planes = DrawStructureCount(options_.structures, rng.Fork("structures"));
-    const int fewest = FewestOfStructure(task());
-    const int inliers = std::clamp(counts.inliers, planes * fewest, counts.total);
-    const PlaneScene scene =
-        DrawScene(DrawStructureSizes(options_.structures, planes, inliers, fewest, rng.Fork("sizes")), rng);
-    const ExactMatches exact = MatchesOf(scene, counts.total - inliers, rng);
-    Example example = MakeMatches(options_.matches, task(), scene.pair, exact, counts.total, rng.Fork("matches"));
-    for (const SeenPlane& seen : scene.planes) example.truth.structures.push_back(seen.homography);
-    ArrangeStructures(1, &example.truth);
-    example.truth.homography = scene.planes.front().plane.Homography(scene.pair);
-    example.truth.pose = PoseOf(scene.pair.motion);
-    example.index = index;
-    example.id = prefix_ + "/" + std::to_string(index);
-    example.scene = "all";
-    return example;
-  }
 
   // Throws Error when no scene of so many planes is found.
   PlaneScene DrawScene(const std::vector<int>& sizes, const Rng& rng) const {
@@ -123,6 +98,22 @@ class SyntheticPlaneViews : public Dataset {
   }
 
  private:
+  Example Draw(std::uint64_t /*index*/, const Rng& rng) const override {
+    const PointCounts counts = options_.matches.DrawCounts(task(), rng.Fork("counts"));
+    const int planes = DrawStructureCount(options_.structures, rng.Fork("structures"));
+    const int fewest = FewestOfStructure(task());
+    const int inliers = std::clamp(counts.inliers, planes * fewest, counts.total);
+    const PlaneScene scene =
+        DrawScene(DrawStructureSizes(options_.structures, planes, inliers, fewest, rng.Fork("sizes")), rng);
+    const ExactMatches exact = MatchesOf(scene, counts.total - inliers, rng);
+    Example example = MakeMatches(options_.matches, task(), scene.pair, exact, counts.total, rng.Fork("matches"));
+    for (const SeenPlane& seen : scene.planes) example.truth.structures.push_back(seen.homography);
+    ArrangeStructures(1, &example.truth);
+    example.truth.homography = scene.planes.front().plane.Homography(scene.pair);
+    example.truth.pose = PoseOf(scene.pair.motion);
+    return example;
+  }
+
   PlaneScene DrawViews(int planes, double scale, const Rng& rng) const {
     PlaneScene scene;
     scene.pair.first = RandomCamera(options_.cameras, rng.Fork("camera"));
@@ -208,8 +199,6 @@ class SyntheticPlaneViews : public Dataset {
   }
 
   SyntheticPlaneViewsOptions options_;
-  std::string prefix_;
-  Rng root_;
 };
 
 }  // namespace
@@ -234,13 +223,12 @@ void SyntheticPlaneViewsOptions::Bind(OptionsBinder& b) {
       .Help("probability that it is first turned towards the middle of the scene");
   b.Field("min_overlap", min_overlap, Within(0.05, 0.8))
       .Help("least share of a plane's region in image 1 that image 2 shows too");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  BindStream(b);
 }
 
 std::unique_ptr<Dataset> MakeSyntheticPlaneViews(const SyntheticPlaneViewsOptions& options, std::uint64_t seed) {
   CheckOptions(options);
-  options.matches.Check(Task::kHomography);
+  CheckCounts(options.matches.num_points, Task::kHomography);
   CheckStructures(options.structures, Task::kHomography, options.matches.num_points.low);
   auto dataset = std::make_unique<SyntheticPlaneViews>(options, seed);
   // Ranges that no scene can meet are better found now than in the middle of a training.

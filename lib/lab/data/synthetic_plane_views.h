@@ -5,17 +5,17 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
 #include "lab/data/structure_sizes.h"
 #include "lab/data/synthetic_matches.h"
 #include "lab/data/virtual_views.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
 /// Task homography with several structures: random scenes of K planes seen by two random cameras, each plane in its own
 /// region of image 1. What is drawn, and how, is in docs/generators.md. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
-struct SyntheticPlaneViewsOptions {
+struct SyntheticPlaneViewsOptions : GeneratorOptions {
   StructureOptions structures;      ///< Its keys stand beside the others.
   SyntheticMatchesOptions matches;  ///< Likewise.
   VirtualCameraOptions cameras;     ///< Likewise.
@@ -31,8 +31,6 @@ struct SyntheticPlaneViewsOptions {
   double converging = 0.5;
   /// Least share of a plane's region in image 1 that image 2 shows too.
   double min_overlap = 0.3;
-  std::int64_t size = -1;       ///< Examples in the dataset; -1 is endless.
-  std::string split = "train";  ///< Splits of different names never share a stream.
 
   SyntheticPlaneViewsOptions();
   void Bind(OptionsBinder& b);

@@ -6,9 +6,9 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/points.h"
-#include "diffsac/problem/problem.h"
 #include "lab/data/box_section.h"
 #include "lab/data/synthetic.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 

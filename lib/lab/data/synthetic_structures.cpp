@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -37,22 +36,19 @@ double ShareWithin(const Section& of, const Section& other, double distance, Rng
 
 // One dataset for both tasks; Section is LineSection or PlaneSection.
 template <class Section>
-class SyntheticStructures : public Dataset {
+class SyntheticStructures : public GeneratedDataset {
  public:
   static constexpr int kDimension = Section::kDimension;
 
-  SyntheticStructures(SyntheticStructuresOptions options, std::uint64_t seed)
-      : options_(std::move(options)),
-        prefix_("structures_" + ToString(options_.task) + "/" + options_.split),
-        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+  SyntheticStructures(const SyntheticStructuresOptions& options, std::uint64_t seed)
+      : GeneratedDataset(options, "synthetic_structures_" + ToString(options.task) + "/" + options.split,
+                         "structures_" + ToString(options.task) + "/" + options.split + "/", seed),
+        options_(options) {}
 
   Task task() const override { return options_.task; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
-    const Rng rng = root_.Fork("example", index);
+ private:
+  Example Draw(std::uint64_t /*index*/, const Rng& rng) const override {
     const std::vector<int> sizes = DrawSizes(rng);
     const std::vector<Section> sections = DrawSections(static_cast<int>(sizes.size()), rng);
     std::vector<PointOf<Section>> points;
@@ -71,19 +67,14 @@ class SyntheticStructures : public Dataset {
     example.problem.task = options_.task;
     example.problem.inlier_threshold = options_.inlier_threshold;
     SetShuffled(points, labels, rng.Fork("shuffle"), &example);
-    example.index = index;
-    example.id = prefix_ + "/" + std::to_string(index);
-    example.scene = "all";
     for (const Section& section : sections) example.truth.structures.push_back(ParametersOf(section));
     ArrangeStructures(1, &example.truth);
     return example;
   }
 
- private:
   int DrawTotal(const Rng& rng) const {
     Rng totals = rng.Fork("total");
-    const auto low = static_cast<int>(options_.num_points.low), high = static_cast<int>(options_.num_points.high);
-    return low + static_cast<int>(totals.Below(high - low + 1));
+    return DrawWhole(options_.num_points, totals);
   }
 
   // The numbers of points of the structures, largest first.
@@ -119,8 +110,6 @@ class SyntheticStructures : public Dataset {
   }
 
   SyntheticStructuresOptions options_;
-  std::string prefix_;
-  Rng root_;
 };
 
 }  // namespace
@@ -137,8 +126,7 @@ void SyntheticStructuresOptions::Bind(OptionsBinder& b) {
       .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
   b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
       .Help("shortest chord (lines); planes: smallest square root of the area inside");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  BindStream(b);
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 

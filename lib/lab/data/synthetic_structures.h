@@ -5,17 +5,18 @@
 #include <string>
 
 #include "diffsac/core/options.h"
-#include "diffsac/problem/problem.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/box_section.h"
+#include "lab/data/generator.h"
 #include "lab/data/structure_sizes.h"
+#include "lab/truth/example.h"
 
 namespace diffsac {
 
 /// Several random lines in a 10 × 10 picture, or planes in a 10 × 10 × 10 cube, and uniform outliers. They may cross.
 /// Two of them are told apart: less than half of either lies within 2 ε of the other. What is drawn, and how, is in
 /// docs/generators.md.
-struct SyntheticStructuresOptions {
+struct SyntheticStructuresOptions : GeneratorOptions {
   Task task = Task::kLine;      ///< line or plane
   StructureOptions structures;  ///< Its keys stand beside the others.
   Range num_points = {100, 100};
@@ -23,9 +24,7 @@ struct SyntheticStructuresOptions {
   double inlier_threshold = 0.1;  ///< ε of the problem, in the picture's unit.
   double noise_scale = 0.0;       ///< σ of the gaussian noise along the normal; 0 means ε/3.
   ModelSampling model_sampling = ModelSampling::kIsotropic;
-  double min_extent = 5.0;      ///< shortest chord (lines); planes: smallest square root of the area inside
-  std::int64_t size = -1;       ///< Examples in the dataset; -1 is endless.
-  std::string split = "train";  ///< Splits of different names never share a stream.
+  double min_extent = 5.0;  ///< shortest chord (lines); planes: smallest square root of the area inside
   void Bind(OptionsBinder& b);
 };
 

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
-#include "diffsac/core/status.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
-#include "lab/data/virtual_planes.h"
+#include "lab/data/virtual_views.h"
 
 namespace diffsac {
 namespace {
@@ -71,33 +69,26 @@ void AppendMatches(const Scene& scene, MatchOf draw, int count, Rng rng, std::ve
   }
 }
 
-class SyntheticTwoView : public Dataset {
+class SyntheticTwoView : public GeneratedDataset {
  public:
-  SyntheticTwoView(SyntheticTwoViewOptions options, std::uint64_t seed)
-      : options_(std::move(options)),
-        task_(options_.task),
-        prefix_("two_view_" + ToString(options_.task) + "/" + options_.split),
-        root_(Rng(seed).Fork("synthetic_" + prefix_)) {}
+  SyntheticTwoView(const SyntheticTwoViewOptions& options, std::uint64_t seed)
+      : GeneratedDataset(options, "synthetic_two_view_" + ToString(options.task) + "/" + options.split,
+                         "two_view_" + ToString(options.task) + "/" + options.split + "/", seed),
+        options_(options),
+        task_(options.task) {}
 
   Task task() const override { return task_; }
-  std::int64_t size() const override { return options_.size; }
 
-  Example Get(std::uint64_t index) const override {
-    if (options_.size >= 0 && index >= static_cast<std::uint64_t>(options_.size))
-      throw std::out_of_range("example " + std::to_string(index) + " of a dataset of " + std::to_string(options_.size));
-    const Rng rng = root_.Fork("example", index);
-    const MatchCounts counts = DrawMatchCounts(options_.matches, task_, rng.Fork("counts"));
+ private:
+  Example Draw(std::uint64_t /*index*/, const Rng& rng) const override {
+    const PointCounts counts = options_.matches.DrawCounts(task_, rng.Fork("counts"));
     const Scene scene = DrawScene(rng);
     const ExactMatches exact = DrawMatches(scene, counts, rng);
     Example example = MakeMatches(options_.matches, task_, scene.pair, exact, counts.total, rng.Fork("matches"));
     SetTruth(scene.pair, scene.Homography(RotationAlone(scene)), &example);
-    example.index = index;
-    example.id = prefix_ + "/" + std::to_string(index);
-    example.scene = "all";
     return example;
   }
 
- private:
   bool ForHomography() const { return task_ == Task::kHomography; }
   bool RotationAlone(const Scene& scene) const { return ForHomography() && scene.kind == Kind::kGeneral; }
   // Whether inliers are drawn from space, and from the plane.
@@ -172,7 +163,7 @@ class SyntheticTwoView : public Dataset {
     return std::clamp(static_cast<int>(std::lround(share * inliers)), 0, std::max(0, inliers - 2));
   }
 
-  ExactMatches DrawMatches(const Scene& scene, const MatchCounts& counts, const Rng& rng) const {
+  ExactMatches DrawMatches(const Scene& scene, const PointCounts& counts, const Rng& rng) const {
     Rng shares = rng.Fork("plane_share");
     const double share = shares.Uniform(options_.plane_share.low, options_.plane_share.high);
     ExactMatches exact;
@@ -204,8 +195,6 @@ class SyntheticTwoView : public Dataset {
 
   SyntheticTwoViewOptions options_;
   Task task_;
-  std::string prefix_;
-  Rng root_;
 };
 
 }  // namespace
@@ -239,14 +228,13 @@ void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
       .Help("turn");
   b.Field("min_overlap", min_overlap, Within(0.05, 0.8))
       .Help("least share of what image 1 shows that image 2 shows too");
-  b.Field("size", size, AtLeast(-1)).Help("examples; -1 is endless");
-  b.Field("split", split).Help("its name; splits of different names never share a stream");
+  BindStream(b);
   b.Require(general + planar + mixed + forward > 0.0, "general", "a scene kind with a weight above 0");
 }
 
 std::unique_ptr<Dataset> MakeSyntheticTwoView(const SyntheticTwoViewOptions& options, std::uint64_t seed) {
   CheckOptions(options);
-  options.matches.Check(options.task);
+  CheckCounts(options.matches.num_points, options.task);
   return std::make_unique<SyntheticTwoView>(options, seed);
 }
 

@@ -14,7 +14,7 @@ namespace diffsac {
 /// Random scenes seen by two random cameras: an endless source of correspondences for training without images. What is
 /// drawn, and how, is in docs/generators.md; every constant is here. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
-struct SyntheticTwoViewOptions {
+struct SyntheticTwoViewOptions : GeneratorOptions {
   Task task = Task::kFundamental;   ///< Of two views.
   SyntheticMatchesOptions matches;  ///< Its keys stand beside the others.
   VirtualCameraOptions cameras;     ///< Likewise.
@@ -46,11 +46,6 @@ struct SyntheticTwoViewOptions {
   /// Least share of what image 1 shows that image 2 shows too. Motion and plane are drawn again, and made smaller by
   /// and by, until it is met.
   double min_overlap = 0.3;
-
-  /// Examples in the dataset; -1 is endless.
-  std::int64_t size = -1;
-  /// Separates splits: train, validation and test use different names and never share a stream.
-  std::string split = "train";
   void Bind(OptionsBinder& b);
 };
 

@@ -12,7 +12,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/config/typed_options.h"
-#include "lab/data/correspondences_dataset.h"
+#include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
 

@@ -13,7 +13,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
-#include "lab/data/point_source.h"
+#include "lab/data/point_files.h"
 #include "lab/eval/colours.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"

@@ -21,7 +21,7 @@
 #include "lab/config/process.h"
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
-#include "lab/data/point_source.h"
+#include "lab/data/point_files.h"
 #include "lab/eval/digest.h"
 #include "lab/eval/problem_quantities.h"
 #include "lab/eval/shown_fits.h"

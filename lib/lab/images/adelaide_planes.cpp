@@ -9,9 +9,8 @@
 #include "diffsac/geometry/refine.h"
 #include "diffsac/problem/homography_task.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/images/adelaide_rmf.h"
-#include "lab/images/image_format.h"
-#include "lab/images/write_scene.h"
+#include "lab/images/given_pairs.h"
+#include "lab/images/run_pairs.h"
 #include "lab/truth/pair_truth.h"
 #include "lab/truth/task_truth.h"
 
@@ -98,11 +97,13 @@ std::optional<Matrix3Parameters> FitLabelledPlane(const PointMatrix& matches) {
 }
 
 CorrespondenceSet ReadAdelaidePlanes(const std::string& folder, int first) {
-  const CorrespondenceSet labelled = ReadAdelaideRmf(folder, AdelaideCorrespondences::kLabelled);
-  CorrespondenceSet tentative = ReadAdelaideRmf(folder, AdelaideCorrespondences::kTentative);
+  const CorrespondenceScene labelled(folder + "/adelaidermf"), tentative(folder + "/adelaidermf_sift");
+  if (labelled.pairs() != tentative.pairs()) throw Error(folder + ": its two scenes are not of the same pairs");
   CorrespondenceSet set;
-  for (std::size_t i = first; i < tentative.pairs.size(); i += 2)
-    if (SetHomography(labelled.pairs[i], &tentative.pairs[i])) set.pairs.push_back(std::move(tentative.pairs[i]));
+  for (std::int64_t i = first; i < tentative.size(); i += 2) {
+    Example pair = tentative.Read(i);
+    if (SetHomography(labelled.Read(i), &pair)) set.pairs.push_back(std::move(pair));
+  }
   return set;
 }
 

@@ -9,12 +9,13 @@
 
 namespace diffsac {
 
-/// AdelaideRMF's tentative matches (adelaide_rmf.h) as problems of one homography: that of the plane of whose labelled
-/// matches most tentative ones, within 3 px, are. Left out are pairs whose truth is not sure: where another labelled
-/// plane has more than two thirds as many, so that it is no mistake to find that one, and where the homographies of
-/// every other labelled match of the plane and of the remaining ones differ by more than kLargestDisagreementPx on the
-/// mean over the pixels that both images show: a plane that covers a corner of them says little of the rest.
-/// first: 0 or 1, the pairs at even or odd places among all, by name. Throws Error.
+/// AdelaideRMF's tentative matches as problems of one homography: that of the plane of whose labelled matches most
+/// tentative ones, within 3 px, are. `folder`: the scenes adelaidermf and adelaidermf_sift, which convert.py makes.
+/// Left out are pairs whose truth is not sure: where another labelled plane has more than two thirds as many, so that
+/// it is no mistake to find that one, and where the homographies of every other labelled match of the plane and of the
+/// remaining ones differ by more than kLargestDisagreementPx on the mean over the pixels that both images show: a plane
+/// that covers a corner of them says little of the rest. first: 0 or 1, the pairs at even or odd places among all, by
+/// name. Throws Error.
 CorrespondenceSet ReadAdelaidePlanes(const std::string& folder, int first);
 inline constexpr double kLargestDisagreementPx = 4.0;
 

@@ -9,10 +9,9 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
+#include "lab/images/given_pairs.h"
 #include "lab/images/image_features.h"
-#include "lab/images/image_format.h"
-#include "lab/images/keypoint_frames.h"
-#include "lab/images/write_scene.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace {

@@ -12,13 +12,13 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "lab/colmap/text.h"
+#include "lab/colmap/model.h"
 #include "lab/config/progress.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
 #include "lab/images/feature_store.h"
-#include "lab/images/image_format.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace {

@@ -104,7 +104,7 @@ cv::Mat ReadGrayImage(const std::string& path, Orientation orientation) {
 }
 
 cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options) {
-  if (options.kind != FeatureKind::kOrb) return cv::SIFT::create(options.max_keypoints, 3, options.contrast_threshold);
+  if (options.kind != FeatureKind::kOrb) return cv::SIFT::create(options.max_keypoints, 3, kContrastThreshold);
   return cv::ORB::create(options.max_keypoints > 0 ? options.max_keypoints : kAllOfOrb);
 }
 

@@ -6,7 +6,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
-#include "lab/images/pair_features.h"
+#include "lab/images/feature_store.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {

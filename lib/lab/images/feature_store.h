@@ -1,15 +1,39 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "lab/images/feature_cache.h"
+#include "lab/images/hloc_files.h"
+#include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
-#include "lab/images/imported_features.h"
 
 namespace diffsac {
+
+/// Keypoints of images in a folder, so that an interrupted preparation goes on where it stopped and no more of them
+/// than are needed stand in memory. A file for each image; one made of another version of the image (by its path, size
+/// and time) or with other options is not taken.
+class FeatureCache {
+ public:
+  FeatureCache(std::string folder, const FeatureOptions& options) : folder_(std::move(folder)), options_(options) {}
+
+  /// Whether there is a good file. Broken ones count as none.
+  bool Read(const std::string& name, const std::string& image_path, RawFeatures* features) const;
+  /// Makes the folder when it is not there. Throws Error when it cannot be written.
+  void Write(const std::string& name, const std::string& image_path, const RawFeatures& features) const;
+  /// Removes the folder.
+  void Remove() const;
+
+ private:
+  std::string PathOf(const std::string& name) const;
+  std::string KeyOf(const std::string& image_path) const;
+
+  std::string folder_;
+  FeatureOptions options_;
+};
 
 /// The features of a source's images: found once and kept in files, or imported. Different images may be asked for from
 /// different threads.
@@ -42,5 +66,12 @@ class FeatureStore {
   std::unique_ptr<ImportedFeatures> imported_;
   std::vector<ImageSize> sizes_;
 };
+
+/// Calls `body(i, first, second)` with the features of each pair's images, on up to `threads` threads (0: all cores),
+/// in no fixed order within a block of pairs. Of the images, only those that the block and later pairs need are in
+/// memory. False when `stop` turned true; pairs that have begun are finished.
+bool ForEachPair(const FeatureStore& store, const std::vector<SourcePair>& pairs, int threads,
+                 const std::atomic<bool>& stop,
+                 const std::function<void(std::int64_t, const ImageFeatures&, const ImageFeatures&)>& body);
 
 }  // namespace diffsac

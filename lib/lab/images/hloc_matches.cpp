@@ -5,10 +5,9 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/database.h"
+#include "lab/images/given_pairs.h"
 #include "lab/images/hloc_files.h"
-#include "lab/images/image_format.h"
-#include "lab/images/keypoint_frames.h"
-#include "lab/images/write_scene.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace {

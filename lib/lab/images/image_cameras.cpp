@@ -1,20 +1,19 @@
 #include "lab/images/image_cameras.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/model.h"
-#include "lab/colmap/text.h"
 #include "lab/images/exif_focal.h"
+#include "lab/images/image_features.h"
 
 namespace diffsac {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string SizeText(const ImageSize& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
 
 void CheckAlone(const GivenCalibration& given) {
   const bool others = given.focal != 0.0 || !given.center.empty() || !given.file.empty();
@@ -93,6 +92,27 @@ CameraHint ExifHint(const std::string& path, const ImageSize& size) {
   CameraHint hint;
   if (const auto focal = ExifFocalPx(path, size)) hint.focal = FocalPrior{*focal, kExifLogSigma};
   return hint;
+}
+
+void AddCalibrationOptions(CLI::App* app, GivenCalibration* calibration) {
+  app->add_option_function<std::vector<std::string>>(
+         "--calibration",
+         [calibration](const std::vector<std::string>& files) {
+           if (files.size() == 1)
+             calibration->file = files[0];
+           else
+             calibration->files = files;
+         },
+         "A file with the 3x3 matrix K of all images, or one for each, as a.txt,b.txt (default: none; the focal length "
+         "is looked for in EXIF data)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app->add_option("--cameras", calibration->cameras,
+                  "COLMAP's cameras of the images: the folder of a model, or a file cameras.txt; any camera model, and "
+                  "its distortion is taken out (default: none)");
+  app->add_option("--focal", calibration->focal, "Focal length of all images, in pixels (default: unknown)");
+  app->add_option("--center", calibration->center, "Principal point, as 320,240 (default: each image's middle)")
+      ->delimiter(',');
 }
 
 }  // namespace diffsac

@@ -7,6 +7,10 @@
 
 #include "lab/images/image_source.h"
 
+namespace CLI {
+class App;
+}
+
 namespace diffsac {
 
 /// The cameras of photographs whose calibration is given: one K for all, one for each, a focal length with the image's
@@ -36,5 +40,8 @@ class ImageCameras {
 
 /// What EXIF data say of an image's camera (ExifFocalPx), where no calibration is given.
 CameraHint ExifHint(const std::string& path, const ImageSize& size);
+
+/// The options --calibration, --cameras, --focal and --center of programs that take photographs (ImageCameras).
+void AddCalibrationOptions(CLI::App* app, GivenCalibration* calibration);
 
 }  // namespace diffsac

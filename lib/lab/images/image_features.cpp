@@ -37,31 +37,12 @@ Eigen::RowVectorXf UnitRow(const Eigen::RowVectorXf& values) {
 
 }  // namespace
 
-std::string ToString(FeatureKind kind) {
-  switch (kind) {
-    case FeatureKind::kSift:
-      return "sift";
-    case FeatureKind::kRootSift:
-      return "rootsift";
-    case FeatureKind::kOrb:
-      return "orb";
-  }
-  return "";
-}
-
-FeatureKind FeatureKindFromString(const std::string& name) {
-  for (FeatureKind kind : {FeatureKind::kSift, FeatureKind::kRootSift, FeatureKind::kOrb})
-    if (ToString(kind) == name) return kind;
-  throw Error("unknown features '" + name + "': expected sift, rootsift or orb");
-}
-
 DescriptorDistance DistanceOf(FeatureKind kind) {
   return kind == FeatureKind::kOrb ? DescriptorDistance::kHamming : DescriptorDistance::kEuclidean;
 }
 
 void FeatureOptions::Check() const {
   if (max_keypoints < 0) throw Error("max_keypoints must not be negative");
-  if (!(contrast_threshold >= 0.0)) throw Error("contrast_threshold must not be negative");
   if (max_image_size < 0) throw Error("max_image_size must not be negative");
 }
 
@@ -105,6 +86,8 @@ ImageFeatures FeaturesFromRaw(const RawFeatures& raw, FeatureKind kind) {
 ImageFeatures ExtractFeatures(const std::string& path, const FeatureOptions& options) {
   return FeaturesFromRaw(ExtractRawFeatures(path, options), options.kind);
 }
+
+std::string SizeText(const ImageSize& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
 
 ImageSize ReadImageSize(const std::string& path) {
   const cv::Mat image = ReadGrayImage(path);

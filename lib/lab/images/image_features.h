@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/core/enum_names.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/problem/image_pair.h"
 #include "lab/files/correspondence_files.h"
@@ -14,19 +15,19 @@ namespace diffsac {
 /// L1-normalised values (Arandjelović and Zisserman, "Three things everyone should know to improve object retrieval",
 /// CVPR 2012); ORB (Rublee et al., "ORB: an efficient alternative to SIFT or SURF", ICCV 2011).
 enum class FeatureKind { kSift, kRootSift, kOrb };
-
-/// "sift", "rootsift", "orb".
-std::string ToString(FeatureKind kind);
-/// Throws Error for an unknown name.
-FeatureKind FeatureKindFromString(const std::string& name);
+template <>
+inline constexpr auto kEnumNames<FeatureKind> = NamesOf<FeatureKind>({{FeatureKind::kSift, "sift"},
+                                                                      {FeatureKind::kRootSift, "rootsift"},
+                                                                      {FeatureKind::kOrb, "orb"}});
 
 struct FeatureOptions {
   FeatureKind kind = FeatureKind::kRootSift;
-  int max_keypoints = 8000;          ///< The strongest are kept; 0 keeps all.
-  double contrast_threshold = 0.04;  ///< Of SIFT's detector; lower finds more and weaker keypoints.
-  int max_image_size = 0;            ///< Larger images are reduced to this longer side, in pixels; 0: never.
-  void Check() const;                ///< Throws Error.
+  int max_keypoints = 8000;  ///< The strongest are kept; 0 keeps all.
+  int max_image_size = 0;    ///< Larger images are reduced to this longer side, in pixels; 0: never.
+  void Check() const;        ///< Throws Error.
 };
+/// Of SIFT's detector; it stands in what names the files that are made of its keypoints.
+inline constexpr double kContrastThreshold = 0.04;
 
 /// N descriptors as the detector gives them, one a row: SIFT's 128 values, ORB's 32 bytes.
 using ByteMatrix = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -65,6 +66,8 @@ struct PlacedDescriptors {
 /// image's keypoints. All keypoints are looked at, whatever `options.max_keypoints` says; the kind must be SIFT's.
 PlacedDescriptors DescribePlaces(const std::string& path, const PointMatrix& places, const FeatureOptions& options);
 
+/// "640x480".
+std::string SizeText(const ImageSize& size);
 /// Width and height of an image file. Throws Error when it is none.
 ImageSize ReadImageSize(const std::string& path);
 

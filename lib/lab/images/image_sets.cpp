@@ -9,7 +9,7 @@
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/report_script.h"
-#include "lab/images/image_format.h"
+#include "lab/images/run_pairs.h"
 #include "lab/images/warp_images.h"
 
 namespace diffsac {
@@ -95,7 +95,7 @@ std::string Converted(const ImageSet& set, const std::string& input) {
 ImageSet Described(ImageSet set, const std::string& features) {
   set.name += "_" + features;
   set.output = "runs/descriptors/" + features + "/" + set.described;
-  set.pairs.options.features.kind = FeatureKindFromString(features);
+  set.pairs.options.features.kind = FromString<FeatureKind>(features);
   set.pairs.options.descriptors = true;
   return set;
 }

@@ -11,10 +11,10 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
-#include "lab/colmap/text.h"
+#include "lab/colmap/model.h"
 #include "lab/files/number_file.h"
 #include "lab/files/own_pictures.h"
-#include "lab/images/image_format.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace fs = std::filesystem;

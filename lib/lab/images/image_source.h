@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/geometry/rigid_motion.h"
-#include "lab/colmap/lens_camera.h"
+#include "lab/colmap/lens.h"
 
 namespace diffsac {
 

@@ -2,8 +2,8 @@
 #include <filesystem>
 
 #include "lab/colmap/model.h"
-#include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 

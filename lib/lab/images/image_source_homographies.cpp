@@ -3,8 +3,8 @@
 
 #include "diffsac/core/status.h"
 #include "lab/files/number_file.h"
-#include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace {

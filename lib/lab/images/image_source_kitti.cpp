@@ -4,8 +4,8 @@
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
-#include "lab/images/image_format.h"
 #include "lab/images/image_source.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace {

@@ -13,7 +13,7 @@
 #include "lab/colmap/create.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/typed_options.h"
-#include "lab/data/correspondences_dataset.h"
+#include "lab/data/pair_dataset.h"
 #include "lab/eval/example_files.h"
 #include "lab/eval/export_colmap.h"
 #include "lab/eval/format.h"

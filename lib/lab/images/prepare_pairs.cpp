@@ -9,14 +9,13 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
+#include "lab/data/fitted_truth.h"
 #include "lab/data/pair_scenes.h"
-#include "lab/data/refined_truth.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/match_pair.h"
-#include "lab/images/pair_features.h"
 #include "lab/images/thumbnail.h"
 #include "lab/truth/pair_truth.h"
 
@@ -69,7 +68,7 @@ std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
   const FeatureOptions& features = options.features;
   std::ostringstream text;
   if (options.import_descriptors.empty()) {
-    text << "features " << ToString(features.kind) << "\ncontrast_threshold " << features.contrast_threshold
+    text << "features " << ToString(features.kind) << "\ncontrast_threshold " << kContrastThreshold
          << "\nmax_image_size " << features.max_image_size << "\nsimilarities 1\n";
   } else {
     text << "features " << fs::path(options.import_descriptors).filename().string() << "\n";

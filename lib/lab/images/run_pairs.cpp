@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "lab/images/image_format.h"
 
 namespace diffsac {
 

@@ -1,11 +1,9 @@
-#include "lab/images/vanishing_picture.h"
-
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
-#include "lab/images/picture.h"
+#include "lab/images/pictures.h"
 
 namespace diffsac {
 namespace {

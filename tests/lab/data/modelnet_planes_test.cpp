@@ -8,10 +8,7 @@
 
 #include "core/errors.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/config/dataset_factory.h"
-#include "lab/config/yaml.h"
-#include "lab/data/mesh_planes.h"
-#include "lab/data/same_points.h"
+#include "lab/data/mesh_surface.h"
 #include "lab/data/structures_test_util.h"
 
 namespace diffsac {
@@ -129,26 +126,6 @@ TEST_CASE("mesh planes: faces nearer than they can be told apart are one structu
   CHECK(Has(both->Get(1).id, "1/board"));
   const auto round = MakeModelnetPlanes(Of(folder / "a_round.off"), 3);
   CHECK(Has(ErrorOf([&] { round->Get(0); }), "min_area_share"));
-}
-
-TEST_CASE("mesh planes depend on seed, split and index alone, and mistakes are named") {
-  const TemporaryFolder folder;
-  WriteRaw(folder / "boxes.off", Boxes({{4, 3, 2}}));
-  const auto make = [&](const std::string& more, std::uint64_t seed = 1) {
-    return MakeDataset(ConfigFromYaml("type: modelnet_planes\npaths: [\"" + folder.path() + "\"]\n" + more, "my.yaml"),
-                       seed);
-  };
-  const Example example = make("")->Get(3);
-  CHECK(make("")->Get(3).problem.points == example.problem.points);
-  CHECK(make("")->Get(3).truth.assignment == example.truth.assignment);
-  CHECK_FALSE(testing::SamePoints(make("", 2)->Get(3).problem.points, example.problem.points));
-  CHECK_FALSE(testing::SamePoints(make("split: test\n")->Get(3).problem.points, example.problem.points));
-  CHECK_THROWS(make("size: 2\n")->Get(2));
-  const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
-  CHECK(Has(error("num_points: 20\n"), "at least 30"));
-  CHECK(Has(error("min_area_share: 0.001\n"), "min_area_share"));
-  CHECK(Has(error("subset: none\n"), "subset none"));
-  CHECK(Has(ErrorOf([] { MakeModelnetPlanes(Of("nowhere"), 1); }), "nowhere"));
 }
 
 }  // namespace diffsac

@@ -13,7 +13,6 @@
 #include "core/errors.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
-#include "lab/data/point_source.h"
 #include "lab/data/same_points.h"
 #include "lab/data/synthetic.h"
 #include "lab/data/write_point_sets.h"

@@ -15,6 +15,10 @@ inline std::vector<int> StructureSizes(const Example& example) {
   return sizes;
 }
 
+inline int CountInliers(const Example& example) {
+  return static_cast<int>(std::count(example.truth.inliers.begin(), example.truth.inliers.end(), 1));
+}
+
 inline int CountLabelled(const Example& example) {
   return static_cast<int>(std::count_if(example.truth.assignment.begin(), example.truth.assignment.end(),
                                         [](int label) { return label > 0; }));

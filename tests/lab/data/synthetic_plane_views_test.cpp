@@ -6,12 +6,8 @@
 #include <set>
 
 #include "core/errors.h"
-#include "diffsac/core/parallel.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/config/dataset_factory.h"
-#include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
 #include "lab/data/structures_test_util.h"
 
 namespace diffsac {
@@ -127,28 +123,6 @@ TEST_CASE("plane views: noise, number and sizes are as asked") {
   CHECK((std::sqrt(squares / inliers) > 0.7 && std::sqrt(squares / inliers) < 1.5));
 }
 
-TEST_CASE("plane views depend on seed, split and index alone") {
-  SyntheticPlaneViewsOptions options;
-  options.size = 20;
-  const auto dataset = MakeSyntheticPlaneViews(options, 11);
-  std::vector<Example> examples(20);
-  ParallelFor(20, 4, [&](std::int64_t i) { examples[19 - i] = dataset->Get(19 - i); });
-  for (int i = 0; i < 20; ++i) {
-    const Example again = MakeSyntheticPlaneViews(options, 11)->Get(i);
-    CHECK(again.problem.points == examples[i].problem.points);
-    CHECK(again.problem.match_ratio == examples[i].problem.match_ratio);
-    CHECK(again.truth.assignment == examples[i].truth.assignment);
-    CHECK(again.truth.structures == examples[i].truth.structures);
-    CHECK(again.id == examples[i].id);
-  }
-  CHECK_FALSE(
-      testing::SamePoints(MakeSyntheticPlaneViews(options, 12)->Get(0).problem.points, examples[0].problem.points));
-  CHECK_THROWS_AS(dataset->Get(20), std::out_of_range);
-  options.split = "validation";
-  CHECK_FALSE(
-      testing::SamePoints(MakeSyntheticPlaneViews(options, 11)->Get(0).problem.points, examples[0].problem.points));
-}
-
 TEST_CASE("plane views: hard ranges still end, impossible ones are an error at once") {
   SyntheticPlaneViewsOptions hard = Planes(6);
   hard.rotation_deg = 180.0;
@@ -160,29 +134,6 @@ TEST_CASE("plane views: hard ranges still end, impossible ones are an error at o
   SyntheticPlaneViewsOptions still = Planes(3);
   still.baseline = 1e-4;
   CHECK(Has(ErrorOf([&] { MakeSyntheticPlaneViews(still, 1); }), "no scene of 3 planes"));
-}
-
-TEST_CASE("plane views are made by the factory, and mistakes are named") {
-  const auto make = [](const std::string& more) {
-    return MakeDataset(ConfigFromYaml("type: synthetic_plane_views\n" + more, "my.yaml"), 1);
-  };
-  CHECK(make("structures: 2\nsize: 3\n")->size() == 3);
-  CHECK(make("split: validation\n")->Get(0).id == "plane_views/validation/0");
-  const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
-  CHECK(Has(error("structures: [0, 3]\n"), "structures"));
-  CHECK(Has(error("structures: 2.5\n"), "whole"));
-  CHECK(Has(error("num_points: 35\n"), "at least 36"));
-  CHECK(Has(error("num_points: [40.5, 50]\n"), "whole"));
-  CHECK(Has(error("focall: 2\n"), "focal"));
-  const std::string text = WriteDatasetOptions(ConfigFromYaml("type: synthetic_plane_views\nstructures: 3\n"));
-  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
-}
-
-TEST_CASE("plane views: time for a problem", "[.][cost]") {
-  const auto dataset = MakeSyntheticPlaneViews({}, 1);
-  std::size_t planes = 0;
-  for (int index = 0; index < 2000; ++index) planes += dataset->Get(index).truth.structures.size();
-  CHECK(planes > 0);
 }
 
 }  // namespace diffsac

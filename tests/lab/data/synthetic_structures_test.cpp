@@ -5,9 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "core/errors.h"
-#include "lab/config/dataset_factory.h"
-#include "lab/config/yaml.h"
 #include "lab/data/structures_test_util.h"
 
 namespace diffsac {
@@ -115,44 +112,6 @@ TEST_CASE("structures: with more of them the first models stay, and crowded prob
   crowded.outlier_ratio = 0.9;
   crowded.structures.size_ratio = 20.0;
   CHECK(StructureSizes(MakeSyntheticStructures(crowded, 6)->Get(0)) == std::vector<int>(6, 5));
-}
-
-TEST_CASE("structures depend on seed, split and index alone") {
-  for (const Task task : kTasks) {
-    const auto dataset = MakeSyntheticStructures(Fixed(task, {1, 6}), 7);
-    const Example late = MakeSyntheticStructures(Fixed(task, {1, 6}), 7)->Get(9);
-    dataset->Get(3);
-    CHECK(dataset->Get(9).problem.points == late.problem.points);
-    CHECK(dataset->Get(9).truth.assignment == late.truth.assignment);
-    CHECK(dataset->Get(9).truth.structures == late.truth.structures);
-    CHECK(dataset->Get(9).id == late.id);
-    CHECK(dataset->Get(8).problem.points != late.problem.points);
-    CHECK(MakeSyntheticStructures(Fixed(task, {1, 6}), 8)->Get(9).problem.points != late.problem.points);
-    SyntheticStructuresOptions other = Fixed(task, {1, 6});
-    other.split = "test";
-    CHECK(MakeSyntheticStructures(other, 7)->Get(9).problem.points != late.problem.points);
-    int changes = 0;
-    for (int i = 1; i < 100; ++i) changes += late.truth.assignment[i] != late.truth.assignment[i - 1];
-    CHECK(changes > 25);
-  }
-}
-
-TEST_CASE("structures are made by the factory, and mistakes are named") {
-  const auto make = [](const std::string& more) {
-    return MakeDataset(ConfigFromYaml("type: synthetic_structures\n" + more, "my.yaml"), 1);
-  };
-  CHECK(make("task: plane\nstructures: 3\nsize: 2\n")->size() == 2);
-  CHECK(make("split: validation\n")->Get(0).id == "structures_line/validation/0");
-  const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
-  CHECK(Has(error("task: homography\n"), "my.yaml:2"));
-  CHECK(Has(error("structures: 0\n"), "structures"));
-  CHECK(Has(error("structures: [1.5, 3]\n"), "whole"));
-  CHECK(Has(error("size_ratio: 0.5\n"), "size_ratio"));
-  CHECK(Has(error("num_points: 23\n"), "at least 24, 4 for each of up to 6 structures"));
-  CHECK(Has(error("num_points: [50.5, 60]\n"), "whole"));
-  CHECK(Has(error("inlier_threshold: 2\n"), "inlier_threshold"));
-  CHECK(Has(error("noise: uniform\n"), "noise"));
-  CHECK_THROWS(make("size: 2\n")->Get(2));
 }
 
 TEST_CASE("structures are arranged by size, and small ones become outliers") {

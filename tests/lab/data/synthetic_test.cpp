@@ -6,12 +6,10 @@
 #include <set>
 #include <vector>
 
-#include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/config/yaml.h"
 #include "lab/data/box_section.h"
-#include "lab/data/same_points.h"
+#include "lab/data/structures_test_util.h"
 
 namespace diffsac {
 namespace {
@@ -25,10 +23,6 @@ std::vector<double> Residuals(const Example& example, int mark) {
     if (example.truth.inliers[i] == mark)
       residuals.push_back(points.row(i).dot(example.truth.model.head(d)) + example.truth.model[d]);
   return residuals;
-}
-
-int CountInliers(const Example& example) {
-  return static_cast<int>(std::count(example.truth.inliers.begin(), example.truth.inliers.end(), 1));
 }
 
 SyntheticOptions Fixed(int points, double ratio) {
@@ -318,26 +312,6 @@ TEST_CASE("structured outliers put a weaker second model beside the true one") {
   CHECK(CountInliers(crowded) == 40);
 }
 
-TEST_CASE("examples depend on seed, split and index alone") {
-  const auto dataset = MakeSynthetic(Task::kPlane, Fixed(60, 0.3), 5);
-  const auto again = MakeSynthetic(Task::kPlane, Fixed(60, 0.3), 5);
-  const Example late = again->Get(9);
-  CHECK(dataset->Get(3).problem.points == again->Get(3).problem.points);
-  CHECK(dataset->Get(9).problem.points == late.problem.points);
-  CHECK(dataset->Get(9).truth.inliers == late.truth.inliers);
-  CHECK(dataset->Get(9).id == late.id);
-  CHECK_FALSE(testing::SamePoints(dataset->Get(3).problem.points, dataset->Get(4).problem.points));
-  CHECK(dataset->Get(3).id != dataset->Get(4).id);
-  CHECK_FALSE(testing::SamePoints(MakeSynthetic(Task::kPlane, Fixed(60, 0.3), 6)->Get(3).problem.points,
-                                  dataset->Get(3).problem.points));
-
-  SyntheticOptions test = Fixed(60, 0.3);
-  test.split = "test";
-  const auto other_split = MakeSynthetic(Task::kPlane, test, 5);
-  for (int i = 0; i < 20; ++i)
-    for (int j = 0; j < 20; ++j) CHECK(dataset->Get(i).truth.model != other_split->Get(j).truth.model);
-}
-
 TEST_CASE("conditions are paired: another noise or outlier kind keeps the models") {
   SyntheticOptions noisy = Fixed(100, 0.5), clean = noisy, clustered = noisy;
   noisy.noise_scale = 0.2;
@@ -349,13 +323,6 @@ TEST_CASE("conditions are paired: another noise or outlier kind keeps the models
   }
 }
 
-TEST_CASE("points are shuffled") {
-  const Example example = MakeSynthetic(Task::kLine, Fixed(100, 0.5), 8)->Get(0);
-  int changes = 0;
-  for (int i = 1; i < 100; ++i) changes += example.truth.inliers[i] != example.truth.inliers[i - 1];
-  CHECK(changes > 25);
-}
-
 TEST_CASE("Models through a uniform point have longer chords than isotropic ones") {
   double isotropic = 0.0, through_point = 0.0;
   Rng rng(1);
@@ -365,19 +332,6 @@ TEST_CASE("Models through a uniform point have longer chords than isotropic ones
   }
   // A length-biased draw has mean E[L²]/E[L], which is larger than E[L].
   CHECK(through_point > 1.05 * isotropic);
-}
-
-TEST_CASE("synthetic data says what is wrong with its options") {
-  CHECK(Has(ErrorOf([] { MakeSynthetic(Task::kPlane, Fixed(3, 0.0), 1); }), "at least 4"));
-  SyntheticOptions finite = Fixed(10, 0.0);
-  finite.size = 2;
-  const auto dataset = MakeSynthetic(Task::kLine, finite, 1);
-  CHECK(dataset->size() == 2);
-  CHECK_NOTHROW(dataset->Get(1));
-  CHECK_THROWS(dataset->Get(2));
-  for (const char* bad : {"num_points: 2.5", "num_points: 50.5", "outlier_ratio: 1.2", "min_extent: 12",
-                          "noise: cauchy", "cluster_sigma: 0", "inlier_threshold: 0", "noise_scal: 1"})
-    CHECK(ErrorOf([&] { ReadOptions<SyntheticOptions>(ConfigFromYaml(bad)); }) != "");
 }
 
 }  // namespace diffsac

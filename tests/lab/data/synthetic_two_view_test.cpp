@@ -5,18 +5,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <vector>
 
-#include "core/errors.h"
-#include "diffsac/core/parallel.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/config/dataset_factory.h"
-#include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
+#include "lab/data/structures_test_util.h"
 
 namespace diffsac {
 namespace {
@@ -60,10 +55,6 @@ Eigen::VectorXd Weights(const Example& example) {
   Eigen::VectorXd weights(example.problem.points.rows());
   for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = example.truth.inliers[i];
   return weights;
-}
-
-int CountInliers(const Example& example) {
-  return static_cast<int>(std::count(example.truth.inliers.begin(), example.truth.inliers.end(), 1));
 }
 
 // How many inliers one homography explains, at best over some random sets of four.
@@ -334,34 +325,6 @@ TEST_CASE("synthetic two views: displaced matches keep the first point and lie a
   CHECK(found == 50);
 }
 
-TEST_CASE("synthetic two views depend on seed, split and index alone") {
-  SyntheticTwoViewOptions options;
-  options.size = 20;
-  for (const Task task : kTasks) {
-    options.task = task;
-    const auto dataset = MakeSyntheticTwoView(options, 11);
-    std::vector<Example> examples(20);
-    ParallelFor(20, 4, [&](std::int64_t i) { examples[19 - i] = dataset->Get(19 - i); });
-    std::set<std::string> ids;
-    for (int i = 0; i < 20; ++i) {
-      const Example again = MakeSyntheticTwoView(options, 11)->Get(i);
-      CHECK(again.problem.points == examples[i].problem.points);
-      CHECK(again.problem.match_ratio == examples[i].problem.match_ratio);
-      CHECK(again.truth.model == examples[i].truth.model);
-      CHECK(again.index == static_cast<std::uint64_t>(i));
-      ids.insert(again.id);
-    }
-    CHECK(ids.size() == 20);
-    CHECK_FALSE(
-        testing::SamePoints(MakeSyntheticTwoView(options, 12)->Get(0).problem.points, examples[0].problem.points));
-    SyntheticTwoViewOptions other = options;
-    other.split = "validation";
-    CHECK_FALSE(
-        testing::SamePoints(MakeSyntheticTwoView(other, 11)->Get(0).problem.points, examples[0].problem.points));
-    CHECK_THROWS_AS(dataset->Get(20), std::out_of_range);
-  }
-}
-
 TEST_CASE("synthetic two views: hard ranges still end, with the overlap that was asked for") {
   for (const char* kind : kKinds) {
     SyntheticTwoViewOptions options = Exact(Task::kEssential, kind);
@@ -374,28 +337,6 @@ TEST_CASE("synthetic two views: hard ranges still end, with the overlap that was
     for (int index = 0; index < 3; ++index)
       CHECK(CheckProblem(MakeSyntheticTwoView(options, 13)->Get(index).problem) == Status::kOk);
   }
-}
-
-TEST_CASE("synthetic two views are made by the factory, and mistakes are named") {
-  const auto make = [](const std::string& more) {
-    return MakeDataset(ConfigFromYaml("type: synthetic_two_view\n" + more, "my.yaml"), 1);
-  };
-  CHECK(make("task: essential\nsize: 3\n")->size() == 3);
-  CHECK(make("task: homography\n")->task() == Task::kHomography);
-  CHECK(make("outlier_ratio: 0.5\nsplit: validation\n")->Get(0).id == "two_view_fundamental/validation/0");
-  const auto error = [&](const std::string& more) { return ErrorOf([&] { make(more); }); };
-  CHECK(Has(error("task: line\n"), "my.yaml:2"));
-  CHECK(Has(error("focall: 2\n"), "focal"));
-  CHECK(Has(error("general: 0\nplanar: 0\nmixed: 0\nforward: 0\n"), "weight"));
-  CHECK(Has(error("num_points: 7\n"), "at least 8"));
-  CHECK(Has(error("num_points: [20.5, 30]\n"), "whole"));
-  CHECK(Has(error("displacement_px: 0\n"), "displacement_px"));
-  SyntheticTwoViewOptions options;
-  options.min_overlap = 0.0;
-  CHECK(Has(ErrorOf([&] { MakeSyntheticTwoView(options, 1); }), "min_overlap"));
-  const std::string text =
-      WriteDatasetOptions(ConfigFromYaml("type: synthetic_two_view\ntask: essential\nnoise_px: 0.3\n"));
-  CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
 }  // namespace diffsac

@@ -1,25 +1,15 @@
 #include "lab/images/adelaide_planes.h"
 
 #include <catch2/catch.hpp>
-#include <cstdio>
+#include <vector>
 
 #include "core/errors.h"
+#include "diffsac/core/random.h"
 #include "diffsac/geometry/homography.h"
-#include "lab/images/image_test_util.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
-
-std::string Numbers(std::initializer_list<double> values) {
-  std::string text;
-  char number[40];
-  for (double value : values) {
-    std::snprintf(number, sizeof(number), "%.12g ", value);
-    text += number;
-  }
-  return text;
-}
 
 // Labelled and tentative matches of two planes in images of 640 × 480 pixels, `others` of them of the second, which
 // moves otherwise; those of the first lie within `extent` pixels of the corner and are noisy by `noise` in the second
@@ -28,26 +18,35 @@ struct House {
   int others = 10;
   double extent = 500.0;
   double noise = 0.0;
-  void Write(const TemporaryFolder& folder, const std::string& name) const {
-    std::string labelled, tentative, scores;
-    int count = 0;
+
+  // With labels, or as tentative matches.
+  Example Pair(const std::string& name, bool labels) const {
+    Example pair;
+    pair.image1 = name + "A";
+    pair.image2 = name + "B";
+    pair.id = pair.image1 + "-" + pair.image2;
+    Problem& problem = pair.problem;
+    problem.size1 = problem.size2 = {640, 480};
+    problem.points.resize(40 + others, 4);
     Rng rng(7);
-    const auto add = [&](double size, double shift, double error, int label) {
+    const auto set = [&](int row, double size, double shift, double error) {
       const double x = rng.Uniform(0.0, size), y = rng.Uniform(0.0, 0.8 * size);
-      labelled += Numbers({x, y, 1, x + shift + error, y, 1}) + std::to_string(label) + "\n";
-      tentative += Numbers({x, y, x + shift + error, y}) + "\n";
-      scores += "0.5\n";
-      ++count;
+      problem.points.row(row) << x, y, x + shift + error, y;
+      if (labels) pair.truth.assignment.push_back(row < 40 ? 1 : 2);
     };
-    for (int i = 0; i < 40; ++i) add(extent, 40.0, noise * rng.Normal(), 1);
-    for (int i = 0; i < others; ++i) add(500.0, -300.0, 0.0, 2);
-    WriteRaw(folder / (name + "_model.txt"), "0 0 0\n0 0 -1\n0 1 0\n");
-    WriteRaw(folder / (name + "_pts.txt"), labelled);
-    WriteRaw(folder / ("sift_update/" + name + "_pts.txt"), std::to_string(count) + "\n" + tentative);
-    WriteRaw(folder / ("sift_update/" + name + "_score.txt"), scores);
-    const cv::Mat grey(480, 640, CV_8U, cv::Scalar(7));
-    WriteImage(folder / (name + "A.png"), grey);
-    WriteImage(folder / (name + "B.png"), grey);
+    for (int i = 0; i < 40; ++i) set(i, extent, 40.0, noise * rng.Normal());
+    for (int i = 0; i < others; ++i) set(40 + i, 500.0, -300.0, 0.0);
+    if (!labels) problem.match_ratio = Eigen::VectorXd::Constant(40 + others, 0.5);
+    pair.truth.fundamental.emplace();
+    *pair.truth.fundamental << 0, 0, 0, 0, 0, -1, 0, 1, 0;
+    return pair;
+  }
+  void Write(const TemporaryFolder& folder, const std::vector<std::string>& names) const {
+    for (const bool labels : {true, false}) {
+      CorrespondenceSet set;
+      for (const std::string& name : names) set.pairs.push_back(Pair(name, labels));
+      WriteCorrespondences(folder / (labels ? "adelaidermf" : "adelaidermf_sift"), set);
+    }
   }
 };
 
@@ -55,10 +54,7 @@ struct House {
 
 TEST_CASE("AdelaideRMF's planes: the homography of the dominant one, of every other pair") {
   TemporaryFolder folder;
-  MakeFolder(folder / "sift_update");
-  House{}.Write(folder, "a");
-  House{}.Write(folder, "b");
-  House{}.Write(folder, "c");
+  House{}.Write(folder, {"a", "b", "c"});
   const CorrespondenceSet even = ReadAdelaidePlanes(folder.path(), 0), odd = ReadAdelaidePlanes(folder.path(), 1);
   REQUIRE(even.pairs.size() == 2);
   REQUIRE(odd.pairs.size() == 1);
@@ -77,15 +73,14 @@ TEST_CASE("AdelaideRMF's planes: the homography of the dominant one, of every ot
 
 TEST_CASE("AdelaideRMF's planes: pairs of two planes alike, or of an uncertain one, are left out") {
   TemporaryFolder folder;
-  MakeFolder(folder / "sift_update");
-  House{.others = 26}.Write(folder, "a");
+  House{.others = 26}.Write(folder, {"a"});
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.size() == 1);
-  House{.others = 28}.Write(folder, "a");
+  House{.others = 28}.Write(folder, {"a"});
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.empty());
   // In a corner, exact labels still say where the rest of the image goes, noisy ones do not.
-  House{.extent = 30.0}.Write(folder, "a");
+  House{.extent = 30.0}.Write(folder, {"a"});
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.size() == 1);
-  House{.extent = 30.0, .noise = 1.0}.Write(folder, "a");
+  House{.extent = 30.0, .noise = 1.0}.Write(folder, {"a"});
   CHECK(ReadAdelaidePlanes(folder.path(), 0).pairs.empty());
 }
 

@@ -12,7 +12,7 @@
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
 #include "lab/images/image_test_util.h"
-#include "lab/images/match_two_images.h"
+#include "lab/images/match_pair.h"
 #include "lab/images/photograph_results.h"
 #include "lab/truth/pair_truth.h"
 

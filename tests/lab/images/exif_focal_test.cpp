@@ -5,7 +5,6 @@
 
 #include "core/temporary_folder.h"
 #include "lab/images/exif_test_util.h"
-#include "lab/images/sensor_sizes.h"
 
 namespace diffsac {
 namespace {

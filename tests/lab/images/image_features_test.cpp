@@ -1,5 +1,3 @@
-#include "lab/images/image_features.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +5,10 @@
 #include <set>
 
 #include "core/errors.h"
+#include "lab/files/files.h"
 #include "lab/images/detection.h"
+#include "lab/images/feature_store.h"
+#include "lab/images/image_features.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/match_pair.h"
 
@@ -278,7 +279,7 @@ TEST_CASE("places are described by the keypoint that is there, or themselves") {
   options.kind = FeatureKind::kSift;
   places(0, 0) = std::nan("");
   CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not finite"));
-  CHECK(Has(ErrorOf([&] { FeatureKindFromString("surf"); }), "'surf'"));
+  CHECK(Has(ErrorOf([&] { FromString<FeatureKind>("surf"); }), "'surf'"));
 }
 
 TEST_CASE("twelve bits of sixteen, and values with a floating point, are as bright as eight bits") {
@@ -325,6 +326,35 @@ TEST_CASE("images without texture have no keypoints, and files that are no image
   FeatureOptions bad;
   bad.max_keypoints = -1;
   CHECK(Has(ErrorOf([&] { ExtractFeatures(folder / "flat.png", bad); }), "max_keypoints"));
+}
+
+TEST_CASE("keypoints in files are read back as they were, others are not taken") {
+  TemporaryFolder folder;
+  WriteImage(folder / "a.png", Texture(160, 120, 3));
+  WriteImage(folder / "flat.png", cv::Mat(64, 64, CV_8U, cv::Scalar(100)));
+  FeatureOptions options;
+  const FeatureCache cache(folder / "cache", options);
+  RawFeatures read;
+  CHECK(!cache.Read("a", folder / "a.png", &read));
+  for (const std::string name : {"a", "flat"}) {
+    const std::string path = folder / (name + ".png");
+    const RawFeatures raw = ExtractRawFeatures(path, options);
+    cache.Write(name, path, raw);
+    REQUIRE(cache.Read(name, path, &read));
+    CHECK((read.size == raw.size && read.positions == raw.positions && read.bytes == raw.bytes));
+    CHECK(read.frames == raw.frames);
+    CHECK((name == "flat") == (read.bytes.rows() == 0));
+  }
+  options.kind = FeatureKind::kSift;
+  CHECK(FeatureCache(folder / "cache", options).Read("a", folder / "a.png", &read));
+  options.max_keypoints = 10;
+  CHECK(!FeatureCache(folder / "cache", options).Read("a", folder / "a.png", &read));
+  CHECK(!cache.Read("a", folder / "flat.png", &read));
+  const std::string file = folder / "cache/a.bin", content = ReadFile(file);
+  for (std::size_t size : {std::size_t{0}, std::size_t{40}, content.size() / 2, content.size() - 1}) {
+    WriteRaw(file, content.substr(0, size));
+    CHECK(!cache.Read("a", folder / "a.png", &read));
+  }
 }
 
 }  // namespace diffsac

@@ -13,7 +13,7 @@
 #include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/rigid_motion.h"
-#include "lab/colmap/lens_camera.h"
+#include "lab/colmap/lens.h"
 #include "lab/data/two_view_test_util.h"
 
 namespace diffsac {

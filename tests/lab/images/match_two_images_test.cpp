@@ -1,4 +1,4 @@
-#include "lab/images/match_two_images.h"
+#include "lab/images/match_pair.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "lab/images/exif_focal.h"
 #include "lab/images/exif_test_util.h"
 #include "lab/images/image_test_util.h"
-#include "lab/images/match_picture.h"
+#include "lab/images/pictures.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {

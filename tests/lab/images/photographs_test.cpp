@@ -6,7 +6,7 @@
 #include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "lab/images/image_test_util.h"
-#include "lab/images/picture.h"
+#include "lab/images/pictures.h"
 
 namespace diffsac {
 namespace {

@@ -9,7 +9,7 @@
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
-#include "lab/images/feature_cache.h"
+#include "lab/images/feature_store.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/inspect.h"
 #include "lab/truth/pair_truth.h"

@@ -8,7 +8,7 @@
 #include <Eigen/LU>
 
 #include "core/errors.h"
-#include "lab/images/adelaide_rmf.h"
+#include "lab/files/correspondence_files.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
 #include "lab/truth/pair_truth.h"
@@ -24,17 +24,23 @@ std::string SharedFolder(const std::string& name) {
   return "";
 }
 
-// What data_tools/convert.py makes of a set; nothing after saying that the test is skipped.
-std::optional<ImageSource> Converted(const TemporaryFolder& folder, const std::string& format, const std::string& name,
-                                     const std::string& options = "") {
+// Runs data_tools/convert.py on a set; false after saying that the test is skipped.
+bool Convert(const TemporaryFolder& folder, const std::string& format, const std::string& name,
+             const std::string& options = "") {
   const std::string input = SharedFolder(name);
-  if (input.empty()) return {};
+  if (input.empty()) return false;
   const std::string words = " -B '" DIFFSAC_SOURCE_DIR "/data_tools/convert.py' " + format + " '" + input + "' '" +
                             folder / name + "' " + options;
   for (const std::string python : {"python3", "/usr/bin/python3"})
-    if (std::system((python + words + " >/dev/null 2>&1").c_str()) == 0) return ReadColmap(folder / name);
+    if (std::system((python + words + " >/dev/null 2>&1").c_str()) == 0) return true;
   WARN("skipped: data_tools/convert.py does not run here");
-  return {};
+  return false;
+}
+
+std::optional<ImageSource> Converted(const TemporaryFolder& folder, const std::string& format, const std::string& name,
+                                     const std::string& options = "") {
+  if (!Convert(folder, format, name, options)) return {};
+  return ReadColmap(folder / name);
 }
 
 // Matches with a ratio of at most 0.8, so that the share near the truth says something about the truth.
@@ -158,14 +164,14 @@ TEST_CASE("real data: homographies explain the matches of graf and dogman") {
 }
 
 TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labelled inliers") {
-  const std::string folder = SharedFolder("adelaidermf");
-  if (folder.empty()) return;
-  const CorrespondenceSet labelled = ReadAdelaideRmf(folder, AdelaideCorrespondences::kLabelled);
-  const CorrespondenceSet tentative = ReadAdelaideRmf(folder, AdelaideCorrespondences::kTentative);
-  REQUIRE(labelled.pairs.size() == 18);
-  REQUIRE(tentative.pairs.size() == 18);
-  for (std::size_t i = 0; i < 18; ++i) {
-    const Example& pair = labelled.pairs[i];
+  const TemporaryFolder folder;
+  if (!Convert(folder, "adelaidermf", "adelaidermf")) return;
+  const CorrespondenceScene labelled(folder / "adelaidermf/adelaidermf"),
+      tentative(folder / "adelaidermf/adelaidermf_sift");
+  REQUIRE(labelled.size() == 18);
+  REQUIRE(tentative.pairs() == labelled.pairs());
+  for (std::int64_t i = 0; i < 18; ++i) {
+    const Example pair = labelled.Read(i), other = tentative.Read(i);
     CAPTURE(pair.id);
     const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
     double near[2] = {0, 0}, count[2] = {0, 0};
@@ -178,10 +184,8 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     // Matches that are on no labelled plane may well obey F.
     CHECK(near[1] / count[1] > near[0] / count[0] + 0.3);
     // The tentative matches are of the same images; a good ratio goes with the truth.
-    CHECK(tentative.pairs[i].id == pair.id);
-    CHECK(ShareNear(tentative.pairs[i].problem, tentative.pairs[i].truth, 3.0) > 0.3);
-    CHECK((tentative.pairs[i].problem.match_ratio.minCoeff() >= 0.0 &&
-           tentative.pairs[i].problem.match_ratio.maxCoeff() <= 1.0));
+    CHECK(ShareNear(other.problem, other.truth, 3.0) > 0.3);
+    CHECK((other.problem.match_ratio.minCoeff() >= 0.0 && other.problem.match_ratio.maxCoeff() <= 1.0));
   }
 }
 

@@ -15,4 +15,11 @@ namespace diffsac {
 void WriteScene(const PairsRequest& request, const std::string& name, const std::function<CorrespondenceSet()>& read,
                 const std::atomic<bool>& stop, PrepareResult* result);
 
+/// Problem::similarities of matches between keypoints whose frames (N × 2: logarithm of the size, angle in radians) are
+/// given; empty where those of one image are.
+PointMatrix SimilaritiesOf(const PointMatrix& first, const PointMatrix& second, const MatchIndices& matches);
+
+/// A scene's file holds all pairs: where a pair with matches has no similarities, none keeps them.
+void KeepAllSimilaritiesOrNone(CorrespondenceSet* set);
+
 }  // namespace diffsac

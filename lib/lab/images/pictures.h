@@ -1,12 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "diffsac/diffsac.h"
+#include "lab/files/segment_files.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {
+
+/// A grey image in colour, a little lighter, so that what is drawn on it stands out.
+cv::Mat LightImage(const cv::Mat& gray);
+
+/// Writes the whole file, in the format that `path` ends in, marked as ours (lab/files/own_pictures.h). Throws Error as
+/// CheckPictureName does, and where the file cannot be written.
+void WritePicture(const cv::Mat& image, const std::string& path);
+
+/// Throws Error unless WritePicture knows the format that `path` ends in, and where there is another's file already.
+void CheckPictureName(const std::string& path);
 
 /// How many matches a picture shows.
 struct PictureCounts {
@@ -28,5 +41,11 @@ PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::s
 /// ends in. Throws Error.
 void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path);
+
+/// A grey image, at most 1600 pixels wide or high, with its segments in the colour of their vanishing point (grey: of
+/// none), the horizon, the vanishing points that are in the picture, and a legend below. labels: of each vanishing
+/// point, for the legend; colours: "#RRGGBB", as many as they.
+cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate,
+                            const std::vector<std::string>& labels, const std::vector<std::string>& colours);
 
 }  // namespace diffsac

@@ -1,21 +1,188 @@
-#include "lab/data/structure_truth.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <vector>
 
 #include "core/errors.h"
+#include "core/temporary_folder.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/refine.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/data/fitted_truth.h"
+#include "lab/data/pair_dataset.h"
+#include "lab/data/pair_filter.h"
 #include "lab/data/structures_test_util.h"
 #include "lab/data/synthetic_plane_views.h"
+#include "lab/data/two_view_test_util.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
+namespace {
+
+constexpr int kOnPlane = 60, kElsewhere = 40, kWrong = 30;
+
+// Two views of a plane, of points off it, and wrong matches.
+Example PlanePair() {
+  Rng rng(11);
+  Example pair;
+  pair.scene = "scene";
+  pair.image1 = "a";
+  pair.image2 = "b";
+  pair.id = "a-b";
+  const Eigen::Matrix3d K = Calibration(500, 500, 320, 240);
+  pair.problem.cameras = CameraPair{K, K};
+  RigidMotion motion;
+  motion.rotation = Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.2, 1, 0.1).normalized()).toRotationMatrix();
+  motion.translation = Eigen::Vector3d(0.4, 0.05, 0.1);
+  pair.truth.motion = motion;
+  pair.problem.points.resize(kOnPlane + kElsewhere + kWrong, 4);
+  for (int i = 0; i < pair.problem.points.rows(); ++i) {
+    const double x = rng.Uniform(-1.0, 1.0), y = rng.Uniform(-1.0, 1.0);
+    const double depth = i < kOnPlane ? 4.0 + 0.3 * x : rng.Uniform(2.0, 12.0);
+    const Eigen::Vector3d point(x, y, depth);
+    const Eigen::Vector2d first = Project(K, {}, point);
+    Eigen::Vector2d second = Project(K, motion, point);
+    if (i >= kOnPlane + kElsewhere) second = Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480));
+    pair.problem.points.row(i) << first.transpose(), second.transpose();
+  }
+  CompleteTruth(pair.problem, &pair.truth);
+  return pair;
+}
+
+// The pair as a dataset of homographies gives it.
+Example Read(const Example& pair, bool dominant_plane) {
+  const TemporaryFolder folder;
+  CorrespondenceSet set;
+  set.pairs = {pair};
+  set.cameras = {{"a", {}}, {"b", *pair.truth.motion}};
+  WriteCorrespondences(folder / "scene", set);
+  CorrespondencesOptions options;
+  options.paths = {folder / "scene"};
+  options.pairs.task = Task::kHomography;
+  options.pairs.dominant_plane = dominant_plane;
+  return MakeCorrespondences(options, 1)->Get(0);
+}
+
+}  // namespace
+
+TEST_CASE("the dominant plane's homography is the truth of pairs that have a pose alone") {
+  const Example pair = PlanePair();
+  const auto homography = DominantHomography(pair.problem, pair.truth, 1.0, "a");
+  REQUIRE(homography);
+  CHECK(*homography == *DominantHomography(pair.problem, pair.truth, 1.0, "a"));
+  CHECK(Read(pair, false).truth.model.size() == 0);
+  const Example example = Read(pair, true);
+  REQUIRE(example.truth.model.size() == 9);
+  const auto& inliers = example.truth.inliers;
+  CHECK(std::all_of(inliers.begin(), inliers.begin() + kOnPlane, [](auto inlier) { return inlier != 0; }));
+  CHECK(std::count(inliers.begin() + kOnPlane, inliers.end(), 1) < 12);
+  CHECK(example.truth.pose);
+}
+
+TEST_CASE("without a plane that enough matches follow a homography has no truth") {
+  Example pair = PlanePair();
+  pair.problem.points = PointMatrix(pair.problem.points.bottomRows(kElsewhere + kWrong));
+  const auto homography = DominantHomography(pair.problem, pair.truth, 0.05, "a");
+  CHECK_FALSE(homography);
+  pair.problem.points.conservativeResize(3, 4);
+  CHECK_FALSE(DominantHomography(pair.problem, pair.truth, 1.0, "a"));
+  CHECK(Read(pair, true).truth.inliers.empty());
+}
+
+namespace {
+
+// A pair whose given motion is turned by more than half a degree, some pixels off.
+Example RoughPair() {
+  Example pair = SyntheticSet(1, 300, Rng(9)).pairs.front();
+  pair.scene = "scene";
+  pair.truth.assignment.clear();  // inliers are to be judged by the model
+  pair.truth.motion->rotation =
+      Eigen::AngleAxisd(0.6 * 3.14159 / 180.0, Eigen::Vector3d(1, 2, 3).normalized()) * pair.truth.motion->rotation;
+  pair.truth.essential.reset();
+  pair.truth.fundamental.reset();
+  CompleteTruth(pair.problem, &pair.truth);
+  return pair;
+}
+
+std::int64_t Near(const Problem& problem, const GroundTruth& truth) {
+  return (TruthDistances(problem, truth).array() < 1.0).count();
+}
+
+}  // namespace
+
+TEST_CASE("a rough truth is refined on the matches near it, with and without calibration") {
+  for (const bool calibrated : {true, false}) {
+    Example pair = RoughPair();
+    if (!calibrated) pair.problem.cameras.reset();
+    const std::int64_t before = Near(pair.problem, pair.truth);
+    GroundTruth refined = pair.truth;
+    RefineEpipolarTruth(pair.problem, 4.0, &refined);
+    CHECK(before < 150);
+    CHECK(Near(pair.problem, refined) >= 165);
+    CHECK(refined.motion == pair.truth.motion);
+    CHECK((refined.essential == pair.truth.essential) == !calibrated);
+  }
+}
+
+TEST_CASE("a truth is refined with the loss that was asked for, in pixels") {
+  for (const double loss_px : {1.0, 2.5, 6.0}) {
+    Example pair = RoughPair();
+    pair.problem.cameras.reset();
+    GroundTruth refined = pair.truth;
+    RefineEpipolarTruth(pair.problem, loss_px, &refined);
+    const Eigen::VectorXd near = (TruthDistances(pair.problem, pair.truth).array() <= 2.0 * loss_px).cast<double>();
+    RefineOptions options;
+    options.loss.scale = loss_px;
+    Matrix3Parameters expected = AsParameters(*pair.truth.fundamental);
+    REQUIRE(RefineFundamental(pair.problem.points, near, options, &expected).status == Status::kOk);
+    CAPTURE(loss_px);
+    CHECK(AsParameters(*refined.fundamental).isApprox(expected, 1e-9));
+  }
+}
+
+TEST_CASE("what the matches disagree with a source's pose by") {
+  const auto inliers = [](const Example& pair) {
+    std::vector<int> rows;
+    for (int i = 0; i < 300; ++i)
+      if (i % 3 != 0) rows.push_back(i);
+    return WithRows(pair, rows);
+  };
+  const auto disagreement = [](const Example& pair, int near) {
+    return TruthDisagreementDegrees(pair.problem, pair.truth, 4.0, near);
+  };
+  const Example rough = inliers(RoughPair()), sound = inliers(SyntheticSet(1, 300, Rng(9)).pairs.front());
+  CHECK(disagreement(rough, 20) > 0.5);
+  CHECK(disagreement(rough, 20) < 1.0);
+  CHECK(disagreement(sound, 20) < 1e-3);
+  CHECK(std::isinf(disagreement(sound, 10000)));
+  Example blind = sound;
+  blind.problem.cameras.reset();
+  CHECK(std::isnan(disagreement(blind, 20)));
+}
+
+TEST_CASE("a truth with too few matches near it stays") {
+  Example pair = RoughPair();
+  pair.problem.points.conservativeResize(12, 4);
+  GroundTruth refined = pair.truth;
+  RefineEpipolarTruth(pair.problem, 4.0, &refined);
+  CHECK(refined.fundamental == pair.truth.fundamental);
+}
+
+TEST_CASE("examples for training have the refined inliers and the given pose") {
+  Example given = RoughPair(), refined = RoughPair();
+  RefineEpipolarTruth(refined.problem, 4.0, &refined.truth);
+  for (Example* pair : {&given, &refined}) SetTask(Task::kEssential, 1.0, pair);
+  const auto inliers = [](const Example& e) { return std::count(e.truth.inliers.begin(), e.truth.inliers.end(), 1); };
+  CHECK(inliers(refined) > inliers(given) + 40);
+  CHECK(refined.truth.pose->rotation == given.truth.pose->rotation);
+  CHECK(refined.problem.points == given.problem.points);
+}
+
 namespace {
 
 // Three planes with exact matches of which the file's labels are 7, 2 and 4, from the largest to the smallest, and
