@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <thread>
 
 #include "core/temporary_folder.h"
 #include "device/test_device.h"
@@ -86,11 +85,6 @@ double Difference(const std::vector<double>& a, const std::vector<double>& b) {
   return worst;
 }
 
-void StopAfterRows(const std::string& run, std::size_t rows, std::atomic<bool>* stop) {
-  while (Metrics(run).size() < rows + 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  *stop = true;
-}
-
 }  // namespace
 
 TEST_CASE("every method trains on the device as on the CPU, and its checkpoint serves both") {
@@ -116,14 +110,9 @@ TEST_CASE("a training on the device that was stopped and resumed equals one that
     const auto whole = folder / "whole", parts = folder / "parts";
     const std::vector<std::string> longer = {"train.iterations=24", "train.validate_every=24"};
     REQUIRE(Train(Request(method, whole, TestDeviceName(), longer), kNever) == TrainOutcome::kFinished);
-    std::atomic<bool> stop{false};
-    std::thread watcher([&] { StopAfterRows(parts, 5, &stop); });
-    const auto outcome = Train(Request(method, parts, TestDeviceName(), longer), stop);
-    watcher.join();
-    REQUIRE(outcome == TrainOutcome::kStopped);
-    auto request = Request(method, parts, TestDeviceName(), longer);
-    request.resume = true;
-    REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+    const TrainRequest request = Request(method, parts, TestDeviceName(), longer);
+    REQUIRE(TrainUntil(request, [&] { return Metrics(parts).size() >= 6; }) == TrainOutcome::kStopped);
+    REQUIRE(Resume(request) == TrainOutcome::kFinished);
     CHECK(Difference(Losses(whole), Losses(parts)) < (testing::OnOwnDevice() ? 1e-300 : 0.02));
     // Sums of atomic additions on a GPU come in any order.
     if (testing::OnOwnDevice()) CHECK(ReadFile(Last(whole)) == ReadFile(Last(parts)));
@@ -134,13 +123,8 @@ TEST_CASE("a training goes on from another device's checkpoint") {
   const TemporaryFolder folder;
   const auto whole = folder / "whole", parts = folder / "parts";
   REQUIRE(Train(Request(kDiffsac, whole, "cpu"), kNever) == TrainOutcome::kFinished);
-  std::atomic<bool> stop{false};
-  std::thread watcher([&] { StopAfterRows(parts, 2, &stop); });
-  Train(Request(kDiffsac, parts, "cpu"), stop);
-  watcher.join();
-  auto request = Request(kDiffsac, parts, TestDeviceName());
-  request.resume = true;
-  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  TrainUntil(Request(kDiffsac, parts, "cpu"), [&] { return Metrics(parts).size() >= 3; });
+  REQUIRE(Resume(Request(kDiffsac, parts, TestDeviceName())) == TrainOutcome::kFinished);
   CHECK(Difference(Losses(whole), Losses(parts)) < 0.01);
 }
 

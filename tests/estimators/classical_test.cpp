@@ -9,7 +9,6 @@
 #include "diffsac/problem/tasks.h"
 #include "estimators/make_estimator.h"
 #include "lab/baselines/oracle.h"
-#include "lab/baselines/theil_sen.h"
 #include "lab/config/yaml.h"
 
 namespace diffsac {
@@ -41,7 +40,7 @@ TEST_CASE("Every classical method finds lines and planes among few outliers") {
     REQUIRE(method);
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const Example line = MakeExample<2>(60, 0.1, seed), plane = MakeExample<3>(40, 0.1, seed);
-      // Theil-Sen is biased by outliers along the last axis, the more the steeper the model: see the header.
+      // Theil-Sen is biased by outliers along the last axis, the more the steeper the model.
       const double tolerance = type == std::string("theil_sen") ? 25.0 : 1.5;
       for (const Example* example : {&line, &plane}) {
         const Estimate estimate = method->Run(example->problem, seed);

@@ -19,7 +19,7 @@
 #include "lab/eval/experiment.h"
 #include "lab/eval/markdown_report.h"
 #include "lab/eval/merge.h"
-#include "lab/eval/results_page.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/run_reader.h"
 #include "lab/eval/shard_records.h"
 #include "lab/files/files.h"

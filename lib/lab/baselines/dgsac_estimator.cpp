@@ -1,13 +1,41 @@
-#include "lab/baselines/dgsac_estimator.h"
-
+#include <string>
 #include <utility>
 
 #include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/estimators/task_dispatch.h"
+#include "lab/baselines/dgsac.h"
 #include "lab/config/estimator_registry.h"
 
 namespace diffsac {
+
+/// kDensity: the model is DGSAC's own, found without the problem's inlier threshold | kConsensus: it then passes the
+/// local optimisation and the refits of `consensus`, which use the threshold, as the other rows' models do.
+enum class DgsacFinish { kDensity, kConsensus };
+template <>
+inline constexpr auto kEnumNames<DgsacFinish> = NamesOf<DgsacFinish>({{DgsacFinish::kDensity, "density"},
+                                                                      {DgsacFinish::kConsensus, "consensus"}});
+
 namespace {
+
+/// Options of the row `dgsac`.
+struct DgsacEstimatorOptions {
+  DgsacOptions search;
+  DgsacFinish finish = DgsacFinish::kDensity;
+  ConsensusOptions consensus;
+  void Bind(OptionsBinder& b);
+};
+
+/// DGSAC as a row (dgsac.h): its multi-structure result becomes one model by `choose`. The mask
+/// that is reported is at the problem's threshold, as every row's; the score is the inlier count.
+class DgsacEstimator : public RobustEstimator {
+ public:
+  explicit DgsacEstimator(const DgsacEstimatorOptions& options) : options_(options) { CheckOptions(options); }
+  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+
+ private:
+  DgsacEstimatorOptions options_;
+};
 
 /// What the other rows do with their best hypothesis, done with this one.
 template <MinimalModel Model>
@@ -42,8 +70,6 @@ Estimate EstimateModel(const SolverSpace& space, const DgsacEstimatorOptions& op
   return estimate;
 }
 
-}  // namespace
-
 void DgsacEstimatorOptions::Bind(OptionsBinder& b) {
   search.Bind(b);
   b.Field("finish", finish)
@@ -53,6 +79,7 @@ void DgsacEstimatorOptions::Bind(OptionsBinder& b) {
       .Help("its local optimisation and refits");
 }
 
+/// `consensus` as in `lo_ransac` rows (classical.h), for all models.
 DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
   DgsacEstimatorOptions options;
   options.consensus = LoRansacOptions(task).consensus;
@@ -65,13 +92,10 @@ Estimate DgsacEstimator::DoRun(const Problem& problem, std::uint64_t seed) const
   });
 }
 
-namespace {
-
 const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(
     "dgsac", "Density guided sampling and consensus (docs/dgsac.md). Nothing but `consensus` uses a threshold.",
     DefaultDgsacOptions,
     [](const DgsacEstimatorOptions& options) { return std::make_unique<DgsacEstimator>(options); });
 
 }  // namespace
-
 }  // namespace diffsac

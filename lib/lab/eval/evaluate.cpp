@@ -18,7 +18,6 @@
 #include "lab/eval/missing_networks.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/result_files.h"
-#include "lab/eval/results_page.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/run_seeds.h"
 #include "lab/eval/selection.h"

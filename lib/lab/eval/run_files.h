@@ -27,4 +27,8 @@ void WriteResults(const Report& report, const std::string& folder);
 void BeginResults(const std::string& folder);
 void EndResults(const Report& report, const std::string& folder);
 
+/// Whether a folder holds what running the experiment would give: the whole results of the same configuration, newer
+/// than this program and than the networks that rows name.
+bool IsMade(const ExperimentOptions& experiment, const std::string& folder);
+
 }  // namespace diffsac

@@ -45,7 +45,7 @@ void VisitAll(Record& record, const Visit& visit) {
   VisitStructures(record, visit);
 }
 
-struct AppendValues {
+struct AppendToLine {
   Json& line;
   void operator()(const char*, double value) const {
     if (std::isfinite(value))
@@ -87,7 +87,7 @@ std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 Json RecordLine(const Cell& cell, const ProblemRecord& record) {
   Json line = {cell.condition, cell.method,  record.index,
                record.id,      record.scene, std::string(ToString(record.status))};
-  VisitAll(record, AppendValues{line});
+  VisitAll(record, AppendToLine{line});
   return line;
 }
 

@@ -52,9 +52,6 @@ class Learner {
   virtual std::unique_ptr<RobustEstimator> AveragedEstimator() const = 0;
 };
 
-/// The learner of options.method. threads: of estimates in training and validation. Throws Error for bad options.
-std::unique_ptr<Learner> MakeLearner(const TrainConfig& options, const torch::Device& device, int threads);
-
 /// A method that learns, registered at the end of its learner's file:
 /// ```
 /// const RegisteredLearner<ClnetLearner::Training, ClnetLearner> kClnet("clnet", "Zhao et al., ...");
@@ -66,6 +63,11 @@ struct LearnerEntry {
   std::function<std::shared_ptr<LearnerOptions>(Task)> make_options;
   std::function<std::unique_ptr<Learner>(const TrainConfig&, const torch::Device&, int threads)> make;
 };
+
+/// The learner of options.method. threads: of estimates in training and validation. Throws Error for bad options.
+inline std::unique_ptr<Learner> MakeLearner(const TrainConfig& options, const torch::Device& device, int threads) {
+  return Registry<LearnerEntry>::Instance().Find(options.method, "method").make(options, device, threads);
+}
 
 /// Options: LearnerOptions, made of a task. Own: made of a TrainConfig, its Options, a device and a number of threads.
 template <class Options, class Own>

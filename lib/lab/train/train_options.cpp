@@ -1,6 +1,8 @@
 #include "lab/train/train_options.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "diffsac/problem/tasks.h"
 #include "lab/config/paths.h"
@@ -107,6 +109,13 @@ std::string WriteTrainConfig(TrainConfig options) {
   if (options.validation.data) options.validation.data = ConfigFromYaml(WriteTrainingData(ValidationData(options)));
   options.data = ConfigFromYaml(WriteTrainingData(options.data));
   return WriteYaml(options);
+}
+
+double LearningRate(std::int64_t step, std::int64_t warmup, std::int64_t total, double peak) {
+  if (step < warmup) return peak * static_cast<double>(step + 1) / static_cast<double>(warmup);
+  const double span = static_cast<double>(std::max<std::int64_t>(1, total - warmup));
+  const double done = std::min(1.0, static_cast<double>(step - warmup) / span);
+  return peak * 0.5 * (1.0 + std::cos(std::numbers::pi * done));
 }
 
 }  // namespace diffsac

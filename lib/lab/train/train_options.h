@@ -79,6 +79,9 @@ struct TrainConfig {
   void Bind(OptionsBinder& b);
 };
 
+/// Linear warm-up to `peak` over `warmup` steps, then a half cosine down to 0 at `total` (the paper: cosine annealing).
+double LearningRate(std::int64_t step, std::int64_t warmup, std::int64_t total, double peak);
+
 /// Reads a configuration: first `method` and `task`, then the whole with their defaults. Throws Error.
 TrainConfig ReadTrainConfig(const Config& config);
 

@@ -22,7 +22,6 @@
 #include "lab/train/distributed.h"
 #include "lab/train/fused_adam.h"
 #include "lab/train/learner.h"
-#include "lab/train/learning_rate.h"
 #include "lab/train/metrics_log.h"
 #include "lab/train/prefetcher.h"
 #include "lab/train/training_folder.h"

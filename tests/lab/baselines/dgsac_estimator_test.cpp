@@ -1,11 +1,10 @@
 // The row `dgsac` as tables build it: by name, for every task.
-#include "lab/baselines/dgsac_estimator.h"
-
 #include <catch2/catch.hpp>
 #include <limits>
 #include <type_traits>
 
 #include "consensus/all_models.h"
+#include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"

@@ -1,5 +1,3 @@
-#include "lab/baselines/line_posterior.h"
-
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -33,7 +31,7 @@ double MeanError(const RobustEstimator& method, const Dataset& lines, int count)
 
 TEST_CASE("The Bayes estimate is at least as good as a plain RANSAC and as exhaustive search within sampling error") {
   const auto lines = Lines(0.8);
-  const double bayes = MeanError(LinePosteriorEstimator({}), *lines, 200);
+  const double bayes = MeanError(*MakeRow("line_posterior", Task::kLine), *lines, 200);
   const auto ransac = MakeRow("ransac", Task::kLine, "max_iterations: 1000");
   const auto exhaustive = MakeRow("exhaustive", Task::kLine);
   CHECK(bayes < MeanError(*ransac, *lines, 200));
@@ -41,23 +39,23 @@ TEST_CASE("The Bayes estimate is at least as good as a plain RANSAC and as exhau
 }
 
 TEST_CASE("The Bayes estimate of few, equal or non-finite points is a status") {
-  const LinePosteriorEstimator method({});
+  const auto method = MakeRow("line_posterior", Task::kLine);
   Problem problem;
   problem.points.resize(1, 2);
   problem.points << 1, 2;
-  CHECK(method.Run(problem, 1).status == Status::kTooFewPoints);
+  CHECK(method->Run(problem, 1).status == Status::kTooFewPoints);
   problem.points = PointMatrix::Constant(10, 2, 3.0);
-  CHECK(method.Run(problem, 1).status == Status::kDegenerate);
+  CHECK(method->Run(problem, 1).status == Status::kDegenerate);
   problem.points = Lines(0.5)->Get(0).problem.points;
   problem.points.col(1).setConstant(std::numeric_limits<double>::quiet_NaN());
-  CHECK(method.Run(problem, 1).status == Status::kTooFewPoints);
+  CHECK(method->Run(problem, 1).status == Status::kTooFewPoints);
   problem.points = Lines(0.5)->Get(0).problem.points;
   problem.inlier_threshold = 0.0;
-  CHECK(method.Run(problem, 1).status == Status::kNoModel);
+  CHECK(method->Run(problem, 1).status == Status::kNoModel);
   // Outside the picture the prior is 0 everywhere.
   problem.inlier_threshold = 0.1;
   problem.points.array() += 100.0;
-  CHECK(method.Run(problem, 1).status == Status::kNoModel);
+  CHECK(method->Run(problem, 1).status == Status::kNoModel);
 }
 
 TEST_CASE("The Bayes estimate is for lines alone") {

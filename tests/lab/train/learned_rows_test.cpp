@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <numeric>
-#include <thread>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
@@ -142,17 +141,9 @@ TEST_CASE("a learned row that was stopped and resumed equals one that was not") 
     const auto whole = folder / "whole", parts = folder / "parts";
     const std::vector<std::string> brief = {"train.iterations=36", "train.validate_every=36", "train.batch_size=4"};
     REQUIRE(Train(Request(method, whole, brief), kNever) == TrainOutcome::kFinished);
-    std::atomic<bool> stop{false};
-    std::thread watcher([&] {  // stops the run once it has logged some steps
-      while (Metrics(parts).size() < 8) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      stop = true;
-    });
-    const auto outcome = Train(Request(method, parts, brief), stop);
-    watcher.join();
-    REQUIRE(outcome == TrainOutcome::kStopped);
-    auto request = Request(method, parts, brief);
-    request.resume = true;
-    REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+    REQUIRE(TrainUntil(Request(method, parts, brief), [&] { return Metrics(parts).size() >= 8; }) ==
+            TrainOutcome::kStopped);
+    REQUIRE(Resume(Request(method, parts, brief)) == TrainOutcome::kFinished);
     CHECK(Metrics(whole) == Metrics(parts));
   }
 }

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -51,6 +54,24 @@ inline std::vector<double> Column(const std::vector<std::vector<std::string>>& m
   for (std::size_t i = 1; i < metrics.size(); ++i)
     values.push_back(metrics[i].at(at).empty() ? std::nan("") : std::stod(metrics[i][at]));
   return values;
+}
+
+/// A training that is stopped once `reached`, in whichever step it then is.
+inline TrainOutcome TrainUntil(const TrainRequest& request, const std::function<bool()>& reached) {
+  std::atomic<bool> stop{false};
+  std::thread watcher([&] {
+    while (!reached()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = true;
+  });
+  const TrainOutcome outcome = Train(request, stop);
+  watcher.join();
+  return outcome;
+}
+
+/// Goes on with what was stopped.
+inline TrainOutcome Resume(TrainRequest request) {
+  request.resume = true;
+  return Train(request, kNever);
 }
 
 }  // namespace diffsac

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include <filesystem>
-#include <thread>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
@@ -38,6 +37,11 @@ TrainRequest Request(const std::string& output, const std::vector<std::string>& 
   return OneThread(ConfigFromYaml(kTiny, "tiny.yaml"), output, changes);
 }
 
+std::shared_ptr<DiffsacNetwork> NetworkOf(const std::string& run, const std::string& checkpoint) {
+  const std::string path = run + "/checkpoints/" + checkpoint + ".safetensors";
+  return LoadNetwork(ReadTrainedConfig(path, "diffsac", Task::kLine), torch::kCPU);
+}
+
 }  // namespace
 
 TEST_CASE("training writes its files, lowers the loss and a checkpoint that evaluates") {
@@ -52,13 +56,10 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   const auto losses = Column(Metrics(output), "loss_diffusion");
   REQUIRE(losses.size() == 60);
   CHECK(losses[59] < 0.8 * losses[0]);
-  const auto network =
-      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/best.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto network = NetworkOf(output, "best");
   CHECK(network->options.denoiser.width == 16);
   CHECK(ReadCheckpointInfo(output + "/checkpoints/last.safetensors").iteration == 60);
-  const auto facts =
-      LoadNetwork(ReadTrainedConfig(output + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU)
-          ->facts;
+  const auto facts = NetworkOf(output, "last")->facts;
   CHECK(facts.parameters == CountParameters(*network->denoiser));
   CHECK(facts.samples == 240);
   CHECK(facts.run_samples == 240);
@@ -70,25 +71,15 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto whole = folder / "whole", parts = folder / "parts";
   REQUIRE(Train(Request(whole, {"train.workers=2"}), kNever) == TrainOutcome::kFinished);
 
-  std::atomic<bool> stop{false};
-  std::thread watcher([&] {  // stops the run once it has logged some steps
-    while (Metrics(parts).size() < 7) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    stop = true;
-  });
-  const auto outcome = Train(Request(parts, {"train.workers=2"}), stop);
-  watcher.join();
-  REQUIRE(outcome == TrainOutcome::kStopped);
+  const TrainRequest request = Request(parts, {"train.workers=2"});
+  REQUIRE(TrainUntil(request, [&] { return Metrics(parts).size() >= 7; }) == TrainOutcome::kStopped);
   const auto stopped_at = ReadCheckpointInfo(parts + "/checkpoints/last.safetensors").iteration;
   CHECK(stopped_at < 60);
-  auto request = Request(parts, {"train.workers=2"});
-  request.resume = true;
-  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  REQUIRE(Resume(request) == TrainOutcome::kFinished);
 
   CHECK(Metrics(whole) == Metrics(parts));
-  const auto x =
-      LoadNetwork(ReadTrainedConfig(whole + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
-  const auto y =
-      LoadNetwork(ReadTrainedConfig(parts + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
+  const auto x = NetworkOf(whole, "last");
+  const auto y = NetworkOf(parts, "last");
   for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
     CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
 }
@@ -98,25 +89,18 @@ TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
   const auto whole = folder / "whole", parts = folder / "parts";
   const std::vector<std::string> changes = {"train.log_every=9", "train.iterations=30"};
   REQUIRE(Train(Request(whole, changes), kNever) == TrainOutcome::kFinished);
-  std::atomic<bool> stop{false};
   const auto checkpoint = parts + "/checkpoints/last.safetensors";
-  std::thread watcher([&] {  // The checkpoint of step 10 is one step after a row.
-    while (!fs::exists(checkpoint) || ReadCheckpointInfo(checkpoint).iteration < 10)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    stop = true;
-  });
-  const auto outcome = Train(Request(parts, changes), stop);
-  watcher.join();
-  REQUIRE(outcome == TrainOutcome::kStopped);
-  auto request = Request(parts, changes);
-  request.resume = true;
-  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  // The checkpoint of step 10 is one step after a row.
+  REQUIRE(TrainUntil(Request(parts, changes), [&] {
+            return fs::exists(checkpoint) && ReadCheckpointInfo(checkpoint).iteration >= 10;
+          }) == TrainOutcome::kStopped);
+  REQUIRE(Resume(Request(parts, changes)) == TrainOutcome::kFinished);
   CHECK(Metrics(whole) == Metrics(parts));
   CHECK(ReadFile(whole + "/checkpoints/last.safetensors") == ReadFile(parts + "/checkpoints/last.safetensors"));
 
   // Killed between the last checkpoint and the report: resuming has no step to do, and still leaves what a run leaves.
   fs::remove(parts + "/report.html");
-  REQUIRE(Train(request, kNever) == TrainOutcome::kFinished);
+  REQUIRE(Resume(Request(parts, changes)) == TrainOutcome::kFinished);
   CHECK(fs::exists(parts + "/report.html") == HasReportPython());
 }
 
@@ -143,16 +127,10 @@ TEST_CASE("validations between two rows of losses are in metrics.csv and the rep
 TEST_CASE("validations before the first row of losses leave a picture") {
   const TemporaryFolder folder;
   const auto output = folder / "run";
-  std::atomic<bool> stop{false};
-  std::thread watcher([&] {
-    while (!fs::exists(output + "/checkpoints/best.safetensors"))
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    stop = true;
-  });
-  const auto outcome =
-      Train(Request(output, {"train.iterations=100000", "train.log_every=100000", "train.validate_every=5"}), stop);
-  watcher.join();
-  REQUIRE(outcome == TrainOutcome::kStopped);
+  const std::vector<std::string> changes = {"train.iterations=100000", "train.log_every=100000",
+                                            "train.validate_every=5"};
+  REQUIRE(TrainUntil(Request(output, changes), [&] { return fs::exists(output + "/checkpoints/best.safetensors"); }) ==
+          TrainOutcome::kStopped);
   CHECK(fs::exists(output + "/training_curve.png") == HasReportPython());
 }
 
@@ -173,13 +151,9 @@ TEST_CASE("resuming with another configuration or without a checkpoint is refuse
   const auto output = folder / "run";
   std::atomic<bool> now{true};
   REQUIRE(Train(Request(output), now) == TrainOutcome::kStopped);
-  auto other = Request(output, {"train.batch_size=5"});
-  other.resume = true;
-  CHECK_THROWS_WITH(Train(other, kNever),
+  CHECK_THROWS_WITH(Resume(Request(output, {"train.batch_size=5"})),
                     Catch::Contains("another configuration") && Catch::Contains("train.batch_size: 4, now 5"));
-  auto missing = Request(folder / "nothing");
-  missing.resume = true;
-  CHECK_THROWS_WITH(Train(missing, kNever), Catch::Contains("no such checkpoint"));
+  CHECK_THROWS_WITH(Resume(Request(folder / "nothing")), Catch::Contains("no such checkpoint"));
 }
 
 TEST_CASE("wrong configurations name their place") {
@@ -187,6 +161,16 @@ TEST_CASE("wrong configurations name their place") {
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"train.batch_sise=5"}), kNever), Catch::Contains("batch_size"));
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"data.type=synthetic_plane"}), kNever), Catch::Contains("plane"));
   CHECK_THROWS_WITH(Train(Request(folder / "a", {"network.denoiser.width=15"}), kNever), Catch::Contains("even"));
+}
+
+TEST_CASE("the learning rate warms up linearly and falls to 0 on a half cosine") {
+  CHECK(LearningRate(0, 10, 110, 1.0) == Approx(0.1));
+  CHECK(LearningRate(9, 10, 110, 1.0) == Approx(1.0));
+  CHECK(LearningRate(10, 10, 110, 1.0) == Approx(1.0));
+  CHECK(LearningRate(60, 10, 110, 1.0) == Approx(0.5));
+  CHECK(LearningRate(110, 10, 110, 1.0) == Approx(0.0).margin(1e-12));
+  for (int i = 11; i < 110; ++i) CHECK(LearningRate(i, 10, 110, 1.0) < LearningRate(i - 1, 10, 110, 1.0));
+  CHECK(LearningRate(0, 0, 1, 2.0) == Approx(2.0));
 }
 
 }  // namespace diffsac

@@ -259,14 +259,6 @@ parts:
   CHECK(WriteTrainingData(ConfigFromYaml(WriteTrainingData(data))) == WriteTrainingData(data));
 }
 
-TEST_CASE("the shipped trainings of two views can be read") {
-  for (const char* name : {"essential", "fundamental", "homography"}) {
-    const Config config = ConfigFromFile(DIFFSAC_SOURCE_DIR + std::string("/configs/") + name + ".yaml");
-    CHECK_NOTHROW(ReadTrainConfig(config));
-    CHECK(WriteTrainingData(config.Sub("data")).find("refine_truth_px") != std::string::npos);
-  }
-}
-
 TEST_CASE("every shipped training can be read") {
   // The other folders hold tables, estimators to use, and parts that tables and trainings share.
   const std::set<std::string> others = {"colmap", "data", "pair", "problems", "rows", "tables", "tuning"};
@@ -278,7 +270,10 @@ TEST_CASE("every shipped training can be read") {
     const Config config = ConfigFromFile(entry.path().string());
     if (config.Has("sets")) continue;  // Image sets, for diffsac_prepare.
     CHECK_NOTHROW(ReadTrainConfig(config));
-    CHECK_NOTHROW(WriteTrainingData(config.Sub("data")));
+    const std::string data = WriteTrainingData(config.Sub("data")), name = entry.path().filename().string();
+    const bool pairs = name == "essential.yaml" || name == "fundamental.yaml" || name == "homography.yaml";
+    if (pairs && entry.path().parent_path().filename() == "configs")
+      CHECK_THAT(data, Catch::Contains("refine_truth_px"));
     ++count;
   }
   CHECK(count > 30);

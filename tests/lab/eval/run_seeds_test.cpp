@@ -1,4 +1,4 @@
-#include "lab/eval/join_seeds.h"
+#include "lab/eval/run_seeds.h"
 
 #include <catch2/catch.hpp>
 
