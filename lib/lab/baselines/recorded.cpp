@@ -46,7 +46,7 @@ void RecordedOptions::Bind(OptionsBinder& b) {
   b.Field("row", row).Help("which of its rows");
 }
 
-RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(options) {
+RecordedRow::RecordedRow(const RecordedOptions& options) : options_(options) {
   const std::string text = ReadRecording(options.recording);
   std::string_view rest = text, line;
   bool named = false;
@@ -77,7 +77,7 @@ RecordedEstimator::RecordedEstimator(const RecordedOptions& options) : options_(
   if (records_.empty()) throw Error(options.recording + ": has no row '" + options.row + "'");
 }
 
-Estimate RecordedEstimator::Of(const Example& example, const std::string& condition, std::uint64_t seed) const {
+Estimate RecordedRow::Of(const Example& example, const std::string& condition, std::uint64_t seed) const {
   const std::string id = ProblemName(example);
   if (seeds_.count(seed) == 0) seed = *std::next(seeds_.begin(), static_cast<std::ptrdiff_t>(seed % seeds_.size()));
   const auto found = records_.find({condition, id, seed});
@@ -101,16 +101,16 @@ Estimate RecordedEstimator::Of(const Example& example, const std::string& condit
   return estimate;
 }
 
-Estimate RecordedEstimator::DoRun(const Problem&, std::uint64_t) const {
-  throw Error("recorded: knows estimates of a table's problems alone");
-}
-
 namespace {
 
 const RegisteredEstimator<RecordedOptions> kRecorded(
     "recorded", "What another program estimated of the same problems, from a file (docs/peers.md).",
     [](Task) { return RecordedOptions(); },
-    [](const RecordedOptions& options) { return std::make_unique<RecordedEstimator>(options); });
+    [](const RecordedOptions& options) {
+      return TableRow([row = RecordedRow(options)](const Example& example, const RowCall& call) {
+        return row.Of(example, call.condition, call.experiment_seed);
+      });
+    });
 
 }  // namespace
 

@@ -24,10 +24,10 @@ struct RecordedOptions {
 };
 
 /// A row of such a file: what it has of the problem that is asked for. Inliers are those of ε under the model.
-class RecordedEstimator : public RobustEstimator {
+class RecordedRow {
  public:
   /// Throws Error, with the file and the line, for what is no such file or has not this row.
-  explicit RecordedEstimator(const RecordedOptions& options);
+  explicit RecordedRow(const RecordedOptions& options);
 
   /// The estimate of one problem. Throws Error where the file does not name it.
   Estimate Of(const Example& example, const std::string& condition, std::uint64_t seed) const;
@@ -37,8 +37,6 @@ class RecordedEstimator : public RobustEstimator {
     double ms = 0.0;
     ModelParameters model;
   };
-  /// Throws Error: a problem does not say which one it is.
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
 
   RecordedOptions options_;
   std::map<std::tuple<std::string, std::string, std::uint64_t>, Record> records_;  // By condition, id and seed.

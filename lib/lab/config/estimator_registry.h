@@ -50,7 +50,7 @@ struct EstimatorEntry {
   static constexpr const char* kKind = "method type";
   std::string help;  ///< One line for the documentation.
   /// All throw Error for a task that it does not estimate; the first two for wrong options, with file, line and key.
-  std::function<std::unique_ptr<RobustEstimator>(const Config&, Task, const EstimatorContext&)> make;
+  std::function<TableRow(const Config&, Task, const EstimatorContext&)> make;
   std::function<Config(const Config&, Task, const EstimatorContext&)> resolve;  ///< Every key.
   std::function<std::vector<OptionDescription>(Task)> describe;
   std::type_index options = typeid(void);
@@ -68,7 +68,7 @@ template <class Options>
 struct RegisteredEstimator : Registered<EstimatorEntry> {
   using Defaults = std::function<Options(Task)>;
   using PresetDefaults = std::function<Options(Task, const std::string& preset)>;
-  using Make = std::function<std::unique_ptr<RobustEstimator>(const Options&)>;
+  using Make = std::function<TableRow(const Options&)>;
   RegisteredEstimator(const std::string& type, const std::string& help, Defaults defaults, Make make)
       : RegisteredEstimator(
             type, help, {}, [defaults = std::move(defaults)](Task task, const std::string&) { return defaults(task); },

@@ -17,9 +17,17 @@ const EstimatorEntry& EntryOf(const Config& config) {
 
 }  // namespace
 
-std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, const EstimatorContext& context) {
+TableRow MakeRow(const Config& config, Task task, const EstimatorContext& context) {
   CheckDevice(context.device);  // also by rows that have no use for it
   return EntryOf(config).make(config, task, context);
+}
+
+std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, const EstimatorContext& context) {
+  auto estimator = MakeRow(config, task, context).TakeEstimator();
+  if (estimator == nullptr)
+    throw Error(config.Where("type") + ": '" + config.Text("type") +
+                "' is shown a table's examples: it estimates nothing else");
+  return estimator;
 }
 
 Config ResolvedRow(const Config& config, Task task, const EstimatorContext& context) {

@@ -5,6 +5,7 @@
 
 #include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/config/table_row.h"
 
 namespace diffsac {
 
@@ -17,6 +18,9 @@ struct EstimatorContext {
 
 /// Builds the row that `type` names. Throws Error: unknown type (with the nearest), bad option, bad checkpoint, a
 /// device that is not there.
+TableRow MakeRow(const Config& config, Task task, const EstimatorContext& context);
+
+/// The same for problems that are no table's. Throws Error as well for a row that is shown the example.
 std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, const EstimatorContext& context);
 
 /// The row with every key filled in, `type` first: its defaults for the task, the checkpoint's `inference` group, its

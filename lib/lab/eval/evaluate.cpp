@@ -94,8 +94,8 @@ ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, 
   EstimatorContext context = request.context;
   if (request.group && experiment.threads == 0) experiment.threads = request.group->threads;
   context.threads = experiment.threads;
-  return RunExperiment(experiment, {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); },
-                                    trace, &stop, shard});
+  return RunExperiment(
+      experiment, {[&](const Config& row, Task task) { return MakeRow(row, task, context); }, trace, &stop, shard});
 }
 
 // At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.

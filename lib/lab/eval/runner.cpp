@@ -14,8 +14,6 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/estimators/estimation_priors.h"
-#include "lab/baselines/oracle.h"
-#include "lab/baselines/recorded.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
@@ -43,14 +41,12 @@ std::vector<std::unique_ptr<Dataset>> MakeDatasets(const ExperimentOptions& expe
   return datasets;
 }
 
-using Estimators = std::vector<std::unique_ptr<RobustEstimator>>;
+using Rows = std::vector<TableRow>;
 
-// Null for the oracle, which is no RobustEstimator.
-Estimators MakeEstimators(const ExperimentOptions& experiment, const EstimatorFactory& make) {
-  Estimators methods;
-  for (const EstimatorRow& row : experiment.methods)
-    methods.push_back(row.type == "oracle" ? nullptr : make(row.config, experiment.task));
-  return methods;
+Rows MakeRows(const ExperimentOptions& experiment, const RowFactory& make) {
+  Rows rows;
+  for (const EstimatorRow& row : experiment.methods) rows.push_back(make(row.config, experiment.task));
+  return rows;
 }
 
 std::size_t ProblemCount(const Dataset& dataset, const ExperimentOptions& experiment) {
@@ -59,10 +55,10 @@ std::size_t ProblemCount(const Dataset& dataset, const ExperimentOptions& experi
 }
 
 // The problems of one row on one condition that are this shard's.
-std::vector<std::size_t> RowPositions(const EstimatorRow& row, const RobustEstimator* method, std::size_t problems,
+std::vector<std::size_t> RowPositions(const EstimatorRow& row, const TableRow& method, std::size_t problems,
                                       const Shard& shard) {
   if (row.max_problems > 0) problems = std::min(problems, static_cast<std::size_t>(row.max_problems));
-  return ShardPositions(problems, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()), shard);
+  return ShardPositions(problems, static_cast<std::size_t>(method.PreferredBatch()), shard);
 }
 
 double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>& inliers) {
@@ -112,13 +108,13 @@ struct Outcome {
   std::optional<Estimate> shown = {};  ///< Where a picture shows it.
 };
 
-Outcome OutcomeOf(const ExperimentOptions& experiment, const RobustEstimator* method, const Example& example,
+Outcome OutcomeOf(const ExperimentOptions& experiment, const TableRow& method, const Example& example,
                   const Estimate& estimate) {
   Outcome outcome{MakeRecord(experiment, example, estimate),
                   experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
                   {},
                   {}};
-  if (method == nullptr || !method->GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
+  if (!method.GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
   outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
   const Eigen::VectorXf of_ratio = example.problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
   outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
@@ -141,16 +137,14 @@ struct CellRun {
   const RunInputs& inputs;
   const Block& examples;
   const Condition& condition;
-  const RobustEstimator* method;  // null: the oracle
+  const TableRow& method;
   Progress& progress;
   const std::vector<std::size_t>& shown;  // Ascending positions of the problems whose estimates pictures show.
 
   bool Shows(std::size_t position) const { return std::binary_search(shown.begin(), shown.end(), position); }
   Estimate EstimateOne(const Example& example) const {
-    if (method == nullptr) return OracleEstimate(example.problem, example.truth);
-    if (const auto* recorded = dynamic_cast<const RecordedEstimator*>(method))
-      return recorded->Of(example, condition.name, experiment.seed);
-    return method->Run(example.problem, ProblemSeed(experiment.seed, example));
+    return method.Run(
+        example, {condition.name, static_cast<std::uint64_t>(experiment.seed), ProblemSeed(experiment.seed, example)});
   }
 };
 
@@ -166,7 +160,7 @@ void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, 
 }
 
 void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
-  const auto batch = static_cast<std::size_t>(run.method->PreferredBatch());
+  const auto batch = static_cast<std::size_t>(run.method.PreferredBatch());
   for (std::size_t first = 0; first < outcomes->size() && !Stopped(run.inputs); first += batch) {
     const std::size_t last = std::min(first + batch, outcomes->size());
     std::vector<const Problem*> problems;
@@ -176,7 +170,7 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
       problems.push_back(&example.problem);
       seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
-    std::vector<Estimate> estimates = run.method->RunBatch(problems, seeds);
+    std::vector<Estimate> estimates = run.method.estimator()->RunBatch(problems, seeds);
     for (std::size_t i = first; i < last; ++i) {
       (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
       if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimates[i - first]);
@@ -205,7 +199,7 @@ void RunBlock(const CellRun& run, CellResults* results) {
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
   if (positions.front() == results->positions.front()) run.EstimateOne(run.examples[positions.front()]);
   std::vector<Outcome> outcomes(positions.size());
-  if (run.method != nullptr && run.method->PreferredBatch() > 1) {
+  if (run.method.PreferredBatch() > 1) {
     RunInBatches(run, positions, &outcomes);
   } else {
     RunOneByOne(run, positions, &outcomes);
@@ -237,29 +231,29 @@ void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* 
   if (run.examples.first != 0 || run.examples.examples.empty()) return;
   if (!run.inputs.trace || !results->traces.empty() || Stopped(run.inputs)) return;
   const Example& example = run.examples[0];
-  auto trace = run.inputs.trace(*run.method, example.problem, ProblemSeed(run.experiment.seed, example));
+  auto trace = run.inputs.trace(*run.method.estimator(), example.problem, ProblemSeed(run.experiment.seed, example));
   if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
 }
 
 std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets,
-                       const Estimators& methods, const Shard& shard) {
+                       const Rows& methods, const Shard& shard) {
   std::size_t total = 0;
   for (std::size_t c = 0; c < datasets.size(); ++c) {
     const std::size_t problems = ProblemCount(*datasets[c], experiment);
     for (std::size_t m = 0; m < methods.size(); ++m)
       if (experiment.methods[m].RunsOn(experiment.conditions[c].name))
-        total += RowPositions(experiment.methods[m], methods[m].get(), problems, shard).size();
+        total += RowPositions(experiment.methods[m], methods[m], problems, shard).size();
   }
   return static_cast<std::int64_t>(total);
 }
 
 // Small, as a problem may have very many points. A whole number of every row's batches, which see the same problems
 // together whatever the block.
-std::size_t BlockSize(const Estimators& methods, std::size_t problems) {
+std::size_t BlockSize(const Rows& methods, std::size_t problems) {
   constexpr std::size_t kProblems = 256;
   std::size_t size = 1;
-  for (const auto& method : methods) {
-    size = std::lcm(size, method == nullptr ? 1 : static_cast<std::size_t>(method->PreferredBatch()));
+  for (const TableRow& method : methods) {
+    size = std::lcm(size, static_cast<std::size_t>(method.PreferredBatch()));
     if (size >= problems) return problems;
   }
   return size * ((kProblems + size - 1) / size);
@@ -300,7 +294,7 @@ const std::vector<std::size_t> kNone;
 class ConditionRun {
  public:
   ConditionRun(const ExperimentOptions& experiment, const RunInputs& inputs, std::size_t condition,
-               const Dataset& dataset, const Estimators& methods)
+               const Dataset& dataset, const Rows& methods)
       : experiment_(experiment),
         inputs_(inputs),
         condition_(condition),
@@ -316,7 +310,7 @@ class ConditionRun {
       const EstimatorRow& row = experiment.methods[m];
       rows_[m] = {{}, {condition, m, {}, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
       if (row.RunsOn(experiment.conditions[condition].name))
-        rows_[m].positions = RowPositions(row, methods[m].get(), problems_, inputs.shard);
+        rows_[m].positions = RowPositions(row, methods[m], problems_, inputs.shard);
       Need(rows_[m].positions);
     }
     if (pictures) Need(fit_positions_);
@@ -361,12 +355,12 @@ class ConditionRun {
                       inputs_,
                       block,
                       experiment_.conditions[condition_],
-                      methods_[m].get(),
+                      methods_[m],
                       progress,
                       shows_fits ? fit_positions_ : kNone};
     RunBlock(run, &rows_[m]);
     if (shows_fits) KeepFits(run, condition_, m, &rows_[m], &fits_[m]);
-    if (run.method != nullptr && shows_trace_) KeepTrace(run, row.label, results);
+    if (run.method.estimator() != nullptr && shows_trace_) KeepTrace(run, row.label, results);
   }
 
   void Keep(std::size_t m, ExperimentResults* results) {
@@ -383,7 +377,7 @@ class ConditionRun {
   const RunInputs& inputs_;
   const std::size_t condition_;
   const Dataset& dataset_;
-  const Estimators& methods_;
+  const Rows& methods_;
   const std::size_t problems_;
   std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
   const std::vector<std::size_t> fit_positions_;
@@ -407,11 +401,11 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   results.git_revision = GitRevision();
   results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
-  const auto methods = MakeEstimators(experiment, inputs.make_method);
+  const Rows methods = MakeRows(experiment, inputs.make_row);
   const Config& data = experiment.conditions.front().data;
   if (data.Has("type")) results.dataset = data.Text("type");
   for (std::size_t m = 0; m < methods.size(); ++m)
-    if (const auto facts = methods[m] ? methods[m]->Training() : std::nullopt) results.learned.push_back({m, *facts});
+    if (const auto facts = methods[m].Training()) results.learned.push_back({m, *facts});
   const int fits_row = FitsRow(experiment);
   if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));

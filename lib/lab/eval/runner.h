@@ -5,15 +5,16 @@
 #include <memory>
 #include <optional>
 
+#include "lab/config/table_row.h"
 #include "lab/eval/results.h"
 
 namespace diffsac {
 
-/// Builds the method of a row (lab/config/make_estimator.h, or a test's own).
-using EstimatorFactory = std::function<std::unique_ptr<RobustEstimator>(const Config& row, Task task)>;
+/// Builds a row (MakeRow, or a test's own).
+using RowFactory = std::function<TableRow(const Config& row, Task task)>;
 
 struct RunInputs {
-  EstimatorFactory make_method;
+  RowFactory make_row;
   TraceConfidence trace;                    ///< May be empty.
   const std::atomic<bool>* stop = nullptr;  ///< Polled before each problem or batch.
   Shard shard = {};                         ///< Only these problems; pictures of examples are kept by the first shard.

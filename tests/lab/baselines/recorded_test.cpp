@@ -28,9 +28,9 @@ Example FourPoints() {
   return example;
 }
 
-RecordedEstimator Recorded(const TemporaryFolder& folder, const std::string& lines, const std::string& row = "other") {
+RecordedRow Recorded(const TemporaryFolder& folder, const std::string& lines, const std::string& row = "other") {
   WriteFileAtomically(folder.File("r.csv"), lines);
-  return RecordedEstimator({folder.File("r.csv"), row});
+  return RecordedRow({folder.File("r.csv"), row});
 }
 
 TEST_CASE("a recorded row has the model of its file, its inliers by the threshold and its milliseconds") {
@@ -64,9 +64,9 @@ TEST_CASE("a file of recorded models that is none is an error with its line") {
   const gzFile file = gzopen(compressed.c_str(), "wb");
   gzputs(file, (columns + "other,all,s/p1,1,2.5,1 2 3\n").c_str());
   gzclose(file);
-  CHECK_NOTHROW(RecordedEstimator({compressed, "other"}));
+  CHECK_NOTHROW(RecordedRow({compressed, "other"}));
   WriteFileAtomically(compressed, ReadFile(compressed).substr(0, 30));
-  CHECK_THROWS_WITH(RecordedEstimator({compressed, "other"}), Contains("r.csv.gz: is damaged"));
+  CHECK_THROWS_WITH(RecordedRow({compressed, "other"}), Contains("r.csv.gz: is damaged"));
   CHECK_THROWS_WITH(Recorded(folder, "a,b\n"), Contains("r.csv:1") && Contains("row,condition"));
   CHECK_THROWS_WITH(Recorded(folder, columns + "other,all,s/p1\n"), Contains("r.csv:2") && Contains("six"));
   CHECK_THROWS_WITH(Recorded(folder, columns + "other,all,s/p1,x,1,1\n"), Contains("seed 'x'"));
@@ -80,7 +80,7 @@ TEST_CASE("a file of recorded models that is none is an error with its line") {
 TEST_CASE("a table runs a recorded row beside its others, on the same problems") {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& rows) {
-    const auto make = [](const Config& row, Task task) { return MakeEstimator(row, task, {"", "cpu", 1}); };
+    const auto make = [](const Config& row, Task task) { return MakeRow(row, task, {"", "cpu", 1}); };
     const std::string data = "problems: 2\ndata: {type: synthetic_line, split: test, outlier_ratio: 0.5}\n";
     return RunExperiment(ReadExperiment(ConfigFromYaml(data + "methods: {" + rows + "}\n")), {make, {}});
   };

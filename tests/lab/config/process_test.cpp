@@ -13,11 +13,12 @@ namespace diffsac {
 
 #ifdef __GLIBC__
 TEST_CASE("a program keeps the memory of large buffers that it frees") {
+  const auto before = mallinfo2();  // libraries may have mapped something when they were loaded
   KeepFreedMemory();
   constexpr std::size_t kBytes = 64u << 20;
   { const std::vector<char> buffer(kBytes, 1); }
   const auto state = mallinfo2();
-  CHECK(state.hblkhd == 0);  // nothing was mapped by itself
+  CHECK(state.hblkhd <= before.hblkhd);  // nothing was mapped by itself
   CHECK(state.fordblks >= kBytes);
 }
 #endif

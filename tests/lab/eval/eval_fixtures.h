@@ -9,6 +9,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/random.h"
+#include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
@@ -70,7 +71,10 @@ inline std::string CsvOf(const ExperimentResults& results) { return ResultsCsv(M
 inline ExperimentOptions SmallExperiment() { return ReadExperiment(ConfigFromYaml(kSmallExperiment)); }
 
 inline RunInputs TwoPointInputs(int batch = 1) {
-  return {[batch](const Config&, Task) { return std::make_unique<TwoPointEstimator>(batch); }, {}, nullptr};
+  const auto make = [batch](const Config& row, Task task) {
+    return row.Text("type") == "oracle" ? MakeRow(row, task, {}) : std::make_unique<TwoPointEstimator>(batch);
+  };
+  return {make, {}, nullptr};
 }
 
 /// Results as the folder of a run, whose config.yaml begins with `header`.

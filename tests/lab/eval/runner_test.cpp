@@ -89,7 +89,7 @@ TEST_CASE("problems are loaded as they are needed (all of a condition were in me
     g_waiting = g_most_waiting = 0;
     experiment.problems = problems;
     RunInputs inputs = TwoPointInputs();
-    inputs.make_method = [batch](const Config&, Task) { return std::make_unique<WaitedFor>(batch); };
+    inputs.make_row = [batch](const Config&, Task) { return std::make_unique<WaitedFor>(batch); };
     return RunExperiment(experiment, inputs);
   };
   const ExperimentResults all = run(1, 3000);
@@ -217,7 +217,7 @@ TEST_CASE("a stop leaves what was done, marked partial") {
   experiment.threads = 1;
   RunInputs inputs = TwoPointInputs();
   inputs.stop = &stop;
-  inputs.make_method = [&](const Config&, Task) { return std::make_unique<TwoPointEstimator>(1, &stop, 5); };
+  inputs.make_row = [&](const Config&, Task) { return std::make_unique<TwoPointEstimator>(1, &stop, 5); };
   const ExperimentResults results = RunExperiment(experiment, inputs);
   CHECK(results.partial);
   REQUIRE(results.cells.size() == 1);

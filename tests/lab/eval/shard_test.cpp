@@ -92,7 +92,7 @@ TEST_CASE("any sharding gives the same numbers as one run") {
 TEST_CASE("methods see the same batches in any sharding") {
   const auto run = [](const Shard& shard) {
     RunInputs inputs = TwoPointInputs();
-    inputs.make_method = [](const Config&, Task) { return std::make_unique<BatchSensitive>(16); };
+    inputs.make_row = [](const Config&, Task) { return std::make_unique<BatchSensitive>(16); };
     inputs.shard = shard;
     return ReadShardRecords(ShardRecords(RunExperiment(SmallExperiment(), inputs), ""), "part");
   };
