@@ -264,6 +264,7 @@ template DgsacResult EstimateDgsac<Line>(const PointMatrix&, const DgsacOptions&
 template DgsacResult EstimateDgsac<Plane>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<Homography>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<Fundamental>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Fundamental8>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<Essential>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<AbsolutePose>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<SharedFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
