@@ -93,7 +93,7 @@ methods:
     EstimatorContext context;
     context.threads = threads;
     return RunExperiment(experiment,
-                         {[&](const Config& row, Task task) { return MakeEstimator(row, task, context); }, {}, stop});
+                         {[&](const Config& row, Task task) { return MakeRow(row, task, context); }, {}, stop});
   };
   const auto one = run(1, nullptr), all = run(0, nullptr);
   REQUIRE(one.cells.size() == all.cells.size());

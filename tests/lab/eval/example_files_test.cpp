@@ -26,7 +26,7 @@ nlohmann::json JsonIn(const std::string& path) {
 ExperimentResults RunOf(const std::string& yaml) {
   return RunExperiment(
       ReadExperiment(ConfigFromYaml(yaml, "examples.yaml")),
-      {[](const Config& row, Task task) { return MakeEstimator(row, task, EstimatorContext{}); }, {}, nullptr, {}});
+      {[](const Config& row, Task task) { return MakeRow(row, task, EstimatorContext{}); }, {}, nullptr, {}});
 }
 
 const std::string kPairs =
