@@ -11,7 +11,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/result_files.h"
+#include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/configuration_reference.h"

@@ -183,11 +183,11 @@ void RunFeatures(const std::string& bytes) {
 std::string MakeEstimates() {
   EstimateRecord record;
   record.id = "a";
-  record.scene = "s";
+  record.data_scene = "s";
   record.status = Status::kOk;
   record.model = Eigen::Vector3d(1, 0, 2);
   record.pose.emplace();
-  record.inliers = {0, 2};
+  record.inlier_rows = {0, 2};
   record.points = 4;
   record.inlier_probabilities = {0.5f, 0.25f, 0.5f, 1.0f};
   record.structures = {record.model, record.model};

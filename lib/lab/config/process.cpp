@@ -1,11 +1,14 @@
 #include "lab/config/process.h"
 
+#include <fcntl.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
-
-#include <cstdlib>
-#ifdef __linux__
+#include <sys/wait.h>
 #include <unistd.h>
-#endif
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -27,12 +30,32 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-void WaitPassively([[maybe_unused]] char** argv) {
-#ifdef __linux__
+void WaitPassively(char** argv) {
   constexpr const char* kPolicy = "OMP_WAIT_POLICY";
   if (std::getenv(kPolicy) != nullptr || ::setenv(kPolicy, "passive", 0) != 0) return;
   ::execv("/proc/self/exe", argv);
-#endif
+}
+
+int StartProgram(const std::vector<std::string>& words, int output, int death) {
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child != 0) return child;
+  // Only calls that a signal handler may make.
+  const bool tied = ::prctl(PR_SET_PDEATHSIG, death) == 0 && ::getppid() == parent;
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+  ::dup2(::open("/dev/null", O_RDWR), STDIN_FILENO);
+  if (tied && ::dup2(output, STDOUT_FILENO) >= 0 && ::dup2(output, STDERR_FILENO) >= 0) ::execvp(argv[0], argv.data());
+  ::_exit(kCannotRun);
+}
+
+int EndOfProgram(int process) {
+  int status = 0;
+  while (::waitpid(process, &status, 0) < 0)
+    if (errno != EINTR) return kCannotRun;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kCannotRun;
 }
 
 }  // namespace diffsac

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace diffsac {
 
 /// Lets the process keep memory that it frees, where the C library is glibc: it otherwise returns every large tensor to
@@ -15,5 +18,14 @@ double PeakMemoryMib();
 /// is set already the program starts itself once more with it: call this first in main, with its arguments. Returns
 /// where nothing is to be done or can be.
 void WaitPassively(char** argv);
+
+/// Starts another program (its name or path, then its arguments; no shell, so that none needs quoting) that reads
+/// nothing and says all into `output`, and that gets the signal `death` when this process ends, however that ends. Its
+/// id; below 0 where it cannot be started.
+int StartProgram(const std::vector<std::string>& words, int output, int death);
+
+/// What it ended with, once it has; kCannotRun where that is not known or a signal ended it.
+inline constexpr int kCannotRun = 127;
+int EndOfProgram(int process);
 
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "lab/eval/effects.h"
+#include "lab/eval/report.h"
 
 #include <algorithm>
 #include <cmath>

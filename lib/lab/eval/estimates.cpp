@@ -1,5 +1,6 @@
 #include "lab/eval/estimates.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -297,7 +298,7 @@ void VisitColumns(const H5::Group& group, Records& records) {
   Columns<Records> columns(group, records);
   columns.Member("index", &R::index);
   columns.Member("id", &R::id);
-  columns.Member("scene", &R::scene);
+  columns.Member("scene", &R::data_scene);
   columns.Values(
       "status", Presence::kAlways, [](const R& r) { return std::optional<std::string>(ToString(r.status)); },
       [](R& r, const std::string& text) { r.status = StatusFromText(text); });
@@ -328,7 +329,7 @@ void VisitColumns(const H5::Group& group, Records& records) {
   columns.Member("log_false_alarms", &R::log_false_alarms, Presence::kSince);
   columns.Member("draws", &R::draws);
   columns.Member("points", &R::points);
-  columns.Lists("inliers", &R::inliers, Presence::kAlways);
+  columns.Lists("inliers", &R::inlier_rows, Presence::kAlways);
   columns.Member("inlier_threshold", &R::inlier_threshold, Presence::kSince);
   columns.Lists("rows", &R::rows, Presence::kSome);
   columns.Lists("probabilities", &R::inlier_probabilities, Presence::kAlways);
@@ -352,20 +353,21 @@ Status StatusFromText(const std::string& text) {
   throw Error("unknown status '" + text + "'");
 }
 
-EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
+EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool whole) {
   EstimateRecord record;
   record.index = example.index;
   record.id = ProblemName(example);
-  record.scene = example.scene;
+  record.data_scene = example.scene;
   record.status = estimate.status;
   record.points = static_cast<int>(example.problem.points.rows());
   record.draws = estimate.report.draws;
   if (record.points > 0) record.largest_coordinate = example.problem.points.cwiseAbs().maxCoeff();
-  if (estimate.status != Status::kOk) return record;
+  record.log_false_alarms = estimate.log_false_alarms;
+  if (estimate.status != Status::kOk || !whole) return record;
   record.model = estimate.model;
   record.pose = PoseOfEstimate(estimate, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
-    if (estimate.inliers[i] != 0) record.inliers.push_back(static_cast<std::int32_t>(i));
+    if (estimate.inliers[i] != 0) record.inlier_rows.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
   record.translation = estimate.translation;
@@ -374,12 +376,22 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate) {
   record.focal = estimate.focal;
   record.score = estimate.score;
   record.noise_scale = estimate.noise_scale;
-  record.log_false_alarms = estimate.log_false_alarms;
   record.inlier_probabilities = estimate.inlier_probabilities;
   record.structures = estimate.structures;
   record.assignment = estimate.assignment;
   record.structure_values = estimate.structure_values;
   return record;
+}
+
+std::array<double, 7> PoseNumbers(const EstimateRecord& record) {
+  std::array<double, 7> numbers;
+  numbers.fill(kNan);
+  if (!record.pose) return numbers;
+  Eigen::Quaterniond q(record.pose->rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  numbers = {q.w(), q.x(), q.y(), q.z(), kNan, kNan, kNan};
+  if (!IsUndetermined(record.translation)) std::copy_n(record.pose->translation.data(), 3, numbers.begin() + 4);
+  return numbers;
 }
 
 namespace {

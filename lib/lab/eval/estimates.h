@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -14,10 +15,11 @@ namespace diffsac {
 /// The file of a run folder that holds what was estimated (docs/estimates.md).
 inline constexpr const char* kEstimatesFile = "estimates.h5";
 
-/// What one method said of one problem.
+/// What one method said of one problem, as estimates.h5 has it.
 struct EstimateRecord {
   std::uint64_t index = 0;  ///< The problem's place in its condition's data.
-  std::string id, scene;
+  std::string id;
+  std::string data_scene;  ///< In the data, whatever its group is called.
   Status status = Status::kNoModel;
   ModelParameters model;                           ///< Empty unless status is ok; E in normalised coordinates.
   std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).
@@ -27,7 +29,7 @@ struct EstimateRecord {
   std::optional<RigidMotion> other_pose;  ///< As in Estimate.
   double share_behind = 0.0;              ///< As in Estimate.
   std::optional<FocalEstimate> focal;
-  std::vector<std::int32_t> inliers;  ///< Rows of the problem's points, ascending.
+  std::vector<std::int32_t> inlier_rows;  ///< Of the problem's points, ascending.
   /// What an inlier is, in the data's unit, as in Estimate; NaN without a model.
   double inlier_threshold = std::numeric_limits<double>::quiet_NaN();
   int points = 0;  ///< Of the problem.
@@ -63,7 +65,13 @@ struct EstimateFile {
 /// The status that ToString calls this; of files. Throws Error for no such.
 Status StatusFromText(const std::string& text);
 
-EstimateRecord RecordOf(const Example& example, const Estimate& estimate);
+/// `whole`: false where an experiment keeps no estimates: what was found is left out, but for its status, inliers'
+/// number and draws.
+EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool whole = true);
+
+/// qw, qx, qy, qz, tx, ty, tz: x2 = R x1 + t with R as a unit quaternion, qw >= 0. NaN without a pose, and of a
+/// translation that is not determined.
+std::array<double, 7> PoseNumbers(const EstimateRecord& record);
 
 /// The file's content, for other processes.
 std::string EstimatesToBytes(const EstimateFile& file);

@@ -12,14 +12,9 @@
 #include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/example_files.h"
-#include "lab/eval/labelled_points.h"
-#include "lab/eval/markdown_report.h"
 #include "lab/eval/merge.h"
-#include "lab/eval/missing_networks.h"
 #include "lab/eval/report_script.h"
-#include "lab/eval/result_files.h"
 #include "lab/eval/run_files.h"
-#include "lab/eval/run_seeds.h"
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
 
@@ -70,18 +65,6 @@ void WriteShard(const ExperimentResults& results, const std::string& setup, cons
   WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
   out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
       << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
-}
-
-void WriteWhole(const ExperimentResults& results, const std::string& folder, std::ostream& out) {
-  const Report report = MakeReport(results);
-  WriteResults(report, folder);
-  KeepEstimates(results, folder);
-  WriteLabels(results, folder);
-  WriteFits(results, folder);
-  WritePairs(results, folder);
-  EndResults(report, folder);
-  TellRun(folder);
-  out << MarkdownReport(report) << std::endl;
 }
 
 Shard ShardOf(const EvalRequest& request) {
@@ -231,7 +214,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (request.group.has_value() && !JoinShards(*request.group, Setup(request), &results))
     return results.partial ? kExitInterrupted : kExitOk;
   if (request.shard.empty())
-    WriteWhole(results, folder, out);
+    WriteWholeRun(results, "", folder, out);
   else
     WriteShard(results, Setup(request), folder, out);
   if (!results.partial) ExportColmap(results, request.colmap, out);

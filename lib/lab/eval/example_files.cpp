@@ -178,10 +178,7 @@ std::vector<Listed> ListProblems(const ExperimentResults& results) {
                                          Listed{cell.condition, record.index, record.id, record.points})
                             .first->second;
       if (cell.method == ranking) problem.error = ShownError(record.error, results.experiment.tolerance());
-    }
-    for (const EstimateRecord& estimate : cell.estimates) {
-      const auto at = problems.find({cell.condition, estimate.index});
-      if (at != problems.end()) at->second.drawable = true;
+      problem.drawable = results.experiment.estimates;
     }
   }
   for (const KeptFit& fit : results.fits) {

@@ -81,7 +81,7 @@ inline constexpr auto kEnumNames<Quantity> = NamesOf<Quantity>({{Quantity::kInli
                                                                 {Quantity::kParallax, "true_parallax_deg"},
                                                                 {Quantity::kScene, "scene"}});
 
-/// The table's metric apart for problems of different kinds (strata.h).
+/// The table's metric apart for problems of different kinds (report.h).
 struct StrataOptions {
   Quantity by = Quantity::kInlierShare;
   std::vector<double> bins;       ///< Ascending edges: below the first, from one to the next, from the last on.

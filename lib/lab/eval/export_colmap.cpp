@@ -53,8 +53,8 @@ class SourcePairs {
   }
 
   SourcePair Read(const EstimateRecord& record) const {
-    const Scene& scene = scenes_.at(record.scene);
-    const std::string name = record.id.substr(record.scene.size() + 1);
+    const Scene& scene = scenes_.at(record.data_scene);
+    const std::string name = record.id.substr(record.data_scene.size() + 1);
     SourcePair pair{scene.files->Read(scene.positions.at(name)), {}, {}};
     pair.keypoints = scene.files->ReadMatchIndices(name, pair.example.problem.points.rows());
     pair.example.id = record.id;
@@ -93,12 +93,12 @@ void SetUndetermined(const EstimateRecord& record, const Problem& problem, Colma
   constexpr int kRounds = 20;
   constexpr double kExact = 0.1;
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(problem.points.rows());
-  for (const std::int32_t row : record.inliers) weights[row] = 1.0;
+  for (const std::int32_t row : record.inlier_rows) weights[row] = 1.0;
   Matrix3Parameters homography;
   bool fitted = false;
   for (int round = 0; round < kRounds && Homography::Fit(problem.points, weights, &homography); ++round) {
     fitted = true;
-    for (const std::int32_t row : record.inliers)
+    for (const std::int32_t row : record.inlier_rows)
       weights[row] = 1.0 / (kExact + SymmetricTransferError(homography, problem.points.row(row).data()));
   }
   if (fitted) geometry->homography = HomographyInColmapPixels(AsMatrix(homography));
@@ -150,9 +150,9 @@ ColmapGeometry GeometryOf(Task task, const EstimateRecord& record, const SourceP
   geometry.pair = {ids.Of(pair.example.image1, record.id), ids.Of(pair.example.image2, record.id)};
   if (record.status != Status::kOk || (record.MayBeChance() && !chance)) return geometry;
   SetModels(task, record, pair.example.problem, &geometry);
-  geometry.inliers.resize(static_cast<Eigen::Index>(record.inliers.size()), 2);
-  for (std::size_t i = 0; i < record.inliers.size(); ++i)
-    geometry.inliers.row(static_cast<Eigen::Index>(i)) = pair.keypoints.row(pair.rows.at(record.inliers[i]));
+  geometry.inliers.resize(static_cast<Eigen::Index>(record.inlier_rows.size()), 2);
+  for (std::size_t i = 0; i < record.inlier_rows.size(); ++i)
+    geometry.inliers.row(static_cast<Eigen::Index>(i)) = pair.keypoints.row(pair.rows.at(record.inlier_rows[i]));
   return geometry;
 }
 
@@ -182,12 +182,11 @@ void ExportColmap(const ExperimentResults& results, const ColmapExport& target, 
   const ColmapDatabase database(target.database, SqliteDatabase::Access::kWrite);
   const ImageIds ids(database);
   std::vector<ColmapGeometry> geometries;
-  for (const EstimateRecord& record : results.cells.at(0).estimates)
+  const std::vector<ProblemRecord>& records = results.cells.at(0).records;
+  for (const ProblemRecord& record : records)
     geometries.push_back(GeometryOf(experiment.task, record, source.Read(record), ids, target.chance));
   WriteGeometries(database, geometries, target.overwrite);
-  const std::vector<EstimateRecord>& estimates = results.cells.at(0).estimates;
-  const auto by_chance =
-      std::count_if(estimates.begin(), estimates.end(), [](const auto& e) { return e.MayBeChance(); });
+  const auto by_chance = std::count_if(records.begin(), records.end(), [](const auto& r) { return r.MayBeChance(); });
   std::int64_t verified = 0, inliers = 0;
   for (const ColmapGeometry& geometry : geometries) {
     if (geometry.inliers.rows() < kColmapMinInliers) continue;

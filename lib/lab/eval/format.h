@@ -27,6 +27,9 @@ inline std::string ShortestNumber(double value) {
   return {text, std::to_chars(text, text + sizeof(text), value).ptr};
 }
 
+/// A number as files have it, with nine digits; empty where it is unknown or not finite.
+inline std::string NumberText(double value) { return std::isfinite(value) ? Format("%.9g", value) : ""; }
+
 /// A field of a CSV file, quoted only when it must be (RFC 4180).
 inline std::string CsvText(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;

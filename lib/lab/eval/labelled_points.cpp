@@ -46,7 +46,7 @@ std::int32_t NearestModel(const std::vector<ModelParameters>& models, const Poin
 std::vector<std::int32_t> ProblemLabels(const EstimateRecord& record) {
   if (!record.assignment.empty()) return record.assignment;
   std::vector<std::int32_t> labels(static_cast<std::size_t>(record.points), 0);
-  for (const std::int32_t i : record.inliers) labels[static_cast<std::size_t>(i)] = 1;
+  for (const std::int32_t i : record.inlier_rows) labels[static_cast<std::size_t>(i)] = 1;
   return labels;
 }
 
@@ -112,9 +112,9 @@ class SetReader {
 };
 
 const EstimateRecord* RecordAt(const Cell& cell, std::uint64_t index) {
-  const auto at = std::lower_bound(cell.estimates.begin(), cell.estimates.end(), index,
+  const auto at = std::lower_bound(cell.records.begin(), cell.records.end(), index,
                                    [](const EstimateRecord& record, std::uint64_t i) { return record.index < i; });
-  return at != cell.estimates.end() && at->index == index ? &*at : nullptr;
+  return at != cell.records.end() && at->index == index ? &*at : nullptr;
 }
 
 /// The inputs of one condition, read again.

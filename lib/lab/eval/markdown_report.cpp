@@ -1,10 +1,8 @@
-#include "lab/eval/markdown_report.h"
+#include "lab/eval/run_files.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "lab/eval/metric_table.h"
-#include "lab/eval/structure_tables.h"
 #include "lab/eval/tables.h"
 
 namespace diffsac {

@@ -10,9 +10,7 @@
 #include "lab/config/run_lock.h"
 #include "lab/eval/example_files.h"
 #include "lab/eval/labelled_points.h"
-#include "lab/eval/markdown_report.h"
 #include "lab/eval/report_script.h"
-#include "lab/eval/result_files.h"
 #include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 
@@ -69,16 +67,13 @@ void CheckComplete(const std::vector<ShardContent>& shards) {
 
 // All records of one method and condition, in the order of the dataset.
 Cell JoinCell(std::size_t condition, std::size_t method, std::vector<ShardContent>* shards) {
-  Cell joined{condition, method, {}, {}};
+  Cell joined{condition, method, {}};
   for (ShardContent& shard : *shards)
     for (Cell& cell : shard.results.cells)
-      if (cell.condition == condition && cell.method == method) {
+      if (cell.condition == condition && cell.method == method)
         std::move(cell.records.begin(), cell.records.end(), std::back_inserter(joined.records));
-        std::move(cell.estimates.begin(), cell.estimates.end(), std::back_inserter(joined.estimates));
-      }
-  const auto by_index = [](const auto& a, const auto& b) { return a.index < b.index; };
-  std::sort(joined.records.begin(), joined.records.end(), by_index);
-  std::sort(joined.estimates.begin(), joined.estimates.end(), by_index);
+  std::sort(joined.records.begin(), joined.records.end(),
+            [](const auto& a, const auto& b) { return a.index < b.index; });
   return joined;
 }
 
@@ -117,6 +112,14 @@ ShardContent ReadShardFolder(const std::string& folder) {
   return content;
 }
 
+// Copies the kept fits of one run's folder to another, or removes those of an earlier run.
+void CopyFits(const std::string& from, const std::string& to) {
+  const fs::path fits = fs::path(from) / kFitsFile, copy = fs::path(to) / kFitsFile;
+  std::error_code code;
+  if (!fs::exists(fits, code)) return RemoveFile(copy.string());
+  if (!fs::equivalent(from, to, code)) WriteFileAtomically(copy.string(), ReadFile(fits.string()));
+}
+
 }  // namespace
 
 ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_allowed) {
@@ -147,11 +150,20 @@ ExperimentResults MergeShards(std::vector<ShardContent> shards, bool partial_all
   return results;
 }
 
-void CopyFits(const std::string& from, const std::string& to) {
-  const fs::path fits = fs::path(from) / kFitsFile, copy = fs::path(to) / kFitsFile;
-  std::error_code code;
-  if (!fs::exists(fits, code)) return RemoveFile(copy.string());
-  if (!fs::equivalent(from, to, code)) WriteFileAtomically(copy.string(), ReadFile(fits.string()));
+void WriteWholeRun(const ExperimentResults& results, const std::string& fits_of, const std::string& folder,
+                   std::ostream& out) {
+  const Report report = MakeReport(results);
+  WriteResults(report, folder);
+  KeepEstimates(results, folder);
+  WriteLabels(results, folder);
+  if (fits_of.empty())
+    WriteFits(results, folder);
+  else
+    CopyFits(fits_of, folder);
+  if (results.seeds.empty()) WritePairs(results, folder);  // Of several seeds they are in the runs' own reports.
+  EndResults(report, folder);
+  TellRun(folder);
+  out << MarkdownReport(report) << std::endl;
 }
 
 void MergeFolders(const std::vector<std::string>& folders, const std::string& output, std::ostream& out) {
@@ -165,15 +177,8 @@ void MergeFolders(const std::vector<std::string>& folders, const std::string& ou
   const RunLock lock(folder);
   BeginResults(folder);
   const RunDirectory run(folder, "diffsac_eval --merge", WriteExperiment(results.experiment), results.experiment.seed);
-  const Report report = MakeReport(results);
-  WriteResults(report, folder);
-  KeepEstimates(results, folder);
-  WriteLabels(results, folder);
-  CopyFits(first, folder);
-  WritePairs(results, folder);
-  EndResults(report, folder);
-  TellRun(folder);
-  out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
+  WriteWholeRun(results, first, folder, out);
+  out << ResultsText(folder) << std::endl;
 }
 
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "lab/eval/metric_table.h"
+#include "lab/eval/tables.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,59 +71,41 @@ std::string RangeOf(const Report& report, const MetricColumn& column, std::size_
   return RangeText(interval, column.digits);
 }
 
-// A row of numbers before the best are known.
-struct NumberRow {
-  std::vector<double> values;
-  bool competes = true;
-};
-
-// Marks the best value of a column of numbers (the table's column after the method's), of the rows that compete; those
-// that print the same are equally good.
-void MarkBest(const std::vector<NumberRow>& numbers, std::size_t column, int digits, bool higher_is_better,
-              Table* table) {
+// Marks the best value of a column, of the rows that compete; those that print the same are equally good. `numbers`: by
+// row, NaN of those that do not.
+void MarkBest(const std::vector<double>& numbers, std::size_t at, const MetricColumn& column, Table* table) {
   double best = std::nan("");
-  for (const NumberRow& row : numbers) {
-    const double value = row.values[column];
-    if (!row.competes || std::isnan(value)) continue;
-    if (std::isnan(best) || (higher_is_better ? value > best : value < best)) best = value;
-  }
-  for (std::size_t r = 0; r < numbers.size(); ++r) {
-    const std::string text = FixedText(numbers[r].values[column], digits);
-    table->rows[r].best[column + 1] =
-        numbers[r].competes && !std::isnan(best) && text != kUnknown && text == FixedText(best, digits);
-  }
+  for (const double value : numbers)
+    if (std::isnan(best) || (column.higher_is_better ? value > best : value < best)) best = value;
+  for (std::size_t r = 0; r < numbers.size(); ++r)
+    table->rows[r].best[at] =
+        !std::isnan(numbers[r]) && FixedText(numbers[r], column.digits) == FixedText(best, column.digits);
 }
 
 void AddEstimatorRows(const Report& report, const MetricTable& shown, bool with_counts, Table* table) {
   const ExperimentResults& results = report.results;
-  std::vector<NumberRow> numbers;
+  std::vector<std::vector<double>> competing(shown.columns.size());
   for (std::size_t m = 0; m < results.experiment.methods.size(); ++m) {
     if (!HasRecords(results, m)) continue;
     const EstimatorRow& method = results.experiment.methods[m];
-    NumberRow number_row{{}, method.Competes()};
-    Table::Row row;
-    row.cells.push_back(method.label);
-    for (const MetricColumn& column : shown.columns) {
-      number_row.values.push_back(column.scale * report.Metric(column.condition, m, column.scene, column.metric));
-      row.cells.push_back(FixedText(number_row.values.back(), column.digits));
-      row.intervals.resize(row.cells.size());
+    Table::Row row{{method.label}, {}, false, {""}};
+    for (std::size_t c = 0; c < shown.columns.size(); ++c) {
+      const MetricColumn& column = shown.columns[c];
+      const double value = column.scale * report.Metric(column.condition, m, column.scene, column.metric);
+      competing[c].push_back(method.Competes() ? value : std::nan(""));
       const std::string interval = RangeOf(report, column, m);
-      if (shown.intervals && !interval.empty())
-        row.cells.back() += " " + interval;
-      else
-        row.intervals.back() = interval;
+      const bool inside = shown.intervals && !interval.empty();
+      row.cells.push_back(FixedText(value, column.digits) + (inside ? " " + interval : ""));
+      row.intervals.push_back(inside ? "" : interval);
     }
     if (shown.costs) AddCosts(results, m, with_counts, &row);
     row.best.resize(row.cells.size());
     row.intervals.resize(row.cells.size());
     table->rows.push_back(std::move(row));
-    numbers.push_back(std::move(number_row));
   }
-  for (std::size_t c = 0; c < shown.columns.size(); ++c) {
-    const MetricColumn& column = shown.columns[c];
-    if (shown.best && RowsShareProblems(results, column.condition))
-      MarkBest(numbers, c, column.digits, column.higher_is_better, table);
-  }
+  for (std::size_t c = 0; c < shown.columns.size(); ++c)
+    if (shown.best && RowsShareProblems(results, shown.columns[c].condition))
+      MarkBest(competing[c], c + 1, shown.columns[c], table);
 }
 
 // With the paper's digits: two, or three where it gives three.

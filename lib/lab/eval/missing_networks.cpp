@@ -1,7 +1,6 @@
-#include "lab/eval/missing_networks.h"
+#include "lab/eval/selection.h"
 
 #include <fcntl.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,8 +16,8 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/network/engine/checkpoint_info.h"
+#include "lab/config/process.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/selection.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {
@@ -59,16 +58,6 @@ void CollectRunPaths(const ConfigTree& tree, std::vector<std::string>* paths) {
   for (const ConfigEntry& entry : tree.entries) CollectRunPaths(entry.value, paths);
 }
 
-/// In the child of a fork: becomes the program, its output in `log`. Only calls that a signal handler may make.
-[[noreturn]] void BecomeProgram(char* const* arguments, const char* log, pid_t parent) {
-  // The program stops by itself, as at Ctrl-C, when this one is killed: nobody would wait for it any more.
-  const bool tied = ::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent;
-  const int output = ::open(log, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (tied && output >= 0 && ::dup2(output, STDOUT_FILENO) >= 0 && ::dup2(output, STDERR_FILENO) >= 0)
-    ::execv(arguments[0], arguments);
-  ::_exit(127);
-}
-
 /// Whether the training that writes this checkpoint has further to go: its best network so far is there early.
 bool IsUnfinished(const std::string& checkpoint) {
   const fs::path last = fs::path(checkpoint).parent_path() / "last.safetensors";
@@ -82,25 +71,20 @@ bool IsUnfinished(const std::string& checkpoint) {
   return static_cast<double>(info.iteration) < iterations;
 }
 
-/// The exit code of a program that runs in its own process, its output in a file; -1 when it did not start or end well.
-/// `stop` is passed on.
+/// The exit code of a program, its output in a file. `stop` is passed on.
 int RunProgram(const std::vector<std::string>& command, const std::string& log, const std::atomic<bool>& stop) {
-  std::vector<char*> arguments;
-  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  const pid_t parent = ::getpid();
-  const pid_t process = ::fork();
-  if (process == 0) BecomeProgram(arguments.data(), log.c_str(), parent);
-  if (process < 0) return -1;
-  int status = 0;
-  for (bool asked = false;;) {
-    const pid_t ended = ::waitpid(process, &status, WNOHANG);
-    if (ended == process) break;
-    if (ended < 0 && errno != EINTR) return -1;
+  const int output = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  // It stops by itself, as at Ctrl-C, when this process is killed: nobody would wait for it any more.
+  const int process = output < 0 ? -1 : StartProgram(command, output, SIGTERM);
+  if (output >= 0) ::close(output);
+  if (process < 0) return kCannotRun;
+  siginfo_t state{};
+  for (bool asked = false; state.si_pid == 0;) {
+    if (::waitid(P_PID, static_cast<id_t>(process), &state, WEXITED | WNOHANG | WNOWAIT) != 0 && errno != EINTR) break;
     if (stop && !std::exchange(asked, true)) ::kill(process, SIGTERM);
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (state.si_pid == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return EndOfProgram(process);
 }
 
 }  // namespace

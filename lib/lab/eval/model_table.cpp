@@ -1,4 +1,4 @@
-#include "lab/eval/model_table.h"
+#include "lab/eval/tables.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,6 @@
 
 #include "lab/data/point_files.h"
 #include "lab/eval/format.h"
-#include "lab/eval/metric_table.h"
 
 namespace diffsac {
 namespace {
@@ -24,13 +23,6 @@ std::string UnitOf(const ExperimentOptions& experiment) {
     unit = own;
   }
   return unit;
-}
-
-bool HasStructures(const ExperimentResults& results) {
-  for (const Cell& cell : results.cells)
-    for (const EstimateRecord& record : cell.estimates)
-      if (!record.structures.empty()) return true;
-  return false;
 }
 
 std::string InputText(const EstimateRecord& record) {
@@ -64,7 +56,7 @@ class ModelRows {
  public:
   ModelRows(const ExperimentResults& results, Table* table)
       : experiment_(results.experiment),
-        structures_(HasStructures(results)),
+        structures_(AnyRecord(results, [](const ProblemRecord& record) { return !record.structures.empty(); })),
         dimension_(static_cast<std::size_t>(PointDimension(results.experiment.task))),
         table_(*table) {
     auto& columns = table_.columns;
@@ -77,7 +69,7 @@ class ModelRows {
 
   void Add(const Cell& cell, const EstimateRecord& record) {
     const auto& models = record.structures;
-    if (models.empty()) AddRow(cell, record, record.model, 1, record.inliers.size());
+    if (models.empty()) AddRow(cell, record, record.model, 1, record.inlier_rows.size());
     for (std::size_t k = 0; k < models.size(); ++k)
       AddRow(cell, record, models[k], k + 1,
              static_cast<std::size_t>(std::count(record.assignment.begin(), record.assignment.end(), k + 1)));
@@ -115,11 +107,11 @@ class ModelRows {
 Table ModelTable(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   Table table;
-  if (experiment.task != Task::kLine && experiment.task != Task::kPlane) return table;
+  if (!experiment.estimates || (experiment.task != Task::kLine && experiment.task != Task::kPlane)) return table;
   ModelRows rows(results, &table);
   for (const Cell& cell : results.cells) {
     if (!IsPointSets(experiment.conditions[cell.condition].data)) continue;
-    for (const EstimateRecord& record : cell.estimates) rows.Add(cell, record);
+    for (const ProblemRecord& record : cell.records) rows.Add(cell, record);
   }
   const std::size_t all = table.rows.size();
   const std::string unit = UnitOf(experiment);

@@ -15,6 +15,12 @@ namespace diffsac {
 ///                      (GroundTruth::inliers), what the baseline is beside the depth, whatever the unit
 void RecordQuantities(const Example& example, double within_px, ProblemRecord* record);
 
+/// The share of χ² with so many degrees of freedom, 1 or more, that lies below a value of 0 or more.
+double ChiSquareBelow(double value, int freedom);
+
+/// NaN without a covariance or a true pose, and for other tasks than those of two views.
+PoseLevels PoseLevelsOf(const Estimate& estimate, const Example& example);
+
 /// Of a record; NaN where it is unknown, and for scenes, which have no number.
 double QuantityOf(const ProblemRecord& record, Quantity quantity);
 

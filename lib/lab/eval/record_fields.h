@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cmath>
+
 #include "lab/eval/results.h"
 
 namespace diffsac {
@@ -25,6 +28,16 @@ void VisitRecord(Record& record, const Visit& visit) {
   visit("failed", record.error.failed);
   visit("unique_minimal_sets", record.report.unique_minimal_sets);
   visit("all_inlier_sets", record.all_inlier_sets);
+}
+
+/// What was estimated, where the experiment keeps estimates: sigma, the pose (PoseNumbers) and the model. For writing.
+template <class Visit>
+void VisitEstimate(const EstimateRecord& record, const Visit& visit) {
+  constexpr const char* kPose[] = {"qw", "qx", "qy", "qz", "tx", "ty", "tz"};
+  visit("noise_scale", std::isfinite(record.noise_scale) ? record.noise_scale : std::nan(""));
+  const std::array<double, 7> pose = PoseNumbers(record);
+  for (std::size_t i = 0; i < pose.size(); ++i) visit(kPose[i], pose[i]);
+  visit("model", record.model);
 }
 
 /// Those behind the estimate's columns.
@@ -56,9 +69,19 @@ void VisitStructures(Record& record, const Visit& visit) {
   visit("recall", record.error.recall);
   visit("one_structure_sets", record.one_structure_sets);
   visit("structures_in_sets", record.structures_in_sets);
-  visit("structures", record.structures);
+  visit("structures", record.structure_count);
   visit("draws", record.report.draws);
   visit("structure_angles_deg", record.error.structure_angles_deg);
+}
+
+/// All of them, in the order of problems.csv but for what it has of the estimate, which shards have in estimates.h5.
+template <class Record, class Visit>
+void VisitAll(Record& record, const Visit& visit) {
+  VisitRecord(record, visit);
+  VisitChance(record, visit);
+  VisitQuantities(record, visit);
+  VisitLevels(record, visit);
+  VisitStructures(record, visit);
 }
 
 }  // namespace diffsac

@@ -94,10 +94,6 @@ double Report::Metric(std::size_t condition, std::size_t method, const std::stri
   return cell == nullptr ? std::nan("") : FindMetric(Of(*cell).metrics, scene, metric);
 }
 
-const ConfidenceInterval& StratumReport::Of(const Report& report, const Cell& cell) const {
-  return accuracies[static_cast<std::size_t>(&cell - report.results.cells.data())];
-}
-
 bool StrataReport::known() const {
   return std::any_of(strata.begin(), strata.end(), [](const StratumReport& one) {
     const auto& problems = one.stratum.problems;

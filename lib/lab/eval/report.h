@@ -4,10 +4,50 @@
 #include <string>
 #include <vector>
 
-#include "lab/eval/effects.h"
-#include "lab/eval/strata.h"
+#include "lab/eval/results.h"
 
 namespace diffsac {
+
+/// All choices of a level of each factor, the last factor's changing fastest.
+std::vector<std::vector<std::string>> CombinationsOf(const Factors& factors);
+
+/// What one level of a factor makes of a problem, on average over all combinations of the other factors' levels of
+/// which both this level and the factor's first have a row.
+struct LevelEffect {
+  std::size_t combinations = 0;  ///< How many these are; 0: nothing is known.
+  /// The accuracy minus the first level's, of the same problem and combination (docs/metrics.md). Of the first level
+  /// itself: its mean accuracy. Nothing without truth.
+  std::optional<ConfidenceInterval> accuracy;
+  /// The milliseconds divided by the first level's, geometric mean. Of the first level itself: its geometric mean.
+  std::optional<ConfidenceInterval> milliseconds;
+};
+
+/// By factor (ExperimentOptions::factors), then by level, with 95 % intervals: a problem's values in all combinations
+/// are redrawn together, within its scene, and scenes weigh the same, as in DifferenceOf. Of one factor they are
+/// DifferenceOf.
+using FactorEffects = std::vector<std::vector<LevelEffect>>;
+FactorEffects EffectsOf(const ExperimentResults& results, std::size_t condition);
+
+/// The problems in one bin of a quantity.
+struct Stratum {
+  std::string name;   ///< In results.csv, in the scene's place: "inlier_share below 0.1", "inlier_share 0.1-0.2", ...
+  std::string label;  ///< In tables and pictures: "< 0.1", "0.1–0.2", "≥ 0.2"; a scene's name.
+  std::vector<std::size_t> problems;  ///< How many, by condition.
+  /// Of these problems alone, cells as in the whole results (some may be empty). All count as one scene, so that each
+  /// weighs the same in means and is redrawn among all of its stratum: a scene that has one problem in a bin would
+  /// otherwise weigh as much as one with forty, and never be redrawn.
+  ExperimentResults results;
+};
+
+/// Every bin, empty ones as well; problems whose quantity is unknown are in none. Scenes in the order in which they
+/// first appear.
+std::vector<Stratum> StrataOf(const ExperimentResults& results, const StrataOptions& options);
+
+/// The place of a value among ascending edges: how many of these are not above it.
+std::size_t BinOf(double value, const std::vector<double>& edges);
+
+/// How many different problems a condition has.
+std::size_t ProblemsOf(const ExperimentResults& results, std::size_t condition);
 
 /// One table before it is given a form: a heading, column names, rows of texts.
 struct Table {
@@ -48,9 +88,6 @@ struct StratumReport {
   std::vector<ConfidenceInterval> accuracies;  ///< As `results.cells`, their mean and interval; NaN where unknown.
   Differences differences;                     ///< Of the accuracy.
   std::vector<FactorEffects> effects;          ///< By condition.
-
-  /// The accuracy of one of the run's cells.
-  const ConfidenceInterval& Of(const Report& report, const Cell& cell) const;
 };
 
 /// One division: every bin.

@@ -1,7 +1,6 @@
 #include "lab/eval/report_script.h"
 
 #include <fcntl.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,33 +12,19 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/config/paths.h"
+#include "lab/config/process.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
 namespace {
 
-constexpr int kCannotRun = 127;
 constexpr int kCannotWrite = 4;  // scripts/report/files.py.
 
-// A program without a shell, so that no path needs quoting, and the end of a pipe that has what it says.
+// Starts it with the end of a pipe that has what it says.
 int Spawn(const std::vector<std::string>& words, int* output) {
-  std::vector<char*> argv;
-  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
-  argv.push_back(nullptr);
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return -1;
-  const pid_t parent = ::getpid(), child = ::fork();
-  if (child == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) ::_exit(kCannotRun);
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    ::dup2(::open("/dev/null", O_RDWR), STDIN_FILENO);
-    ::dup2(ends[1], STDOUT_FILENO);
-    ::dup2(ends[1], STDERR_FILENO);
-    ::execvp(argv[0], argv.data());
-    ::_exit(kCannotRun);
-  }
+  const int child = StartProgram(words, ends[1], SIGKILL);
   ::close(ends[1]);
   if (child < 0) ::close(ends[0]);
   *output = ends[0];
@@ -62,14 +47,6 @@ std::string LastLine(int descriptor) {
   return text.substr(text.rfind('\n') + 1);
 }
 
-// What it ended with.
-int End(int process) {
-  int status = 0;
-  while (::waitpid(process, &status, 0) < 0)
-    if (errno != EINTR) return kCannotRun;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kCannotRun;
-}
-
 // The python3 of an environment may lack modules that the system's has. Empty without any.
 std::string FindPython() {
   const std::string check = SharedFile("report/check_modules.py");
@@ -79,7 +56,7 @@ std::string FindPython() {
     if (process < 0) continue;
     LastLine(output);
     ::close(output);
-    if (End(process) == 0) return python;
+    if (EndOfProgram(process) == 0) return python;
   }
   return "";
 }
@@ -118,7 +95,7 @@ bool ReportScript::Wait() {
   if (process_ < 0) return false;
   const std::string said = LastLine(output_);
   ::close(output_);
-  const int code = End(process_);
+  const int code = EndOfProgram(process_);
   process_ = -1;
   if (code == kCannotWrite) throw Error(said);
   if (code != 0) LogWarning(called_ + ": no pictures or no page: " + (said.empty() ? "the script was stopped" : said));
@@ -129,7 +106,7 @@ void ReportScript::Stop() {
   if (process_ < 0) return;
   ::kill(process_, SIGKILL);
   ::close(output_);
-  End(process_);
+  EndOfProgram(process_);
   process_ = -1;
 }
 
@@ -156,7 +133,7 @@ void RunPythonScript(const std::string& shared_file, const std::vector<std::stri
   if (process < 0) throw Error(shared_file + ": cannot be started");
   const std::string said = LastLine(output);
   ::close(output);
-  if (End(process) != 0) throw Error(said.empty() ? shared_file + ": was stopped" : said);
+  if (EndOfProgram(process) != 0) throw Error(said.empty() ? shared_file + ": was stopped" : said);
 }
 
 bool TellRun(const std::string& folder) {

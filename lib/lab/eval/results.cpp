@@ -19,19 +19,18 @@ bool IsCount(const std::string& metric) {
   return std::find(std::begin(kCounts), std::end(kCounts), metric) != std::end(kCounts);
 }
 
-// Scenes in the order in which they first appear.
-std::vector<std::string> Scenes(const Cell& cell) {
-  std::vector<std::string> scenes;
+void AddScenes(const Cell& cell, std::vector<std::string>* scenes) {
   for (const ProblemRecord& record : cell.records)
-    if (std::find(scenes.begin(), scenes.end(), record.scene) == scenes.end()) scenes.push_back(record.scene);
-  return scenes;
+    if (std::find(scenes->begin(), scenes->end(), record.scene) == scenes->end()) scenes->push_back(record.scene);
 }
 
+// The values that are known.
 template <class Get>
-double MedianOf(const std::vector<const ProblemRecord*>& records, const Get& get) {
+std::vector<double> ValuesOf(const std::vector<const ProblemRecord*>& records, const Get& get) {
   std::vector<double> values;
-  for (const ProblemRecord* record : records) values.push_back(get(*record));
-  return Median(std::move(values));
+  for (const ProblemRecord* record : records)
+    if (const double value = get(*record); !std::isnan(value)) values.push_back(value);
+  return values;
 }
 
 // What the scenes have of one metric: their sum for counts, else their mean over the scenes that know it.
@@ -62,61 +61,71 @@ const Cell* ExperimentResults::Find(std::size_t condition, std::size_t method) c
 
 namespace {
 
+/// The metrics of one scene while they are gathered.
+struct SceneMetricsOf {
+  const std::string& scene;
+  const std::vector<const ProblemRecord*>& records;
+  const Tolerance& tolerance;
+  std::vector<MetricValue> metrics = {};
+
+  void Add(const std::string& name, double value) { metrics.push_back({scene, name, value}); }
+  template <class Get>
+  void Median(const std::string& name, const Get& get) {
+    Add(name, diffsac::Median(ValuesOf(records, get)));
+  }
+  template <class Get>
+  void Mean(const std::string& name, const Get& get) {
+    Add(name, diffsac::Mean(ValuesOf(records, get)));
+  }
+};
+
 // Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
-void AddPoseMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                    const Tolerance& tolerance, std::vector<MetricValue>* metrics) {
-  std::vector<double> rotations, translations, worst, focals, turns, shifts;
-  for (const ProblemRecord* record : records) {
+void AddPoseMetrics(SceneMetricsOf* all) {
+  const Tolerance& c = all->tolerance;
+  std::vector<double> rotations, translations, worst, focals;
+  std::vector<const ProblemRecord*> posed;
+  for (const ProblemRecord* record : all->records) {
     if (std::isnan(record->error.rotation_deg)) continue;
+    posed.push_back(record);
     rotations.push_back(record->error.rotation_deg);
     translations.push_back(record->error.translation_deg);
     worst.push_back(record->error.angle_deg);
     focals.push_back(record->error.focal);
-    if (!std::isnan(record->levels.rotation)) turns.push_back(record->levels.rotation);
-    if (!std::isnan(record->levels.translation)) shifts.push_back(record->levels.translation);
   }
-  metrics->push_back({scene, MetricName("mAA_R", tolerance), MeanAverageAccuracy(rotations, tolerance.value)});
-  metrics->push_back({scene, MetricName("mAA_t", tolerance), MeanAverageAccuracy(translations, tolerance.value)});
+  const auto turns = ValuesOf(posed, [](const ProblemRecord&r) { return r.levels.rotation; }),
+             shifts = ValuesOf(posed, [](const ProblemRecord&r) { return r.levels.translation; });
+  all->Add(MetricName("mAA_R", c), MeanAverageAccuracy(rotations, c.value));
+  all->Add(MetricName("mAA_t", c), MeanAverageAccuracy(translations, c.value));
   for (double degrees : {5.0, 10.0, 20.0})
-    if (degrees != tolerance.value)
-      metrics->push_back({scene, MetricName("AUC", degrees), AreaUnderCurve(worst, degrees)});
-  metrics->push_back({scene, "median_R_deg", Median(rotations)});
-  metrics->push_back({scene, "median_t_deg", Median(translations)});
+    if (degrees != c.value) all->Add(MetricName("AUC", degrees), AreaUnderCurve(worst, degrees));
+  all->Add("median_R_deg", Median(rotations));
+  all->Add("median_t_deg", Median(translations));
   // Shares of the pairs whose covariance's region of that confidence holds the truth.
   for (const int percent : {68, 95}) {
-    metrics->push_back({scene, "held_R_" + std::to_string(percent), AccuracyWithin(turns, 0.01 * percent)});
-    metrics->push_back({scene, "held_t_" + std::to_string(percent), AccuracyWithin(shifts, 0.01 * percent)});
+    all->Add("held_R_" + std::to_string(percent), AccuracyWithin(turns, 0.01 * percent));
+    all->Add("held_t_" + std::to_string(percent), AccuracyWithin(shifts, 0.01 * percent));
   }
-  if (const double focal = Median(focals); !std::isnan(focal))
-    metrics->push_back({scene, "median_focal_percent", 100.0 * focal});
+  if (const double focal = Median(focals); !std::isnan(focal)) all->Add("median_focal_percent", 100.0 * focal);
 }
 
-double MeanOf(const std::vector<const ProblemRecord*>& records, const ValueOf& value_of) {
-  std::vector<double> values;
-  for (const ProblemRecord* record : records)
-    if (const double value = value_of(*record); !std::isnan(value)) values.push_back(value);
-  return Mean(values);
-}
-
-void AddStructureMetrics(const std::string& scene, const std::vector<const ProblemRecord*>& records,
-                         const Tolerance& tolerance, bool angles_known, std::vector<MetricValue>* metrics) {
+void AddStructureMetrics(bool angles_known, SceneMetricsOf* all) {
+  const Tolerance& c = all->tolerance;
   const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
-  const auto add = [&](const char* name, double value) { metrics->push_back({scene, name, value}); };
-  add("misclassification", MeanOf(records, misclassified));
-  add("misclassification_median", MedianOf(records, misclassified));
-  add("recall", MeanOf(records, [](const ProblemRecord& r) { return r.error.recall; }));
-  add("structures", MeanOf(records, [](const ProblemRecord& r) { return r.structures; }));
-  add(kSetsMetric, MeanOf(records, SetsOf));
-  add("structures_in_sets", MeanOf(records, [](const ProblemRecord& r) { return r.structures_in_sets; }));
-  std::vector<double> angles;
-  for (const ProblemRecord* record : records)
-    angles.insert(angles.end(), record->error.structure_angles_deg.begin(), record->error.structure_angles_deg.end());
+  all->Mean("misclassification", misclassified);
+  all->Median("misclassification_median", misclassified);
+  all->Mean("recall", [](const ProblemRecord& r) { return r.error.recall; });
+  all->Mean("structures", [](const ProblemRecord& r) { return r.structure_count; });
+  all->Mean(kSetsMetric, SetsOf);
+  all->Mean("structures_in_sets", [](const ProblemRecord& r) { return r.structures_in_sets; });
   if (angles_known) {
-    for (const double c : {0.5 * tolerance.value, tolerance.value})
-      metrics->push_back({scene, MetricName("recall_AUC", c), RecallArea(angles, c)});
-    metrics->push_back({scene, MetricName("structures_within", tolerance), AccuracyWithin(angles, tolerance.value)});
+    std::vector<double> angles;
+    for (const ProblemRecord* record : all->records)
+      angles.insert(angles.end(), record->error.structure_angles_deg.begin(), record->error.structure_angles_deg.end());
+    for (const double part : {0.5 * c.value, c.value})
+      all->Add(MetricName("recall_AUC", part), RecallArea(angles, part));
+    all->Add(MetricName("structures_within", c), AccuracyWithin(angles, c.value));
   }
-  add("draws", MedianOf(records, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); }));
+  all->Median("draws", [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
 }
 
 }  // namespace
@@ -125,45 +134,53 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
                                       const Tolerance& tolerance, const MetricKinds& kinds) {
   std::vector<double> errors, accuracies, offsets;
   double failures = 0, chance = 0;
-  std::vector<double> pure;
   for (const ProblemRecord* record : records) {
     failures += record->error.failed;
     chance += record->MayBeChance();
-    if (!std::isnan(record->all_inlier_sets)) pure.push_back(record->all_inlier_sets);
     const double error = MainError(record->error, tolerance);
     if (std::isnan(error)) continue;
     errors.push_back(error);
     accuracies.push_back(AverageAccuracyWithin(error, tolerance));
     offsets.push_back(record->error.offset);
   }
-  const auto median = [&](auto get) { return MedianOf(records, get); };
-  std::vector<MetricValue> metrics = {
-      {scene, MetricName("mAA", tolerance), Mean(accuracies)},
-      {scene, MetricName("AUC", tolerance), AreaUnderCurve(errors, tolerance.value)},
-      {scene, MetricName("acc", tolerance), AccuracyWithin(errors, tolerance.value)},
-      {scene, tolerance.pixels ? "median_px" : "median_deg", Median(errors)},
-      {scene, "median_offset", Median(offsets)},
-      {scene, "problems", static_cast<double>(records.size())},
-      {scene, "failures", failures},
-      {scene, "may_be_chance", chance},
-      {scene, "inliers", median([](const ProblemRecord& r) { return r.inliers; })},
-      {scene, "hypotheses", median([](const ProblemRecord& r) { return r.report.hypotheses; })},
-      {scene, "unique_minimal_sets", median([](const ProblemRecord& r) { return r.report.unique_minimal_sets; })},
-      {scene, "all_inlier_sets", Mean(pure)},
-      {scene, "ms_features", median([](const ProblemRecord& r) { return r.report.ms_features; })},
-      {scene, "ms_network", median([](const ProblemRecord& r) { return r.report.ms_network; })},
-      {scene, "ms_consensus", median([](const ProblemRecord& r) { return r.report.ms_consensus; })},
-      {scene, "ms_total", median([](const ProblemRecord& r) { return r.report.ms_total; })},
-  };
-  if (kinds.poses) AddPoseMetrics(scene, records, tolerance, &metrics);
-  if (kinds.structures) AddStructureMetrics(scene, records, tolerance, kinds.angles, &metrics);
-  return metrics;
+  SceneMetricsOf all{scene, records, tolerance};
+  all.Add(MetricName("mAA", tolerance), Mean(accuracies));
+  all.Add(MetricName("AUC", tolerance), AreaUnderCurve(errors, tolerance.value));
+  all.Add(MetricName("acc", tolerance), AccuracyWithin(errors, tolerance.value));
+  all.Add(tolerance.pixels ? "median_px" : "median_deg", Median(errors));
+  all.Add("median_offset", Median(offsets));
+  all.Add("problems", static_cast<double>(records.size()));
+  all.Add("failures", failures);
+  all.Add("may_be_chance", chance);
+  all.Median("inliers", [](const ProblemRecord& r) { return r.inliers; });
+  all.Median("hypotheses", [](const ProblemRecord& r) { return r.report.hypotheses; });
+  all.Median("unique_minimal_sets", [](const ProblemRecord& r) { return r.report.unique_minimal_sets; });
+  all.Mean("all_inlier_sets", [](const ProblemRecord& r) { return r.all_inlier_sets; });
+  all.Median("ms_features", [](const ProblemRecord& r) { return r.report.ms_features; });
+  all.Median("ms_network", [](const ProblemRecord& r) { return r.report.ms_network; });
+  all.Median("ms_consensus", [](const ProblemRecord& r) { return r.report.ms_consensus; });
+  all.Median("ms_total", [](const ProblemRecord& r) { return r.report.ms_total; });
+  if (kinds.poses) AddPoseMetrics(&all);
+  if (kinds.structures) AddStructureMetrics(kinds.angles, &all);
+  return all.metrics;
+}
+
+std::vector<std::string> ScenesOf(const Cell& cell) {
+  std::vector<std::string> scenes;
+  AddScenes(cell, &scenes);
+  return scenes;
+}
+
+std::vector<std::string> ScenesOf(const ExperimentResults& results, std::size_t condition) {
+  std::vector<std::string> scenes;
+  for (const Cell& cell : results.cells)
+    if (cell.condition == condition) AddScenes(cell, &scenes);
+  return scenes;
 }
 
 bool JudgesPoses(const Cell& cell, const Tolerance& tolerance) {
-  return !tolerance.pixels && std::any_of(cell.records.begin(), cell.records.end(), [](const ProblemRecord& record) {
-    return !std::isnan(record.error.rotation_deg);
-  });
+  return !tolerance.pixels &&
+         AnyRecord(cell, [](const ProblemRecord& record) { return !std::isnan(record.error.rotation_deg); });
 }
 
 bool JudgesPoses(const ExperimentResults& results) {
@@ -171,19 +188,17 @@ bool JudgesPoses(const ExperimentResults& results) {
                      [&](const Cell& cell) { return JudgesPoses(cell, results.experiment.tolerance()); });
 }
 
-bool JudgesStructures(const Cell& cell) {
-  return std::any_of(cell.records.begin(), cell.records.end(),
-                     [](const ProblemRecord& record) { return !std::isnan(record.error.recall); });
-}
+namespace {
 
-bool JudgesStructures(const ExperimentResults& results) {
-  return std::any_of(results.cells.begin(), results.cells.end(),
-                     [](const Cell& cell) { return JudgesStructures(cell); });
-}
+bool KnowsRecall(const ProblemRecord& record) { return !std::isnan(record.error.recall); }
+
+}  // namespace
+
+bool JudgesStructures(const Cell& cell) { return AnyRecord(cell, KnowsRecall); }
+bool JudgesStructures(const ExperimentResults& results) { return AnyRecord(results, KnowsRecall); }
 
 bool JudgesAngles(const Cell& cell) {
-  return std::any_of(cell.records.begin(), cell.records.end(),
-                     [](const ProblemRecord& record) { return !record.error.structure_angles_deg.empty(); });
+  return AnyRecord(cell, [](const ProblemRecord& record) { return !record.error.structure_angles_deg.empty(); });
 }
 
 std::string AccuracyMetric(const ExperimentResults& results) {
@@ -200,7 +215,7 @@ namespace {
 std::vector<Cell> RunsOf(const Cell& cell) {
   std::map<int, Cell> runs;
   for (const ProblemRecord& record : cell.records)
-    runs.try_emplace(record.run, Cell{cell.condition, cell.method, {}, {}}).first->second.records.push_back(record);
+    runs.try_emplace(record.run, Cell{cell.condition, cell.method, {}}).first->second.records.push_back(record);
   std::vector<Cell> cells;
   for (auto& [run, one] : runs) {
     for (ProblemRecord& record : one.records) record.run = 0;
@@ -236,7 +251,7 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
   const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell)};
-  for (const std::string& scene : Scenes(cell)) {
+  for (const std::string& scene : ScenesOf(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)
       if (record.scene == scene) records.push_back(&record);
@@ -264,18 +279,15 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
   return std::nan("");
 }
 
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit) {
-  return SceneValuesOf(
-      cell, [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); }, limit);
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance) {
+  return SceneValuesOf(cell, [&](const ProblemRecord& record) { return AccuracyOf(record.error, tolerance); });
 }
 
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of,
-                            std::size_t limit) {
-  const auto value_of = [&](const ProblemRecord& record) {
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of) {
+  return SceneValuesOf(cell, [&](const ProblemRecord& record) {
     const double error = error_of(record.error);
     return std::isnan(error) ? error : AverageAccuracyWithin(error, tolerance);
-  };
-  return SceneValuesOf(cell, value_of, limit);
+  });
 }
 
 bool SameProblems(const Cell& a, const Cell& b) {
@@ -291,18 +303,16 @@ bool SameProblems(const Cell& a, const Cell& b) {
          std::includes(of_b.begin(), of_b.end(), of_a.begin(), of_a.end());
 }
 
-SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit) {
+SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of) {
   struct Sum {
     double sum = 0.0;
     int count = 0;
   };
   SceneValues values;
-  const std::size_t count = limit == 0 ? cell.records.size() : std::min(limit, cell.records.size());
-  for (const std::string& scene : Scenes(cell)) {
+  for (const std::string& scene : ScenesOf(cell)) {
     std::vector<Sum> problems;
     std::unordered_map<std::uint64_t, std::size_t> places;
-    for (std::size_t i = 0; i < count; ++i) {
-      const ProblemRecord& record = cell.records[i];
+    for (const ProblemRecord& record : cell.records) {
       if (record.scene != scene) continue;
       const double value = value_of(record);
       if (std::isnan(value)) continue;
@@ -322,16 +332,15 @@ Rng BootstrapRng(const ExperimentResults& results) { return Rng(results.experime
 
 namespace {
 
-// The records of `cell` whose problems have a value in `other` too: rows may have different numbers of problems, and a
-// failure, say, has no minimal sets.
-Cell Common(const Cell& cell, const Cell& other, const ValueOf& value_of) {
+// Of those problems that have a value in `other` too: rows may have different numbers of problems, and a failure, say,
+// has no minimal sets.
+SceneValues Common(const Cell& cell, const Cell& other, const ValueOf& value_of) {
   std::set<std::uint64_t> indices;
   for (const ProblemRecord& record : other.records)
     if (!std::isnan(value_of(record))) indices.insert(record.index);
-  Cell common{cell.condition, cell.method, {}, {}};
-  for (const ProblemRecord& record : cell.records)
-    if (indices.count(record.index) > 0) common.records.push_back(record);
-  return common;
+  return SceneValuesOf(cell, [&](const ProblemRecord& record) {
+    return indices.contains(record.index) ? value_of(record) : std::nan("");
+  });
 }
 
 }  // namespace
@@ -347,8 +356,8 @@ std::optional<ConfidenceInterval> DifferenceOf(const ExperimentResults& results,
                                                std::size_t b, const ValueOf& value_of) {
   const Cell *first = results.Find(condition, a), *second = results.Find(condition, b);
   if (a == b || first == nullptr || second == nullptr) return std::nullopt;
-  const SceneValues of_a = SceneValuesOf(Common(*first, *second, value_of), value_of);
-  const SceneValues of_b = SceneValuesOf(Common(*second, *first, value_of), value_of);
+  const SceneValues of_a = Common(*first, *second, value_of);
+  const SceneValues of_b = Common(*second, *first, value_of);
   if (of_a.empty() || of_b.empty()) return std::nullopt;
   return BootstrapDifference(of_a, of_b, BootstrapRng(results));
 }
@@ -367,8 +376,9 @@ EstimateFile EstimatesOf(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
   EstimateFile file{experiment.name, ToString(experiment.task), results.git_revision, {}};
   for (const Cell& cell : results.cells)
-    file.groups.push_back(
-        {experiment.methods[cell.method].name, experiment.conditions[cell.condition].name, cell.estimates});
+    file.groups.push_back({experiment.methods[cell.method].name,
+                           experiment.conditions[cell.condition].name,
+                           {cell.records.begin(), cell.records.end()}});
   return file;
 }
 
@@ -393,7 +403,8 @@ void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults*
                       std::equal(group->records.begin(), group->records.end(), cell.records.begin(), cell.records.end(),
                                  [](const EstimateRecord& a, const ProblemRecord& b) { return a.index == b.index; });
     if (!same) throw Error(name + ": estimates and records of " + method + ", " + condition + " differ");
-    cell.estimates = std::move(group->records);
+    for (std::size_t i = 0; i < cell.records.size(); ++i)
+      static_cast<EstimateRecord&>(cell.records[i]) = std::move(group->records[i]);
   }
 }
 

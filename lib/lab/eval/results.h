@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -10,27 +11,27 @@
 
 #include "diffsac/estimators/robust_estimator.h"
 #include "lab/eval/bootstrap.h"
-#include "lab/eval/confidence_trace.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/experiment.h"
 #include "lab/eval/metrics.h"
-#include "lab/eval/pose_levels.h"
 #include "lab/eval/reliability.h"
-#include "lab/eval/shard.h"
 
 namespace diffsac {
 
-/// A line of problems.csv: one method on one problem.
-struct ProblemRecord {
-  std::uint64_t index = 0;
-  std::string id;
+/// Two views, how far an estimate is from the truth by its own covariance: the confidence, in [0, 1], of the smallest
+/// region about R (t's direction) that holds the true one. A 68 % region holds the truth where it is .68 at most.
+/// Covariances that say what is so give every confidence equally often.
+struct PoseLevels {
+  double rotation = std::numeric_limits<double>::quiet_NaN();
+  double translation = std::numeric_limits<double>::quiet_NaN();  ///< NaN of cameras in one place.
+};
+
+/// One method on one problem: the estimate (whole where the experiment keeps estimates) and what the truth says of it.
+/// What files have of it is listed once, in record_fields.h and, of estimates.h5, in estimates.cpp.
+struct ProblemRecord : EstimateRecord {
   std::string scene;  ///< Its group (ExperimentOptions::scene_groups) where it has one.
-  Status status = Status::kNoModel;
   EstimateError error;
-  int points = 0;
-  int inliers = 0;
-  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
-  bool MayBeChance() const { return log_false_alarms > 0.0; }
+  int inliers = 0;    ///< How many.
   PoseLevels levels;  ///< By the estimate's own covariance.
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
@@ -43,7 +44,8 @@ struct ProblemRecord {
   double true_rotation_deg = std::numeric_limits<double>::quiet_NaN();
   double true_baseline = std::numeric_limits<double>::quiet_NaN();
   double true_parallax_deg = std::numeric_limits<double>::quiet_NaN();
-  int structures = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
+  int structure_count =
+      0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
   EstimateReport report;
   bool done = false;  ///< False only for what an interrupt left out.
   int run = 0;        ///< Which of the joined runs of other seeds it is of (JoinSweep).
@@ -54,7 +56,6 @@ struct Cell {
   std::size_t condition = 0;  ///< Index into ExperimentOptions::conditions.
   std::size_t method = 0;     ///< Index into ExperimentOptions::methods.
   std::vector<ProblemRecord> records;
-  std::vector<EstimateRecord> estimates;  ///< Of the same problems, where the experiment keeps them; else empty.
 };
 
 /// A problem with its fit, kept for pictures.
@@ -64,6 +65,17 @@ struct KeptFit {
   Estimate estimate;
   std::size_t method = 0;
 };
+
+/// One copy's confidences over the reverse steps of a diffusion method, for pictures.
+struct ConfidenceTrace {
+  std::vector<double> timesteps;               ///< From noise to data, one a step.
+  std::vector<std::vector<float>> confidence;  ///< For each step N values, about -1 (not in the set) to +1 (in it).
+};
+
+/// Gives the trace of a method that has one, nothing for others. The program supplies it, so that evaluation needs to
+/// know no diffusion method.
+using TraceConfidence = std::function<std::optional<ConfidenceTrace>(const RobustEstimator& method,
+                                                                     const Problem& problem, std::uint64_t seed)>;
 
 struct KeptTrace {
   Example example;
@@ -75,6 +87,15 @@ struct KeptTrace {
 struct LearnedRow {
   std::size_t method = 0;
   TrainingFacts facts;
+};
+
+/// One of `count` parts of an experiment's problems, for machines that share the work (merge.h). Every part has
+/// problems of every condition and method.
+struct Shard {
+  int index = 1;  ///< In [1, count].
+  int count = 1;
+  bool whole() const { return count == 1; }
+  bool operator==(const Shard&) const = default;
 };
 
 /// What a run took and read, so that its numbers can be checked elsewhere.
@@ -115,8 +136,8 @@ EstimateFile EstimatesOf(const ExperimentResults& results);
 /// Writes them into the run's folder, or removes those of an earlier run where the experiment keeps none. Throws Error.
 void KeepEstimates(const ExperimentResults& results, const std::string& folder);
 
-/// Gives the cells of `results` their estimates from a file of the same run. Throws Error, starting with `name`, where
-/// the two are not of the same problems.
+/// Gives the records of `results` their estimates from a file of the same run. Throws Error, starting with `name`,
+/// where the two are not of the same problems.
 void AddEstimates(EstimateFile file, const std::string& name, ExperimentResults* results);
 
 /// A named number of one method, condition and scene.
@@ -145,6 +166,21 @@ inline constexpr const char* kAllPairs = "all_pairs";
 
 /// What stands for the scene in the standard deviations over seeds of the metrics of `mean` or kAllPairs.
 inline std::string DeviationOf(const std::string& scene) { return scene + "_seed_deviation"; }
+
+/// Whether some record of the cells has it.
+template <class Has>
+bool AnyRecord(const Cell& cell, const Has& has) {
+  return std::any_of(cell.records.begin(), cell.records.end(), has);
+}
+template <class Has>
+bool AnyRecord(const ExperimentResults& results, const Has& has) {
+  return std::any_of(results.cells.begin(), results.cells.end(),
+                     [&](const Cell& cell) { return AnyRecord(cell, has); });
+}
+
+/// The scenes of a cell, or of a condition's cells, in the order in which they first appear.
+std::vector<std::string> ScenesOf(const Cell& cell);
+std::vector<std::string> ScenesOf(const ExperimentResults& results, std::size_t condition);
 
 /// Whether rotation and translation are judged on their own: the errors are angles, and some problem knows its
 /// rotation.
@@ -179,17 +215,16 @@ double FindMetric(const std::vector<MetricValue>& metrics, const std::string& sc
 bool SameProblems(const Cell& a, const Cell& b);
 
 /// Each problem's value by scene, without those that are NaN; no scene without values. A problem that was estimated
-/// with several seeds has one value, their mean. `limit` > 0: first records only.
+/// with several seeds has one value, their mean.
 using ValueOf = std::function<double(const ProblemRecord&)>;
-SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of, std::size_t limit = 0);
+SceneValues SceneValuesOf(const Cell& cell, const ValueOf& value_of);
 
 /// Each problem's AccuracyOf by scene; empty when no problem has ground truth.
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, std::size_t limit = 0);
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance);
 
 /// The same of another error than the task's main one: rotation alone, say. Problems whose error is NaN are left out.
 using ErrorMeasure = std::function<double(const EstimateError&)>;
-SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of,
-                            std::size_t limit = 0);
+SceneValues SceneAccuracies(const Cell& cell, const Tolerance& tolerance, const ErrorMeasure& error_of);
 
 /// The accuracy of row `a` minus that of row `b`, mean over scenes, on the problems of which both know it, with its 95
 /// % interval (BootstrapDifference). Nothing where a row did not run, is the same, or no truth is known.

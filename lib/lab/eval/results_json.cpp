@@ -1,4 +1,4 @@
-#include "lab/eval/results_json.h"
+#include "lab/eval/run_files.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,28 +7,54 @@
 #include <sstream>
 #include <utility>
 
-#include "lab/eval/markdown_report.h"
-#include "lab/eval/metric_table.h"
 #include "lab/eval/problem_quantities.h"
 
+/// Null where it is not known; NaN becomes null when it is written.
+template <class Value>
+struct nlohmann::adl_serializer<std::optional<Value>> {
+  template <class Json>
+  static void to_json(Json& json, const std::optional<Value>& value) {
+    json = value ? Json(*value) : Json(nullptr);
+  }
+};
+
 namespace diffsac {
+
+// What a value is in the file; nlohmann::json finds them by the values' types, in lists and optionals too.
 namespace {
-
 using Json = nlohmann::ordered_json;
-
-Json NumberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json KnownJson(const std::optional<double>& value) { return value ? NumberJson(*value) : Json(nullptr); }
-
-Json IntervalJson(const ConfidenceInterval& interval) {
-  return {{"mean", NumberJson(interval.mean)}, {"low", NumberJson(interval.low)}, {"high", NumberJson(interval.high)}};
 }
+
+static void to_json(Json& json, const ConfidenceInterval& interval) {
+  json = {{"mean", interval.mean}, {"low", interval.low}, {"high", interval.high}};
+}
+static void to_json(Json& json, const Comparison& pair) { json = {pair.a, pair.b}; }
+static void to_json(Json& json, const EstimatorRow& row) {
+  json = {{"name", row.name}, {"label", row.label}, {"type", row.type}, {"competes", row.Competes()}};
+}
+static void to_json(Json& json, const BudgetSeries& series) {
+  json = {{"label", series.label}, {"methods", series.methods}};
+}
+static void to_json(Json& json, const ImageFolder& folder) {
+  json = {{"scenes", folder.scenes}, {"folder", folder.folder}};
+}
+static void to_json(Json& json, const FigureOptions& figures) {
+  json = {{"curve", figures.curve}, {"bars", figures.bars}, {"budget", figures.budget}, {"images", figures.images}};
+}
+static void to_json(Json& json, const Table::Row& row) {
+  json = {{"cells", row.cells}, {"best", row.best}, {"intervals", row.intervals}, {"from_paper", row.from_paper}};
+}
+static void to_json(Json& json, const Table& table) {
+  json = {{"heading", table.heading}, {"columns", table.columns}, {"rows", table.rows}};
+}
+
+namespace {
 
 // How much better the reference is on the same problems; null for itself and without ground truth.
 Json DifferenceJson(const ExperimentOptions& experiment, const CellReport& cell) {
   if (!cell.reference_minus_this) return nullptr;
   Json json = {{"reference", experiment.methods[ReferenceRow(experiment)].name}};
-  json.update(IntervalJson(*cell.reference_minus_this));
+  json.update(Json(*cell.reference_minus_this));
   return json;
 }
 
@@ -43,16 +69,10 @@ void AddComparisons(const Report& report, const std::string& metric, const Diffe
                    {"b", experiment.compare[i].b},
                    {"condition", experiment.conditions[c].name},
                    {"metric", metric}};
-      json.update(IntervalJson(*difference));
+      json.update(Json(*difference));
       list->push_back(std::move(json));
     }
   }
-}
-
-Json CompareJson(const ExperimentOptions& experiment) {
-  Json list = Json::array();
-  for (const Comparison& pair : experiment.compare) list.push_back({pair.a, pair.b});
-  return list;
 }
 
 Json ComparisonsJson(const Report& report) {
@@ -64,23 +84,22 @@ Json ComparisonsJson(const Report& report) {
 
 /// Of one angle of the poses alone, as bars show it.
 Json AngleJson(const ExperimentResults& results, const Cell& cell, const ErrorMeasure& error_of) {
-  return IntervalJson(
-      BootstrapMean(SceneAccuracies(cell, results.experiment.tolerance(), error_of), BootstrapRng(results)));
+  return BootstrapMean(SceneAccuracies(cell, results.experiment.tolerance(), error_of), BootstrapRng(results));
 }
 
 Json CellJson(const ExperimentResults& results, const Cell& cell, const CellReport& report) {
   const ExperimentOptions& experiment = results.experiment;
   Json scenes = Json::object();
-  for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = NumberJson(value.value);
+  for (const MetricValue& value : report.metrics) scenes[value.scene][value.metric] = value.value;
   const EstimatorRow& row = experiment.methods[cell.method];
   Json json = {{"condition", experiment.conditions[cell.condition].name},
                {"method", row.name},
                {"type", row.type},
                {"label", row.label},
                {"metrics", scenes},
-               {AccuracyMetric(results) + "_ci95", IntervalJson(report.accuracy)},
+               {AccuracyMetric(results) + "_ci95", report.accuracy},
                {"reference_minus_this", DifferenceJson(experiment, report)}};
-  if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = IntervalJson(report.sets);
+  if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = report.sets;
   const auto& bars = experiment.figures.bars;
   if (std::find(bars.begin(), bars.end(), row.name) != bars.end() && JudgesPoses(results) &&
       !JudgesStructures(results)) {
@@ -97,29 +116,9 @@ Json ConditionsJson(const ExperimentResults& results) {
   for (std::size_t c = 0; c < conditions.size(); ++c)
     list.push_back({{"name", conditions[c].name},
                     {"label", conditions[c].label},
-                    {"value", KnownJson(conditions[c].value)},
+                    {"value", conditions[c].value},
                     {"rows_share_problems", RowsShareProblems(results, c)}});
   return list;
-}
-
-Json MethodsJson(const ExperimentOptions& experiment) {
-  Json list = Json::array();
-  for (const EstimatorRow& row : experiment.methods)
-    list.push_back({{"name", row.name}, {"label", row.label}, {"type", row.type}, {"competes", row.Competes()}});
-  return list;
-}
-
-Json FiguresJson(const FigureOptions& figures) {
-  Json budget = Json::array(), images = Json::array();
-  for (const BudgetSeries& series : figures.budget)
-    budget.push_back({{"label", series.label}, {"methods", series.methods}});
-  for (const ImageFolder& folder : figures.images)
-    images.push_back({{"scenes", folder.scenes}, {"folder", folder.folder}});
-  return {{"curve", figures.curve}, {"bars", figures.bars}, {"budget", budget}, {"images", images}};
-}
-
-Json KnownIntervalJson(const std::optional<ConfidenceInterval>& interval) {
-  return interval ? IntervalJson(*interval) : Json(nullptr);
 }
 
 /// What each level of each factor does, by condition.
@@ -130,8 +129,8 @@ Json EffectsJson(const ExperimentOptions& experiment, const std::vector<FactorEf
     for (std::size_t l = 0; l < experiment.factors[f].second.size(); ++l) {
       Json accuracy = Json::array(), milliseconds = Json::array(), combinations = Json::array();
       for (const FactorEffects& effects : by_condition) {
-        accuracy.push_back(KnownIntervalJson(effects[f][l].accuracy));
-        milliseconds.push_back(KnownIntervalJson(effects[f][l].milliseconds));
+        accuracy.push_back(effects[f][l].accuracy);
+        milliseconds.push_back(effects[f][l].milliseconds);
         combinations.push_back(effects[f][l].combinations);
       }
       levels.push_back({{"level", experiment.factors[f].second[l]},
@@ -147,16 +146,10 @@ Json EffectsJson(const ExperimentOptions& experiment, const std::vector<FactorEf
 /// One bin: the rows' accuracies by condition and method, as `results` has its cells, the comparisons by condition, the
 /// effects.
 Json BinJson(const ExperimentOptions& experiment, const StratumReport& one) {
-  Json accuracies = Json::array(), differences = Json::array();
-  for (const ConfidenceInterval& accuracy : one.accuracies) accuracies.push_back(IntervalJson(accuracy));
-  for (const auto& by_condition : one.differences) {
-    Json& row = differences.emplace_back(Json::array());
-    for (const auto& difference : by_condition) row.push_back(KnownIntervalJson(difference));
-  }
   return {{"label", one.stratum.label},
           {"problems", one.stratum.problems},
-          {"accuracies", std::move(accuracies)},
-          {"differences", std::move(differences)},
+          {"accuracies", one.accuracies},
+          {"differences", one.differences},
           {"effects", EffectsJson(experiment, one.effects)}};
 }
 
@@ -177,29 +170,16 @@ Json StrataJson(const Report& report) {
   return list;
 }
 
-Json TablesJson(const std::vector<Table>& tables) {
-  Json list = Json::array();
-  for (const Table& table : tables) {
-    Json rows = Json::array();
-    for (const Table::Row& row : table.rows)
-      rows.push_back(
-          {{"cells", row.cells}, {"best", row.best}, {"intervals", row.intervals}, {"from_paper", row.from_paper}});
-    list.push_back({{"heading", table.heading}, {"columns", table.columns}, {"rows", std::move(rows)}});
-  }
-  return list;
-}
-
 Json PaperJson(const ExperimentResults& results) {
   Json rows = Json::object();
   for (const auto& [label, row] : results.experiment.paper)
     for (const auto& [condition, value] : row.values) {
-      Json& json =
-          rows[label][condition] = {{"mAA", KnownJson(value.accuracy)}, {"median_deg", KnownJson(value.median_deg)}};
+      Json& json = rows[label][condition] = {{"mAA", value.accuracy}, {"median_deg", value.median_deg}};
       if (!value.rotation && !value.translation) continue;
-      json["mAA_R"] = KnownJson(value.rotation);
-      json["mAA_t"] = KnownJson(value.translation);
-      json["median_R_deg"] = KnownJson(value.median_rotation_deg);
-      json["median_t_deg"] = KnownJson(value.median_translation_deg);
+      json["mAA_R"] = value.rotation;
+      json["mAA_t"] = value.translation;
+      json["median_R_deg"] = value.median_rotation_deg;
+      json["median_t_deg"] = value.median_translation_deg;
     }
   return rows;
 }
@@ -226,7 +206,7 @@ Json BesidePaperJson(const Report& report) {
         const auto value = paper.values.find(experiment.conditions[c].name);
         const Cell* cell = results.Find(c, experiment.RowOf(paper.ours));
         if (value == paper.values.end() || !(value->second.*metric.paper) || cell == nullptr) continue;
-        Json ours = IntervalJson(report.Of(*cell).accuracy);
+        Json ours = report.Of(*cell).accuracy;
         if (metric.error != nullptr)
           ours = AngleJson(results, *cell, [&](const EstimateError& error) { return error.*metric.error; });
         rows.push_back({{"method", paper.ours},
@@ -307,14 +287,14 @@ std::string ResultsJson(const Report& report, const std::string& config) {
        ReferenceRow(experiment) < 0 ? Json(nullptr) : Json(experiment.methods[ReferenceRow(experiment)].name)},
       {"condition_label", experiment.condition_label},
       {"conditions", ConditionsJson(results)},
-      {"methods", MethodsJson(experiment)},
-      {"figures", FiguresJson(experiment.figures)},
-      {"tables", TablesJson(report.tables)},
+      {"methods", experiment.methods},
+      {"figures", experiment.figures},
+      {"tables", report.tables},
       {"strata", StrataJson(report)},
       {"effects", EffectsJson(experiment, report.effects)},
       {"results", cells},
       {"differences", ComparisonsJson(report)},
-      {"compare", CompareJson(experiment)},
+      {"compare", experiment.compare},
       {"paper", PaperJson(results)},
       {"beside_paper", JudgesStructures(results) ? Json::array() : BesidePaperJson(report)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -1,19 +1,13 @@
 #include "lab/eval/run_files.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <cstdio>
 #include <filesystem>
-#include <sstream>
+#include <utility>
 
 #include "lab/eval/format.h"
-#include "lab/eval/long_lines.h"
-#include "lab/eval/markdown_report.h"
 #include "lab/eval/record_fields.h"
-#include "lab/eval/results_json.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -34,6 +28,11 @@ struct AppendValues {
     *text += ",";
     for (std::size_t i = 0; i < values.size(); ++i) *text += (i == 0 ? "" : " ") + NumberText(values[i]);
   }
+  // All digits: far from the origin, nine of a normal are not enough.
+  void operator()(const char*, const ModelParameters& model) const {
+    *text += ",";
+    for (Eigen::Index i = 0; i < model.size(); ++i) *text += (i == 0 ? "" : " ") + ShortestNumber(model[i]);
+  }
 };
 
 /// Appends ",NAME".
@@ -45,30 +44,84 @@ struct AppendNames {
   }
 };
 
-// σ, the pose and the model; empty values for what is not known.
-constexpr const char* kNoPose = ",,,,,,,";
-constexpr const char* kNoEstimate = ",,,,,,,,";
+/// The lines of results.csv: experiment,dataset,scene,condition,method,metric,value.
+class LongLines {
+ public:
+  explicit LongLines(const ExperimentResults& results) : results_(results), accuracy_(AccuracyMetric(results)) {}
+  void Add(const std::string& scene, std::size_t condition, const std::string& method, const std::string& metric,
+           double value) {
+    text_ += CsvText(results_.experiment.name) + "," + CsvText(results_.dataset) + "," + CsvText(scene) + "," +
+             CsvText(results_.experiment.conditions[condition].name) + "," + CsvText(method) + "," + metric + "," +
+             NumberText(value) + "\n";
+  }
+  /// The mean under the metric's name and, where they are known, the ends under METRIC_low and METRIC_high.
+  void Add(const std::string& scene, std::size_t condition, const std::string& method, const std::string& metric,
+           const ConfidenceInterval& interval) {
+    Add(scene, condition, method, metric, interval.mean);
+    if (std::isnan(interval.low)) return;
+    Add(scene, condition, method, metric + "_low", interval.low);
+    Add(scene, condition, method, metric + "_high", interval.high);
+  }
+  const ExperimentResults& results() const { return results_; }
+  /// AccuracyMetric.
+  const std::string& accuracy() const { return accuracy_; }
+  const std::string& text() const { return text_; }
 
-std::string PoseValues(const RigidMotion& pose, Translation translation) {
-  Eigen::Quaterniond q(pose.rotation);
-  if (q.w() < 0.0) q.coeffs() *= -1.0;
-  std::string text;
-  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
-  for (const double value : pose.translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
-  return text;
+ private:
+  const ExperimentResults& results_;
+  std::string accuracy_;
+  std::string text_ = "experiment,dataset,scene,condition,method,metric,value\n";
+};
+
+void AddStratumRows(const StratumReport& one, LongLines* lines) {
+  const ExperimentResults& results = one.stratum.results;
+  for (std::size_t i = 0; i < results.cells.size(); ++i) {
+    const Cell& cell = results.cells[i];
+    if (cell.records.empty()) continue;
+    const std::string& method = results.experiment.methods[cell.method].name;
+    const auto failures = std::count_if(cell.records.begin(), cell.records.end(),
+                                        [](const ProblemRecord& record) { return record.error.failed; });
+    lines->Add(one.stratum.name, cell.condition, method, lines->accuracy(), one.accuracies[i]);
+    lines->Add(one.stratum.name, cell.condition, method, "problems", static_cast<double>(cell.records.size()));
+    lines->Add(one.stratum.name, cell.condition, method, "failures", static_cast<double>(failures));
+  }
 }
 
-// All digits: far from the origin, nine of a normal are not enough.
-std::string ModelValues(const ModelParameters& model) {
-  std::string text;
-  for (const double value : model) text += (text.empty() ? "" : " ") + ShortestNumber(value);
-  return text;
+void AddStratumDifferences(const StratumReport& one, LongLines* lines) {
+  const ExperimentOptions& experiment = one.stratum.results.experiment;
+  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
+      if (const auto& difference = one.differences[i][c])
+        lines->Add(one.stratum.name, c, experiment.compare[i].a + " - " + experiment.compare[i].b, lines->accuracy(),
+                   *difference);
 }
 
-std::string EstimateText(const EstimateRecord& estimate) {
-  const std::string noise = NumberText(estimate.noise_scale);
-  return noise + (estimate.pose ? PoseValues(*estimate.pose, estimate.translation) : kNoPose) + "," +
-         ModelValues(estimate.model);
+/// Effects by condition: "FACTOR=LEVEL" in the method's place, the accuracy's metric and `ms` with their ends, and
+/// `combinations`.
+void AddEffectLines(const std::vector<FactorEffects>& effects, const std::string& scene, LongLines* lines) {
+  const ExperimentOptions& experiment = lines->results().experiment;
+  for (std::size_t c = 0; c < effects.size(); ++c)
+    for (std::size_t f = 0; f < effects[c].size(); ++f)
+      for (std::size_t l = 0; l < effects[c][f].size(); ++l) {
+        const LevelEffect& effect = effects[c][f][l];
+        const std::string method = experiment.factors[f].first + "=" + experiment.factors[f].second[l];
+        if (effect.accuracy) lines->Add(scene, c, method, lines->accuracy(), *effect.accuracy);
+        if (effect.milliseconds) lines->Add(scene, c, method, "ms", *effect.milliseconds);
+        lines->Add(scene, c, method, "combinations", static_cast<double>(effect.combinations));
+      }
+}
+
+/// For each stratum, its name in the scene's place: of each row the accuracy with its ends, problems and failures; the
+/// comparisons, "A - B" in the method's place; the effects.
+void AddStrataLines(const Report& report, LongLines* lines) {
+  for (const StrataReport& strata : report.strata) {
+    if (!strata.known()) continue;
+    for (const StratumReport& one : strata.strata) {
+      AddStratumRows(one, lines);
+      AddStratumDifferences(one, lines);
+      AddEffectLines(one.effects, one.stratum.name, lines);
+    }
+  }
 }
 
 std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
@@ -76,6 +129,18 @@ std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
   for (const Condition& condition : experiment.conditions) names.push_back(condition.name);
   return names;
 }
+
+/// What programs leave, in the order of use, and what it is for.
+constexpr std::pair<const char*, const char*> kFiles[] = {
+    {"report.html", " (open it in a browser)"},
+    {"checkpoints/best.safetensors", " (the network, for --checkpoint)"},
+    {"table.md", ""},
+    {"problems.csv", ""},
+    {"estimates.h5", ""},
+    {"metrics.csv", ""},
+    {"events.out.tfevents.diffsac", " (tensorboard --logdir of the folder)"},
+    {"labels", " (the points with their labels)"},
+};
 
 }  // namespace
 
@@ -92,27 +157,23 @@ std::string ResultsCsv(const Report& report) {
 
 std::string ProblemsCsv(const ExperimentResults& results) {
   const bool structures = JudgesStructures(results);
+  const auto visit = [&](const ProblemRecord& record, const auto& append) {
+    VisitRecord(record, append);
+    VisitEstimate(record, append);
+    VisitChance(record, append);
+    VisitQuantities(record, append);
+    VisitLevels(record, append);
+    if (structures) VisitStructures(record, append);
+  };
   std::string text = "id,scene,condition,method,status";
-  const ProblemRecord any;
-  VisitRecord(any, AppendNames{&text});
-  text += ",noise_scale,qw,qx,qy,qz,tx,ty,tz,model";
-  VisitChance(any, AppendNames{&text});
-  VisitQuantities(any, AppendNames{&text});
-  VisitLevels(any, AppendNames{&text});
-  if (structures) VisitStructures(any, AppendNames{&text});
+  visit(ProblemRecord(), AppendNames{&text});
   text += "\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
                               CsvText(results.experiment.methods[cell.method].name) + ",";
-    for (std::size_t i = 0; i < cell.records.size(); ++i) {
-      const ProblemRecord& record = cell.records[i];
+    for (const ProblemRecord& record : cell.records) {
       text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status));
-      VisitRecord(record, AppendValues{&text});
-      text += "," + (cell.estimates.empty() ? kNoEstimate : EstimateText(cell.estimates[i]));
-      VisitChance(record, AppendValues{&text});
-      VisitQuantities(record, AppendValues{&text});
-      VisitLevels(record, AppendValues{&text});
-      if (structures) VisitStructures(record, AppendValues{&text});
+      visit(record, AppendValues{&text});
       text += "\n";
     }
   }
@@ -153,6 +214,14 @@ bool IsMade(const ExperimentOptions& experiment, const std::string& folder) {
     return std::filesystem::exists(source) &&
            std::filesystem::last_write_time(source) < std::filesystem::last_write_time(table);
   });
+}
+
+std::string ResultsText(const std::string& folder) {
+  std::string files;
+  for (const auto& [name, purpose] : kFiles)
+    if (std::filesystem::exists(std::filesystem::path(folder) / name))
+      files += (files.empty() ? ": " : ", ") + std::string(name) + purpose;
+  return "results are in " + folder + files;
 }
 
 }  // namespace diffsac

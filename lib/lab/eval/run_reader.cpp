@@ -1,4 +1,4 @@
-#include "lab/eval/run_reader.h"
+#include "lab/eval/run_files.h"
 
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,6 @@
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/record_fields.h"
-#include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 
@@ -113,7 +112,7 @@ void AddRecord(const Line& line, std::vector<std::map<std::string, std::uint64_t
   record.index = known.try_emplace(record.scene + "\n" + record.id, known.size()).first->second;
   auto& cells = results->cells;
   if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
-    cells.push_back({condition, method, {}, {}});
+    cells.push_back({condition, method, {}});
   cells.back().records.push_back(std::move(record));
 }
 

@@ -1,4 +1,4 @@
-#include "lab/eval/run_seeds.h"
+#include "lab/eval/evaluate.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -13,12 +13,8 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/eval/digest.h"
-#include "lab/eval/markdown_report.h"
 #include "lab/eval/merge.h"
-#include "lab/eval/report_script.h"
-#include "lab/eval/result_files.h"
 #include "lab/eval/run_files.h"
-#include "lab/eval/run_reader.h"
 #include "lab/eval/selection.h"
 
 namespace diffsac {
@@ -90,7 +86,7 @@ void AddRow(const std::vector<RowOfRun>& row, const std::vector<ExperimentResult
   for (const RowOfRun& at : row)
     for (const Cell& cell : results[at.run].cells) {
       if (cell.method != at.method) continue;
-      Cell& all = cells.try_emplace(cell.condition, Cell{cell.condition, place, {}, {}}).first->second;
+      Cell& all = cells.try_emplace(cell.condition, Cell{cell.condition, place, {}}).first->second;
       all.records.insert(all.records.end(), cell.records.begin(), cell.records.end());
       for (auto record = all.records.end() - cell.records.size(); record != all.records.end(); ++record)
         record->run = static_cast<int>(at.run);
@@ -150,19 +146,13 @@ std::vector<int> CheckedSeeds(const EvalRequest& request, const std::vector<int>
 }
 
 /// Fits of single problems are the first seed's.
-void WriteJoined(ExperimentResults results, const std::string& first_run, const std::string& folder,
+void WriteJoined(const ExperimentResults& results, const std::string& first_run, const std::string& folder,
                  std::ostream& out) {
-  // Pictures of pairs are in the runs' own reports.
-  for (Cell& cell : results.cells) cell.estimates.clear();
-  const Report report = MakeReport(results);
   ExperimentOptions whole = results.experiment;
   whole.seeds = std::vector<int>(results.seeds.begin(), results.seeds.end());
   RunDirectory(folder, "diffsac_eval", WriteExperiment(whole), whole.seed);
-  WriteResults(report, folder);
-  CopyFits(first_run, folder);
-  EndResults(report, folder);
-  TellRun(folder);
-  out << MarkdownReport(report) << "\n" << ResultsText(folder) << std::endl;
+  WriteWholeRun(results, first_run, folder, out);
+  out << ResultsText(folder) << std::endl;
 }
 
 }  // namespace

@@ -21,8 +21,8 @@
 #include "lab/config/run_directory.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/digest.h"
+#include "lab/eval/merge.h"
 #include "lab/eval/problem_quantities.h"
-#include "lab/eval/shown_fits.h"
 #include "lab/eval/structures_error.h"
 
 namespace diffsac {
@@ -74,21 +74,17 @@ void RecordStructures(const Example& example, const Estimate& estimate, ProblemR
   const StructureShares shares = StructureSharesOf(estimate.minimal_sets, example.truth);
   record->one_structure_sets = shares.one_structure;
   record->structures_in_sets = shares.structures;
-  record->structures = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
+  record->structure_count = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
 }
 
 }  // namespace
 
 ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
   ProblemRecord record;
-  record.index = example.index;
-  record.id = ProblemName(example);
+  static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
   record.scene = experiment.GroupOf(example.scene);
-  record.status = estimate.status;
   record.error = MeasureError(estimate, example);
-  record.points = static_cast<int>(example.problem.points.rows());
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
-  record.log_false_alarms = estimate.log_false_alarms;
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);
   RecordQuantities(example, experiment.share_within_px, &record);
@@ -103,17 +99,13 @@ namespace {
 /// What is kept of one problem.
 struct Outcome {
   ProblemRecord record;
-  EstimateRecord estimate;
   Reliability of_network, of_ratio;    ///< Empty for rows that give no probabilities.
   std::optional<Estimate> shown = {};  ///< Where a picture shows it.
 };
 
 Outcome OutcomeOf(const ExperimentOptions& experiment, const TableRow& method, const Example& example,
                   const Estimate& estimate) {
-  Outcome outcome{MakeRecord(experiment, example, estimate),
-                  experiment.estimates ? RecordOf(example, estimate) : EstimateRecord{},
-                  {},
-                  {}};
+  Outcome outcome{MakeRecord(experiment, example, estimate), {}, {}};
   if (!method.GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
   outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
   const Eigen::VectorXf of_ratio = example.problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
@@ -148,21 +140,22 @@ struct CellRun {
   }
 };
 
-void RunOneByOne(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
-  ParallelFor(static_cast<std::int64_t>(outcomes->size()), run.experiment.threads, [&](std::int64_t i) {
-    if (Stopped(run.inputs)) return;
-    const Example& example = run.examples[positions[i]];
-    Estimate estimate = run.EstimateOne(example);
-    (*outcomes)[i] = OutcomeOf(run.experiment, run.method, example, estimate);
-    if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimate);
-    run.progress.Advance();
-  });
-}
-
-void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions, std::vector<Outcome>* outcomes) {
+/// Side by side, or, where the row prefers that, batch after batch.
+std::vector<Outcome> RunAll(const CellRun& run, const std::vector<std::size_t>& positions) {
+  std::vector<Outcome> outcomes(positions.size());
+  const auto take = [&](std::size_t i, Estimate estimate) {
+    outcomes[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimate);
+    if (run.Shows(positions[i])) outcomes[i].shown = std::move(estimate);
+  };
   const auto batch = static_cast<std::size_t>(run.method.PreferredBatch());
-  for (std::size_t first = 0; first < outcomes->size() && !Stopped(run.inputs); first += batch) {
-    const std::size_t last = std::min(first + batch, outcomes->size());
+  if (batch <= 1)
+    ParallelFor(static_cast<std::int64_t>(positions.size()), run.experiment.threads, [&](std::int64_t i) {
+      if (Stopped(run.inputs)) return;
+      take(i, run.EstimateOne(run.examples[positions[i]]));
+      run.progress.Advance();
+    });
+  for (std::size_t first = 0; batch > 1 && first < positions.size() && !Stopped(run.inputs); first += batch) {
+    const std::size_t last = std::min(first + batch, positions.size());
     std::vector<const Problem*> problems;
     std::vector<std::uint64_t> seeds;
     for (std::size_t i = first; i < last; ++i) {
@@ -171,12 +164,10 @@ void RunInBatches(const CellRun& run, const std::vector<std::size_t>& positions,
       seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
     std::vector<Estimate> estimates = run.method.estimator()->RunBatch(problems, seeds);
-    for (std::size_t i = first; i < last; ++i) {
-      (*outcomes)[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimates[i - first]);
-      if (run.Shows(positions[i])) (*outcomes)[i].shown = std::move(estimates[i - first]);
-    }
+    for (std::size_t i = first; i < last; ++i) take(i, std::move(estimates[i - first]));
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
+  return outcomes;
 }
 
 /// What is kept of one row on one condition.
@@ -198,12 +189,7 @@ void RunBlock(const CellRun& run, CellResults* results) {
   if (positions.empty() || Stopped(run.inputs)) return;
   // Caches, allocators and networks are slow the first time: that is not part of a method's milliseconds.
   if (positions.front() == results->positions.front()) run.EstimateOne(run.examples[positions.front()]);
-  std::vector<Outcome> outcomes(positions.size());
-  if (run.method.PreferredBatch() > 1) {
-    RunInBatches(run, positions, &outcomes);
-  } else {
-    RunOneByOne(run, positions, &outcomes);
-  }
+  std::vector<Outcome> outcomes = RunAll(run, positions);
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     Outcome& outcome = outcomes[i];
     if (!outcome.record.done) continue;
@@ -212,7 +198,6 @@ void RunBlock(const CellRun& run, CellResults* results) {
     if (!outcome.of_network.empty()) results->of_network.scenes[scene].Add(outcome.of_network);
     if (!outcome.of_ratio.empty()) results->of_ratio.scenes[scene].Add(outcome.of_ratio);
     results->cell.records.push_back(std::move(outcome.record));
-    if (run.experiment.estimates) results->cell.estimates.push_back(std::move(outcome.estimate));
   }
 }
 
@@ -288,6 +273,62 @@ void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::
     if (groups.count(entry.first) == 0) LogWarning("scene_groups: no scene of the data is in '" + entry.first + "'");
 }
 
+// The row whose fits are shown: the named one, or the first that is not the oracle; -1 for none.
+int FitsRow(const ExperimentOptions& experiment) {
+  for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
+    const std::string& asked = experiment.figures.qualitative_method;
+    const bool fits = asked.empty() ? experiment.methods[i].type != "oracle" : experiment.methods[i].name == asked;
+    if (fits) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// The rows whose fits are shown: one for lines and planes, several for two views.
+std::vector<std::size_t> FitsRows(const ExperimentOptions& experiment) {
+  constexpr std::size_t kRows = 3;
+  const FigureOptions& figures = experiment.figures;
+  const bool one = !IsTwoView(experiment.task) || !figures.qualitative_method.empty();
+  std::vector<std::size_t> rows;
+  if (one && figures.qualitative_methods.empty()) {
+    const int row = FitsRow(experiment);
+    if (row >= 0) rows.push_back(row);
+    return rows;
+  }
+  for (const std::string& name : figures.qualitative_methods) rows.push_back(experiment.RowOf(name));
+  for (std::size_t m = 0; figures.qualitative_methods.empty() && m < experiment.methods.size(); ++m)
+    if (experiment.methods[m].type != "oracle" && rows.size() < kRows) rows.push_back(m);
+  return rows;
+}
+
+// Whether fits of a condition are shown: up to four conditions, evenly spread, or the named ones.
+bool ShowsFits(const ExperimentOptions& experiment, std::size_t condition) {
+  const auto& named = experiment.figures.qualitative_conditions;
+  const auto& all = experiment.conditions;
+  if (!named.empty()) return std::find(named.begin(), named.end(), all[condition].name) != named.end();
+  const std::size_t shown = std::min<std::size_t>(4, all.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::size_t at = shown == 1 ? 0 : i * (all.size() - 1) / (shown - 1);
+    if (at == condition) return true;
+  }
+  return false;
+}
+
+// Whether the denoised confidences of a condition's first problem are shown: the middle condition or the named one.
+bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
+  const std::string& named = experiment.figures.confidence_condition;
+  return named.empty() ? condition == experiment.conditions.size() / 2 : experiment.conditions[condition].name == named;
+}
+
+// Which of a condition's problems are shown: the first ones; of two views, whose data comes scene by scene, evenly
+// spread ones. Ascending.
+std::vector<std::size_t> FitPositions(const ExperimentOptions& experiment, std::size_t problems) {
+  const std::size_t count = std::min<std::size_t>(experiment.figures.qualitative, problems);
+  const bool spread = IsTwoView(experiment.task);
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i) positions.push_back(spread ? i * problems / count : i);
+  return positions;
+}
+
 const std::vector<std::size_t> kNone;
 
 /// All rows on one condition.
@@ -308,7 +349,7 @@ class ConditionRun {
     const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
     for (std::size_t m = 0; m < methods.size(); ++m) {
       const EstimatorRow& row = experiment.methods[m];
-      rows_[m] = {{}, {condition, m, {}, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
+      rows_[m] = {{}, {condition, m, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
       if (row.RunsOn(experiment.conditions[condition].name))
         rows_[m].positions = RowPositions(row, methods[m], problems_, inputs.shard);
       Need(rows_[m].positions);
@@ -367,8 +408,9 @@ class ConditionRun {
     CellResults& row = rows_[m];
     for (ReliabilityCurve* curve : {&row.of_network, &row.of_ratio})
       if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
-    if (const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_))
-      for (EstimateRecord& estimate : row.cell.estimates) estimate.rows = sources->SourceOf(estimate.index).rows;
+    const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_);
+    for (ProblemRecord& record : row.cell.records)
+      if (sources != nullptr && experiment_.estimates) record.rows = sources->SourceOf(record.index).rows;
     if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
     std::move(fits_[m].begin(), fits_[m].end(), std::back_inserter(results->fits));
   }

@@ -1,8 +1,9 @@
-#include "lab/eval/shard_records.h"
+#include "lab/eval/merge.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <concepts>
 #include <sstream>
@@ -20,6 +21,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "diffsac shard 9";
 
+// The whole of a text as a number, or 0, which is never valid here.
+int PositiveNumber(const std::string& text) {
+  int value = 0;
+  const char* end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end && value > 0 ? value : 0;
+}
+
 // The library's own conversion is undefined for numbers that no integer holds.
 template <class Integer>
 Integer Whole(const Json& value) {
@@ -34,15 +43,6 @@ std::vector<std::size_t> Wholes(const Json& values) {
   std::vector<std::size_t> read;
   for (const Json& value : values) read.push_back(Whole<std::size_t>(value));
   return read;
-}
-
-template <class Record, class Visit>
-void VisitAll(Record& record, const Visit& visit) {
-  VisitRecord(record, visit);
-  VisitChance(record, visit);
-  VisitQuantities(record, visit);
-  VisitLevels(record, visit);
-  VisitStructures(record, visit);
 }
 
 struct AppendToLine {
@@ -106,7 +106,7 @@ void ReadRecord(const Json& line, ExperimentResults* results) {
   if (next != line.size()) throw Error("too many values");
   auto& cells = results->cells;
   if (cells.empty() || cells.back().condition != condition || cells.back().method != method)
-    cells.push_back({condition, method, {}, {}});
+    cells.push_back({condition, method, {}});
   cells.back().records.push_back(std::move(record));
 }
 
@@ -206,6 +206,26 @@ ShardContent ReadHeader(const Json& header, const std::string& name) {
 }
 
 }  // namespace
+
+Shard ShardFromText(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  Shard shard{0, 0};
+  if (slash != std::string::npos)
+    shard = {PositiveNumber(text.substr(0, slash)), PositiveNumber(text.substr(slash + 1))};
+  if (shard.index < 1 || shard.index > shard.count)
+    throw Error("--shard: expected i/n with 1 <= i <= n, as in 2/3; got '" + text + "'");
+  return shard;
+}
+
+std::string ToString(const Shard& shard) { return std::to_string(shard.index) + "/" + std::to_string(shard.count); }
+
+std::vector<std::size_t> ShardPositions(std::size_t count, std::size_t batch, const Shard& shard) {
+  const auto shards = static_cast<std::size_t>(shard.count), mine = static_cast<std::size_t>(shard.index - 1);
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i)
+    if (i / batch % shards == mine) positions.push_back(i);
+  return positions;
+}
 
 std::string ShardRecords(const ExperimentResults& results, const std::string& setup) {
   std::string text = Dump(HeaderJson(results, setup));

@@ -1,4 +1,4 @@
-#include "lab/eval/strata.h"
+#include "lab/eval/report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +57,7 @@ ExperimentResults WithoutRecords(const ExperimentResults& results) {
   ExperimentResults empty;
   empty.experiment = results.experiment;
   empty.dataset = results.dataset;
-  for (const Cell& cell : results.cells) empty.cells.push_back({cell.condition, cell.method, {}, {}});
+  for (const Cell& cell : results.cells) empty.cells.push_back({cell.condition, cell.method, {}});
   return empty;
 }
 
@@ -82,9 +82,10 @@ std::vector<Stratum> StrataOf(const ExperimentResults& results, const StrataOpti
     for (const ProblemRecord& record : results.cells[i].records) {
       const std::size_t place = PlaceOf(record, options, strata);
       if (place == strata.size()) continue;
-      auto& records = strata[place].results.cells[i].records;
-      records.push_back(record);
-      records.back().scene = "all";
+      ProblemRecord& kept = strata[place].results.cells[i].records.emplace_back(record);
+      kept.scene = "all";
+      for (auto* list : {&kept.inlier_rows, &kept.rows, &kept.assignment}) *list = {};
+      kept.inlier_probabilities = {};
     }
   for (Stratum& stratum : strata)
     for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)

@@ -6,7 +6,6 @@
 
 #include "diffsac/problem/solver_space.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/eval/linear_assignment.h"
 #include "lab/truth/task_truth.h"
 
 namespace diffsac {
@@ -67,6 +66,50 @@ Eigen::MatrixXd Standing(const std::vector<ModelParameters>& found, const std::v
 }
 
 }  // namespace
+
+std::vector<int> BestAssignment(const Eigen::MatrixXd& gains) {
+  constexpr int kFree = -1;
+  const bool wide = gains.rows() <= gains.cols();
+  const Eigen::MatrixXd costs = wide ? Eigen::MatrixXd(-gains) : Eigen::MatrixXd(-gains.transpose());
+  // Rows and columns have potentials; a pair's reduced cost, cost - potential - potential, is never negative, and zero
+  // for what is assigned. Columns count from 1: the one before them is the new row's.
+  const auto rows = static_cast<int>(costs.rows()), columns = static_cast<int>(costs.cols());
+  const auto count = static_cast<std::size_t>(columns) + 1;
+  Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows), of_columns = Eigen::VectorXd::Zero(columns + 1);
+  std::vector<int> row_of(count, kFree);
+  for (int row = 0; row < rows; ++row) {
+    // Along the cheapest alternating path from the row to a free column.
+    Eigen::VectorXd cheapest = Eigen::VectorXd::Constant(columns + 1, std::numeric_limits<double>::infinity());
+    std::vector<int> from(count, 0);  // The column before on the path.
+    std::vector<char> reached(count, 0);
+    row_of[0] = row;
+    int column = 0;
+    for (int at = row; at != kFree; at = row_of[column]) {
+      reached[column] = 1;
+      int nearest = 0;
+      for (int c = 1; c <= columns; ++c) {
+        if (reached[c] != 0) continue;
+        const double reduced = costs(at, c - 1) - of_rows[at] - of_columns[c];
+        if (reduced < cheapest[c]) cheapest[c] = reduced, from[c] = column;
+        if (nearest == 0 || cheapest[c] < cheapest[nearest]) nearest = c;
+      }
+      // The nearest column's reduced cost becomes zero, those of the tree stay so.
+      const double step = cheapest[nearest];
+      for (int c = 0; c <= columns; ++c) {
+        if (reached[c] == 0) cheapest[c] -= step;
+        if (reached[c] != 0) of_rows[row_of[c]] += step, of_columns[c] -= step;
+      }
+      column = nearest;
+    }
+    for (; column != 0; column = from[column]) row_of[column] = row_of[from[column]];
+  }
+  row_of.erase(row_of.begin());
+  if (!wide) return row_of;
+  std::vector<int> column_of(static_cast<std::size_t>(rows), kFree);
+  for (int c = 0; c < columns; ++c)
+    if (row_of[c] != kFree) column_of[row_of[c]] = c;
+  return column_of;
+}
 
 EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& problem) {
   const auto size = static_cast<std::size_t>(problem.points.rows());

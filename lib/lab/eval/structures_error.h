@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -19,6 +20,11 @@ struct EstimatedStructures {
 
 /// Those of an estimate; one, with its inliers, of a row that looks for one model alone, none of a failure.
 EstimatedStructures StructuresOf(const Estimate& estimate, const Problem& problem);
+
+/// The assignment problem: for each row a column of its own, or −1, so that the sum of the gains is the largest. Every
+/// row has a column where there are as many columns as rows; gains are finite. (The Hungarian method: Kuhn, Naval
+/// Research Logistics Quarterly 1955, in the form of shortest augmenting paths, O(rows² columns).)
+std::vector<int> BestAssignment(const Eigen::MatrixXd& gains);
 
 /// Per cent of the points whose label is wrong, under the one-to-one matching of found to true structures that leaves
 /// the fewest: docs/metrics.md#several-structures. Both hold N labels ≥ 0; NaN for no points.

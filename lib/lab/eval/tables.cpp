@@ -4,32 +4,14 @@
 #include <cmath>
 #include <utility>
 
-#include "lab/eval/metric_table.h"
-#include "lab/eval/model_table.h"
-#include "lab/eval/structure_tables.h"
-
 namespace diffsac {
 namespace {
 
 constexpr std::size_t kMostConditionsTogether = 3;  // In a table that shows several metrics of each.
 
-// The scenes of a condition, in the order in which they first appear.
-std::vector<std::string> Scenes(const ExperimentResults& results, std::size_t condition) {
-  std::vector<std::string> scenes;
-  for (const Cell& cell : results.cells) {
-    if (cell.condition != condition) continue;
-    for (const ProblemRecord& record : cell.records)
-      if (std::find(scenes.begin(), scenes.end(), record.scene) == scenes.end()) scenes.push_back(record.scene);
-  }
-  return scenes;
-}
-
 bool HasSets(const ExperimentResults& results) {
-  if (!IsTwoView(results.experiment.task)) return false;
-  for (const Cell& cell : results.cells)
-    for (const ProblemRecord& record : cell.records)
-      if (!std::isnan(record.all_inlier_sets)) return true;
-  return false;
+  return IsTwoView(results.experiment.task) &&
+         AnyRecord(results, [](const ProblemRecord& record) { return !std::isnan(record.all_inlier_sets); });
 }
 
 MetricTable AccuracyKind(const ExperimentResults& results, const std::string& scene, const std::string& note) {
@@ -96,7 +78,7 @@ MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
   MetricTable kind{
       (structures ? "misclassification error in %" : name) + " by scene" + ConditionText(results.experiment, condition),
       {}};
-  for (const std::string& scene : Scenes(results, condition))
+  for (const std::string& scene : ScenesOf(results, condition))
     kind.columns.push_back({scene, condition, scene, name, structures ? 2 : 3, !structures});
   return kind;
 }
@@ -106,11 +88,49 @@ MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
 std::size_t MostScenes(const ExperimentResults& results) {
   std::size_t most = 0;
   for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c)
-    most = std::max(most, Scenes(results, c).size());
+    most = std::max(most, ScenesOf(results, c).size());
   return most;
 }
 
 namespace {
+
+// Of several structures (docs/metrics.md#several-structures): misclassification over all problems, mean with the costs
+// and median, recall, what the minimal sets hold.
+std::vector<MetricTable> StructureKinds(const ExperimentResults& results) {
+  // As the papers do, over all problems: AdelaideRMF's scenes are single pairs.
+  const std::size_t scenes = MostScenes(results);
+  const std::string all = scenes > 1 ? kAllPairs : "mean";
+  std::vector<MetricTable> kinds;
+  const auto add = [&](const std::string& heading, const MetricColumn& column, bool costs) {
+    kinds.push_back({heading, {}, costs});
+    AddConditions(results, column, "", &kinds.back());
+  };
+  add("misclassification error in %, mean, lower is better",
+      {"", 0, all, "misclassification", 2, false, &PaperValue::misclassification}, true);
+  add("misclassification error in %, median, lower is better",
+      {"", 0, all, "misclassification_median", 2, false, &PaperValue::misclassification_median}, false);
+  add("recall of structures" + (scenes > 1 ? ", unweighted mean over " + std::to_string(scenes) + " scenes" : "") +
+          ", higher is better",
+      {"", 0, "mean", "recall", 3, true, &PaperValue::recall}, false);
+  if (std::any_of(results.cells.begin(), results.cells.end(), JudgesAngles)) {
+    const Tolerance c = results.experiment.tolerance();
+    for (const bool half : {true, false}) {
+      const std::string name = MetricName("recall_AUC", half ? 0.5 * c.value : c.value);
+      add(name + " of structures in %, higher is better",
+          {"", 0, all, name, 2, true, half ? &PaperValue::recall_auc_half : &PaperValue::recall_auc, 100.0}, false);
+    }
+    const std::string within = MetricName("structures_within", c);
+    add("structures within " + FixedText(c.value, 1) + "° in %, higher is better",
+        {"", 0, all, within, 1, true, nullptr, 100.0}, false);
+  }
+  if (!AnyRecord(results, [](const ProblemRecord& record) { return !std::isnan(record.one_structure_sets); }))
+    return kinds;
+  add("share of the first 20 minimal sets that are of one true structure alone", {"", 0, "mean", kSetsMetric, 3},
+      false);
+  kinds.back().intervals = true;
+  add("share of the true structures that such a set is of", {"", 0, "mean", "structures_in_sets", 3}, false);
+  return kinds;
+}
 
 // What a table of means over seeds is worth: the deviation of each number over these seeds.
 MetricTable DeviationKind(const ExperimentResults& results, const MetricTable& means) {
@@ -162,7 +182,7 @@ std::vector<Table> MakeTables(const Report& report) {
   if (truth && !structures && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
   if (!structures && HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
-    if (Scenes(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
+    if (ScenesOf(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
   std::vector<Table> tables;
   for (const MetricTable& kind : kinds) tables.push_back(FillTable(report, kind));
   // Last, so that a terminal ends with it.

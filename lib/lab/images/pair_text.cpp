@@ -213,7 +213,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"share_behind", record.share_behind},
                      {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
                      {"matches", record.points},
-                     {"inliers", record.inliers},
+                     {"inliers", record.inlier_rows},
                      {"rows_left_out", estimate.rows_left_out},
                      {"repeated_rows", estimate.repeated_rows},
                      {"noise_scale_px", FiniteJson(record.noise_scale)},

@@ -1,6 +1,5 @@
 #include "lab/images/photograph_results.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -17,7 +16,6 @@
 #include "lab/eval/example_files.h"
 #include "lab/eval/export_colmap.h"
 #include "lab/eval/format.h"
-#include "lab/eval/long_lines.h"
 #include "lab/eval/report_script.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
@@ -30,14 +28,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Seven numbers, or none; of a translation that is not determined none.
-std::string PoseColumns(const std::optional<RigidMotion>& pose, Translation translation) {
-  if (!pose) return ",,,,,,,";
-  Eigen::Quaterniond q(pose->rotation);
-  if (q.w() < 0.0) q.coeffs() *= -1.0;
+std::string PoseColumns(const EstimateRecord& record) {
   std::string text;
-  for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += "," + NumberText(value);
-  for (const double value : pose->translation) text += "," + (IsUndetermined(translation) ? "" : NumberText(value));
+  for (const double value : PoseNumbers(record)) text += "," + NumberText(value);
   return text;
 }
 
@@ -176,7 +169,6 @@ ExperimentResults ResultsOf(const std::vector<EstimatedPair>& pairs, ExperimentO
     example.scene = scene;
     example.id = scene + "/" + example.id;
     cell.records.push_back(MakeRecord(experiment, example, pairs[i].estimate));
-    cell.estimates.push_back(RecordOf(example, pairs[i].estimate));
   }
   results.cells = {std::move(cell)};
   results.experiment = std::move(experiment);
@@ -225,10 +217,10 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
     text += CsvText(files.at(pair.example.image1)) + "," + CsvText(files.at(pair.example.image2)) + "," +
             std::string(ToString(record.status)) + "," + (record.MayBeChance() ? "1" : "0") + "," + CsvText(method) +
-            "," + std::to_string(seed) + PoseColumns(record.pose, record.translation) +
-            FocalColumns(record, pair.example.problem) + "," + std::to_string(record.points) + "," +
-            std::to_string(record.inliers.size()) + "," + NumberText(record.noise_scale) + "," +
-            Milliseconds(pair.ms_matching) + "," + Milliseconds(pair.estimate.report.ms_total);
+            "," + std::to_string(seed) + PoseColumns(record) + FocalColumns(record, pair.example.problem) + "," +
+            std::to_string(record.points) + "," + std::to_string(record.inlier_rows.size()) + "," +
+            NumberText(record.noise_scale) + "," + Milliseconds(pair.ms_matching) + "," +
+            Milliseconds(pair.estimate.report.ms_total);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (i < record.model.size() ? NumberText(record.model[i]) : "");
     text += "," + ToString(record.translation) + "\n";
   }

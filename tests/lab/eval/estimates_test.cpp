@@ -20,11 +20,11 @@ EstimateRecord Record(int index) {
   EstimateRecord record;
   record.index = index;
   record.id = "pair " + std::to_string(index);
-  record.scene = "castle";
+  record.data_scene = "castle";
   record.status = Status::kOk;
   record.model = Eigen::VectorXd::LinSpaced(9, index, index + 1.0);
   record.pose = RigidMotion{Eigen::AngleAxisd(0.1 * index, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {1, 2, 3}};
-  for (int i = 0; i < 3 * index; ++i) record.inliers.push_back(2 * i);
+  for (int i = 0; i < 3 * index; ++i) record.inlier_rows.push_back(2 * i);
   record.points = 100 + index;
   if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
   if (index == 2) record.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
@@ -82,7 +82,7 @@ TEST_CASE("estimates read back as they were written") {
       const EstimateRecord &a = group.records[i], &b = same->records[i];
       CHECK(a.index == b.index);
       CHECK(a.id == b.id);
-      CHECK(a.scene == b.scene);
+      CHECK(a.data_scene == b.data_scene);
       CHECK(a.status == b.status);
       REQUIRE(a.model.size() == b.model.size());
       CHECK(a.model == b.model);
@@ -98,7 +98,7 @@ TEST_CASE("estimates read back as they were written") {
         CHECK(a.focal->high_px == b.focal->high_px);
         CHECK(a.focal->observable == b.focal->observable);
       }
-      CHECK(a.inliers == b.inliers);
+      CHECK(a.inlier_rows == b.inlier_rows);
       CHECK(a.points == b.points);
       CHECK(a.score == b.score);
       CHECK((a.noise_scale == b.noise_scale || (std::isnan(a.noise_scale) && std::isnan(b.noise_scale))));
@@ -137,8 +137,8 @@ TEST_CASE("a record has the pose of its model where there is one") {
     CHECK(DirectionAngleDegrees(record.pose->translation, views.pose.translation) < 1e-6);
   };
   EstimateRecord record = RecordOf(example, estimate);
-  CHECK(record.inliers.size() == 39);
-  CHECK(record.inliers[3] == 4);
+  CHECK(record.inlier_rows.size() == 39);
+  CHECK(record.inlier_rows[3] == 4);
   check_pose(record);
   example.problem.task = Task::kFundamental;
   estimate.model = views.fundamental;

@@ -101,7 +101,7 @@ methods:
 compare: [[first, second]]
 )"));
   for (std::size_t m = 0; m < 2; ++m) {
-    Cell cell{0, m, {}, {}};
+    Cell cell{0, m, {}};
     for (int i = 0; i < 8; ++i) {
       ProblemRecord record;
       record.index = i;
@@ -129,7 +129,7 @@ inline ExperimentResults MadeUpResults() {
   const double errors[3] = {0.045, 0.12, 0.01};
   for (std::size_t c = 0; c < 2; ++c) {
     for (std::size_t m = 0; m < 3; ++m) {
-      Cell cell{c, m, {}, {}};
+      Cell cell{c, m, {}};
       for (int i = 0; i < 4; ++i) {
         ProblemRecord record;
         record.index = i;
@@ -174,7 +174,7 @@ inline ExperimentResults MadeUpStructures() {
       record.error.misclassified = 100.0 * (1.0 - share);
       if (record.index == 0) record.error.misclassified /= 2.0;
       if (cell.method < 2) record.one_structure_sets = record.structures_in_sets = share;
-      record.structures = 3;
+      record.structure_count = 3;
       record.report.draws = cell.method == 0 ? 20 : 0;
     }
   return results;

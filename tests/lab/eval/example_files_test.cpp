@@ -75,7 +75,7 @@ TEST_CASE("a run's fits and pairs are there with their points, and go with the n
   CHECK(file.openDataSet("points-5").getSpace().getSimpleExtentNpoints() == 240);
   CHECK(file.openDataSet("inliers-5").getSpace().getSimpleExtentNpoints() == 60);
   // Without estimates only the kept fits can be drawn.
-  results.cells[0].estimates.clear();
+  results.experiment.estimates = false;
   WritePairs(results, folder.path());
   CHECK(JsonIn(folder.File(kPairsFile))["examples"].size() == 1);
   results.fits.clear();

@@ -35,7 +35,7 @@ inline ExperimentResults MadeUpFactors(const std::function<double(std::size_t, s
   results.dataset = "synthetic_two_view";
   for (std::size_t c = 0; c < 2; ++c)
     for (std::size_t m = 0; m < 6; ++m) {
-      Cell cell{c, m, {}, {}};
+      Cell cell{c, m, {}};
       for (int i = 0; i < 12; ++i) {
         ProblemRecord record;
         record.index = static_cast<std::uint64_t>(i);

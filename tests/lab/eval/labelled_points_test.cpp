@@ -7,7 +7,7 @@
 #include "diffsac/core/status.h"
 #include "lab/eval/colours.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/eval/model_table.h"
+#include "lab/eval/tables.h"
 
 namespace diffsac {
 namespace {
@@ -76,7 +76,7 @@ TEST_CASE("every point of a text file goes out with its labels, those that were 
   for (std::size_t at = 0; at < csv.size(); at = csv.find('\n', at) + 1)
     expected += csv.substr(at, csv.find_last_of(',', csv.find('\n', at)) - at) + "\n";
   CHECK(without == expected);
-  const auto& rows = some.cells[0].estimates[0].rows;
+  const auto& rows = some.cells[0].records[0].rows;
   REQUIRE(rows.size() == 4);
   CHECK(std::is_sorted(rows.begin(), rows.end()));
   CHECK(std::count(subset.begin(), subset.end(), '\n') == 11);
@@ -176,11 +176,11 @@ TEST_CASE("the models of own points are the last table, with their unit") {
   CHECK_THAT(ProblemsCsv(results), Contains(",0 0 1 -1,"));
 
   ExperimentResults failed = results;
-  failed.cells[0].estimates[0] = {};
-  failed.cells[0].estimates[0].id = "scan.csv";
-  failed.cells[0].estimates[0].status = Status::kDegenerate;
-  failed.cells[1].estimates[0].structures = {Eigen::Vector4d(0, 0, 1, -1), Eigen::Vector4d(1, 0, 0, 2e12)};
-  failed.cells[1].estimates[0].assignment = {1, 1, 2, 0, 0, 2, 2, 0, 0};
+  failed.cells[0].records[0] = {};
+  failed.cells[0].records[0].id = "scan.csv";
+  failed.cells[0].records[0].status = Status::kDegenerate;
+  failed.cells[1].records[0].structures = {Eigen::Vector4d(0, 0, 1, -1), Eigen::Vector4d(1, 0, 0, 2e12)};
+  failed.cells[1].records[0].assignment = {1, 1, 2, 0, 0, 2, 2, 0, 0};
   const Table several = ModelTable(failed);
   REQUIRE(several.rows.size() == 3);
   CHECK(several.rows[0].cells[1] == "scan.csv (no model: degenerate)");
@@ -198,13 +198,13 @@ TEST_CASE("a plane far from the origin is printed with digits enough for its own
   const auto misses = [&](double far, double noise) {
     const Eigen::Vector3d normal = Eigen::Vector3d(-0.583283781, 0.23611226, -0.777194333).normalized();
     const Eigen::Vector3d point(0.9 * far, far, 0.01 * far);
-    EstimateRecord record;
+    ProblemRecord record;
     record.status = Status::kOk;
     record.model = Eigen::Vector4d(normal[0], normal[1], normal[2], -normal.dot(point));
     record.noise_scale = noise;
     record.largest_coordinate = far;
     Cell cell;
-    cell.estimates = {record};
+    cell.records = {record};
     results.cells = {cell};
     const std::vector<std::string> cells = ModelTable(results).rows.at(0).cells;
     double distance = std::stod(cells[5]);

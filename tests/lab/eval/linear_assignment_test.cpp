@@ -1,4 +1,4 @@
-#include "lab/eval/linear_assignment.h"
+#include "lab/eval/structures_error.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

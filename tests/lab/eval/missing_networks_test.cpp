@@ -1,5 +1,5 @@
-#include "lab/eval/missing_networks.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/selection.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "lab/eval/pose_levels.h"
+#include "lab/eval/problem_quantities.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

@@ -8,8 +8,6 @@
 #include "diffsac/core/status.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/factor_fixtures.h"
-#include "lab/eval/result_files.h"
-#include "lab/eval/results_json.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -47,11 +45,10 @@ TEST_CASE("problems.csv has a line for each problem and method") {
 TEST_CASE("problems.csv has noise, pose and model where estimates are kept, with or without truth") {
   ExperimentResults results = MadeUpResults();
   Cell& cell = results.cells[0];
-  cell.estimates.resize(cell.records.size());
-  cell.estimates[0].noise_scale = 0.25;
-  cell.estimates[0].model = Eigen::Vector3d(1, 2, 3);
+  cell.records[0].noise_scale = 0.25;
+  cell.records[0].model = Eigen::Vector3d(1, 2, 3);
   cell.records[0].log_false_alarms = 1.5;
-  cell.estimates[1].pose = RigidMotion{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), Eigen::Vector3d(0.6, 0.0, -0.8)};
+  cell.records[1].pose = RigidMotion{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), Eigen::Vector3d(0.6, 0.0, -0.8)};
   const std::string csv = ProblemsCsv(results);
   CHECK_THAT(csv, Contains("p0,all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,0.25,,,,,,,,1 2 3,1.5,,,,,,\n"));
   CHECK_THAT(csv, Contains(",,0,1,0,0,0.6,0,-0.8,,,,,,,,\n"));

@@ -1,4 +1,4 @@
-#include "lab/eval/run_reader.h"
+#include "lab/eval/run_files.h"
 
 #include <catch2/catch.hpp>
 

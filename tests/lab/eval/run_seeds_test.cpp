@@ -1,4 +1,4 @@
-#include "lab/eval/run_seeds.h"
+#include "lab/eval/evaluate.h"
 
 #include <catch2/catch.hpp>
 
@@ -8,10 +8,9 @@
 
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/effects.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/eval/evaluate.h"
-#include "lab/eval/run_reader.h"
+#include "lab/eval/report.h"
+#include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -98,7 +97,7 @@ TEST_CASE("a row is one row, though its options or its network are the seed's") 
 }
 
 TEST_CASE("a problem that several seeds share counts once in an interval") {
-  Cell cell{0, 0, {}, {}};
+  Cell cell{0, 0, {}};
   for (const double value : {1.0, 3.0, 5.0, 9.0}) {
     ProblemRecord record;
     record.index = cell.records.size() % 2;

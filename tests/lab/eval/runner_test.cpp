@@ -11,7 +11,7 @@
 #include "lab/config/dataset_registry.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/eval/results_json.h"
+#include "lab/eval/run_files.h"
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
 

@@ -1,4 +1,4 @@
-#include "lab/eval/shard.h"
+#include "lab/eval/merge.h"
 
 #include <catch2/catch.hpp>
 
@@ -10,9 +10,6 @@
 #include "lab/eval/estimates.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/evaluate.h"
-#include "lab/eval/markdown_report.h"
-#include "lab/eval/merge.h"
-#include "lab/eval/results_json.h"
 #include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 
@@ -118,7 +115,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   record.inlier_share = 1.0 / 9.0;
   record.true_rotation_deg = 0.7;
   record.levels = {0.1 + 0.2, 1.0};
-  record.structures = 3;
+  record.structure_count = 3;
   record.report = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300, 5'000'000'000};
   const ShardContent content = ReadShardRecords(ShardRecords(results, "device: cpu\n"), "here");
   CHECK(content.setup == "device: cpu\n");
@@ -142,7 +139,7 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(std::isnan(read.true_baseline));
   CHECK(read.levels.rotation == record.levels.rotation);
   CHECK(read.levels.translation == 1.0);
-  CHECK(read.structures == 3);
+  CHECK(read.structure_count == 3);
   CHECK(read.report.draws == 5'000'000'000);
   CHECK(std::isnan(content.results.cells[1].records[1].error.recall));
   CHECK(read.report.unique_minimal_sets == 5);
@@ -282,7 +279,7 @@ TEST_CASE("folders of shards become the folder of the whole run") {
     for (std::size_t i = 0; i < whole.groups[g].records.size(); ++i) {
       CHECK(three.groups[g].records[i].id == whole.groups[g].records[i].id);
       CHECK(three.groups[g].records[i].model == whole.groups[g].records[i].model);
-      CHECK(three.groups[g].records[i].inliers == whole.groups[g].records[i].inliers);
+      CHECK(three.groups[g].records[i].inlier_rows == whole.groups[g].records[i].inlier_rows);
     }
   }
   for (const auto& entry : std::filesystem::directory_iterator(folder.File("whole")))

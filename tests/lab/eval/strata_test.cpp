@@ -1,4 +1,4 @@
-#include "lab/eval/strata.h"
+#include "lab/eval/report.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,11 +1,11 @@
-#include "lab/eval/markdown_report.h"
+#include "lab/eval/run_files.h"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include "lab/eval/eval_fixtures.h"
-#include "lab/eval/metric_table.h"
+#include "lab/eval/tables.h"
 
 namespace diffsac {
 namespace {
