@@ -152,11 +152,9 @@ std::string PathIn(const std::string& folder, const char* name) {
 /// A problem of one condition, which several methods were run on.
 struct Listed {
   std::size_t condition = 0;
-  std::uint64_t index = 0;
-  std::string id;
-  int points = 0;
-  double error = std::nan("");  ///< Of the row that ranks them.
-  bool drawable = false;        ///< Some method's inliers were kept.
+  const ProblemRecord* record = nullptr;  ///< Of one of them.
+  double error = std::nan("");            ///< Of the row that ranks them.
+  bool drawable = false;                  ///< Some method's inliers were kept.
 };
 
 std::size_t RankingRow(const ExperimentOptions& experiment) {
@@ -173,10 +171,8 @@ std::vector<Listed> ListProblems(const ExperimentResults& results) {
   std::map<std::pair<std::size_t, std::uint64_t>, Listed> problems;
   for (const Cell& cell : results.cells) {
     for (const ProblemRecord& record : cell.records) {
-      Listed& problem = problems
-                            .try_emplace({cell.condition, record.index},
-                                         Listed{cell.condition, record.index, record.id, record.points})
-                            .first->second;
+      Listed& problem =
+          problems.try_emplace({cell.condition, record.index}, Listed{cell.condition, &record}).first->second;
       if (cell.method == ranking) problem.error = ShownError(record.error, results.experiment.tolerance());
       problem.drawable = results.experiment.estimates;
     }
@@ -194,7 +190,7 @@ std::vector<Listed> ListProblems(const ExperimentResults& results) {
 std::size_t MostPictures(const ExperimentResults& results, const std::vector<Listed>& list) {
   double bytes = 0.0;
   const double bits = 64.0 + 1.0 + static_cast<double>(results.experiment.methods.size());
-  for (const Listed& problem : list) bytes += 4.0 / 3.0 * bits / 8.0 * problem.points + 200.0;
+  for (const Listed& problem : list) bytes += 4.0 / 3.0 * bits / 8.0 * problem.record->points + 200.0;
   const double each = bytes / static_cast<double>(std::max<std::size_t>(1, list.size()));
   return std::min(kMostPairs, static_cast<std::size_t>(kMostMatchBytes / std::max(each, 1.0)));
 }
@@ -217,9 +213,9 @@ void AddPairs(const ExperimentResults& results, ExampleFile* file) {
       condition = problem.condition;
       dataset = MakeDataset(results.experiment.conditions[condition].data, results.experiment.seed);
     }
-    const Example example = dataset->Get(problem.index);
+    const Example example = dataset->Get(problem.record->index);
     // The data may have changed since shards ran.
-    if (ProblemName(example) == problem.id && example.problem.points.rows() == problem.points)
+    if (ProblemName(example) == problem.record->id && example.problem.points.rows() == problem.record->points)
       file->Add(example, condition, dataset->FolderOf(example.scene));
   }
 }

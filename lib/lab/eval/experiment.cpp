@@ -45,25 +45,24 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   for (std::size_t i = 0; i < experiment.methods.size(); ++i)
     CheckKnown(config, "methods." + std::to_string(i), "condition", experiment.methods[i].conditions, conditions);
   const FigureOptions& figures = experiment.figures;
-  const auto check_methods = [&](const char* key, const auto& names) {
+  const auto check_methods = [&](const std::string& key, const std::vector<std::string>& names) {
     CheckKnown(config, key, "method", names, methods);
   };
-  check_methods("reference", std::vector{experiment.reference});
-  check_methods("figures.qualitative_method", std::vector{figures.qualitative_method});
+  check_methods("reference", {experiment.reference});
+  check_methods("figures.qualitative_method", {figures.qualitative_method});
   check_methods("figures.qualitative_methods", figures.qualitative_methods);
   check_methods("figures.bars", figures.bars);
   CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
   CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
   for (const auto& [label, row] : experiment.paper) {
-    CheckKnown(config, "paper." + label, "method", {row.ours}, methods);
+    check_methods("paper." + label, {row.ours});
     for (const auto& value : row.values) CheckKnown(config, "paper." + label, "condition", {value.first}, conditions);
   }
   for (std::size_t i = 0; i < experiment.compare.size(); ++i)
-    CheckKnown(config, "compare." + std::to_string(i), "method", {experiment.compare[i].a, experiment.compare[i].b},
-               methods);
+    check_methods("compare." + std::to_string(i), {experiment.compare[i].a, experiment.compare[i].b});
   for (std::size_t i = 0; i < experiment.strata.size(); ++i) {
     const std::string key = "strata." + std::to_string(i);
-    CheckKnown(config, key + ".rows", "method", experiment.strata[i].rows, methods);
+    check_methods(key + ".rows", experiment.strata[i].rows);
     for (std::size_t k = 0; k < i; ++k)
       if (experiment.strata[k].by == experiment.strata[i].by)
         throw Error(config.Where(key) + ": '" + ToString(experiment.strata[i].by) + "' stands twice");

@@ -94,23 +94,6 @@ struct LabelledInput {
   std::vector<std::int32_t> rows;
 };
 
-/// The sets of the files, of which one after the other is read once.
-class SetReader {
- public:
-  /// Nothing where the file has no such set any more.
-  std::optional<PointMatrix> Read(const PointSource& source) {
-    if (source.path != path_) sets_ = ReadPointFile(source.path);
-    path_ = source.path;
-    for (const PointSet& set : sets_)
-      if (set.name == source.name && set.points.rows() == source.total) return set.points;
-    return std::nullopt;
-  }
-
- private:
-  std::string path_;
-  std::vector<PointSet> sets_;
-};
-
 const EstimateRecord* RecordAt(const Cell& cell, std::uint64_t index) {
   const auto at = std::lower_bound(cell.records.begin(), cell.records.end(), index,
                                    [](const EstimateRecord& record, std::uint64_t i) { return record.index < i; });
@@ -136,19 +119,20 @@ class ConditionInputs {
   std::optional<LabelledInput> Read(std::size_t index) {
     const PointSource& source = sources_->SourceOf(index);
     const Example example = dataset_->Get(index);
-    const std::optional<PointMatrix> points = reader_.Read(source);
-    if (!points) return std::nullopt;
-    LabelledInput input{example.id, source.path, *points, {}, 0, source.rows};
+    if (source.path != path_) sets_ = ReadPointFile(path_ = source.path);
+    const auto set = std::find_if(sets_.begin(), sets_.end(), [&](const PointSet& one) {
+      return one.name == source.name && one.points.rows() == source.total;
+    });
+    if (set == sets_.end()) return std::nullopt;
+    LabelledInput input{example.id, source.path, set->points, {}, 0, source.rows};
     bool competes = false;
     for (const Cell& cell : results_.cells) {
       const EstimateRecord* record = cell.condition == condition_ ? RecordAt(cell, index) : nullptr;
       if (record == nullptr || record->points != example.problem.points.rows() || record->rows != source.rows) continue;
       const EstimatorRow& method = results_.experiment.methods[cell.method];
-      if (!competes && method.Competes()) {
-        competes = true;
-        input.shown = input.methods.size();
-      }
-      input.methods.push_back({method.name, LabelsOf(*record, *points, example.problem.inlier_threshold)});
+      if (!competes && method.Competes()) input.shown = input.methods.size();
+      competes = competes || method.Competes();
+      input.methods.push_back({method.name, LabelsOf(*record, set->points, example.problem.inlier_threshold)});
     }
     if (input.methods.empty()) return std::nullopt;
     return input;
@@ -159,7 +143,8 @@ class ConditionInputs {
   std::size_t condition_;
   std::unique_ptr<Dataset> dataset_;
   const HasPointSources* sources_;
-  SetReader reader_;
+  std::string path_;  // Of the file that was read last, and its sets.
+  std::vector<PointSet> sets_;
 };
 
 /// Names of files in one folder, each once, whatever the inputs are called.

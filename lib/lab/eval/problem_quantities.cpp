@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -90,40 +91,27 @@ PoseLevels PoseLevelsOf(const Estimate& estimate, const Example& example) {
   return levels;
 }
 
-double QuantityOf(const ProblemRecord& record, Quantity quantity) {
-  switch (quantity) {
-    case Quantity::kInlierShare:
-      return record.inlier_share;
-    case Quantity::kPoints:
-      return record.points;
-    case Quantity::kRotation:
-      return record.true_rotation_deg;
-    case Quantity::kBaseline:
-      return record.true_baseline;
-    case Quantity::kParallax:
-      return record.true_parallax_deg;
-    case Quantity::kScene:
-      break;
-  }
-  return kUnknownQuantity;
+namespace {
+
+struct QuantityEntry {
+  const char* title;
+  double (*of)(const ProblemRecord&);
+};
+
+const QuantityEntry& EntryOf(Quantity quantity) {
+  static const std::map<Quantity, QuantityEntry> entries = {
+      {Quantity::kInlierShare, {"share of true inliers", [](const ProblemRecord& r) { return r.inlier_share; }}},
+      {Quantity::kPoints, {"number of points", [](const ProblemRecord& r) { return double(r.points); }}},
+      {Quantity::kRotation, {"true rotation in degrees", [](const ProblemRecord& r) { return r.true_rotation_deg; }}},
+      {Quantity::kBaseline, {"true baseline", [](const ProblemRecord& r) { return r.true_baseline; }}},
+      {Quantity::kParallax, {"true parallax in degrees", [](const ProblemRecord& r) { return r.true_parallax_deg; }}},
+      {Quantity::kScene, {"scene", [](const ProblemRecord&) { return kUnknownQuantity; }}}};
+  return entries.at(quantity);
 }
 
-const char* QuantityTitle(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::kInlierShare:
-      return "share of true inliers";
-    case Quantity::kPoints:
-      return "number of points";
-    case Quantity::kRotation:
-      return "true rotation in degrees";
-    case Quantity::kBaseline:
-      return "true baseline";
-    case Quantity::kParallax:
-      return "true parallax in degrees";
-    case Quantity::kScene:
-      break;
-  }
-  return "scene";
-}
+}  // namespace
+
+double QuantityOf(const ProblemRecord& record, Quantity quantity) { return EntryOf(quantity).of(record); }
+const char* QuantityTitle(Quantity quantity) { return EntryOf(quantity).title; }
 
 }  // namespace diffsac
