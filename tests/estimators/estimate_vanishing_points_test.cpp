@@ -9,7 +9,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/problem/tasks.h"
-#include "geometry/room_segments.h"
+#include "geometry/segments.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/experiment.h"

@@ -10,7 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
-#include "geometry/room_segments.h"
+#include "geometry/segments.h"
 
 namespace diffsac::testing {
 

@@ -1,21 +1,56 @@
 #include "diffsac/geometry/shared_focal.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
+#include "diffsac/geometry/focal_posterior.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/sampson_equations.h"
+#include "diffsac/geometry/six_points.h"
 #include "geometry/jacobian_check.h"
-#include "geometry/unknown_focal_scene.h"
+#include "geometry/two_view_problems.h"
 
 namespace diffsac {
 namespace {
 
-using testing::FocalModelDistance;
-using testing::MakeUnknownFocalScene;
-using testing::Motion;
-using testing::UnknownFocalScene;
+/// Two cameras with an unknown focal length, and matches in the coordinates that UnknownFocal says.
+struct UnknownFocalScene {
+  RelativePose pose;
+  FocalParameters model;
+  PointMatrix points;
+};
+
+enum class Motion { kAny, kForward, kTurn };
+
+/// `count` points at depths 2 to 8, or on the plane z = 4 + x/2 (`planar`), with normal noise on every coordinate.
+UnknownFocalScene MakeUnknownFocalScene(UnknownFocal unknown, int count, Rng& rng, double noise = 0.0,
+                                        Motion motion = Motion::kAny, bool planar = false) {
+  UnknownFocalScene scene;
+  scene.pose = testing::RandomPose(rng, 0.4);
+  if (motion == Motion::kForward) scene.pose = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitZ()};
+  const double focal = std::exp(rng.Uniform(-0.5, 0.5)), first = unknown == UnknownFocal::kBoth ? focal : 1.0;
+  scene.points.resize(count, 4);
+  const Eigen::Vector3d translation =
+      motion == Motion::kTurn ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(scene.pose.translation);
+  for (int i = 0; i < count;) {
+    const double x = rng.Uniform(-0.4, 0.4), y = rng.Uniform(-0.4, 0.4);
+    const double depth = planar ? 4.0 / (1.0 - 0.5 * x) : rng.Uniform(2.0, 8.0);
+    const Eigen::Vector3d a = depth * Eigen::Vector3d(x, y, 1.0), b = scene.pose.rotation * a + translation;
+    if (b[2] < 0.5) continue;
+    scene.points.row(i) << first * a.hnormalized().transpose(), focal * b.hnormalized().transpose();
+    for (int j = 0; j < 4; ++j) scene.points(i, j) += noise * rng.Normal();
+    ++i;
+  }
+  scene.model = AsFocalParameters(AsParameters(EssentialFromPose(scene.pose)), focal);
+  return scene;
+}
+
+/// Of E, whichever sign it has, and of log f.
+double FocalModelDistance(const FocalParameters& a, const FocalParameters& b) {
+  return testing::ModelDistance(a.head<9>(), b.head<9>()) + std::abs(std::log(a[9] / b[9]));
+}
 
 constexpr UnknownFocal kBoth = UnknownFocal::kBoth, kSecond = UnknownFocal::kSecond;
 
@@ -170,6 +205,187 @@ TEST_CASE("models of unknown focal length know what they cannot be fitted to") {
   PointMatrix line = scene.points;
   line.col(1) = line.col(0);
   CHECK_FALSE(SharedFocal::Determined(line));
+}
+
+namespace {
+
+template <UnknownFocal kUnknown>
+int Solve(const PointMatrix& points, FocalParameters* out) {
+  double p[6][4];
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 4; ++j) p[i][j] = points(i, j);
+  return SolveSixPoints<kUnknown>(p, out);
+}
+
+template <UnknownFocal kUnknown>
+void CheckRecovers() {
+  Rng rng(1);
+  int recovered = 0, all = 0;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const auto scene = MakeUnknownFocalScene(kUnknown, 6, rng);
+    FocalParameters models[MaxSixPointSolutions(kUnknown)];
+    const int count = Solve<kUnknown>(scene.points, models);
+    all += count;
+    double best = 9.0;
+    for (int k = 0; k < count; ++k) {
+      best = std::min(best, FocalModelDistance(models[k], scene.model));
+      const Matrix3Parameters essential = models[k].template head<9>();
+      const Eigen::Matrix3d e = AsMatrix(essential);
+      CHECK((2.0 * e * e.transpose() * e - (e * e.transpose()).trace() * e).norm() < 1e-7);
+      for (int i = 0; i < 6; ++i) {
+        const Eigen::Matrix3d f = AsMatrix(FundamentalOf(kUnknown, models[k]));
+        const Eigen::Vector3d x1(scene.points(i, 0), scene.points(i, 1), 1.0);
+        const Eigen::Vector3d x2(scene.points(i, 2), scene.points(i, 3), 1.0);
+        CHECK(std::abs(x2.dot(f * x1)) < 1e-10 * std::max(1.0, f.norm()));
+      }
+    }
+    recovered += best < 1e-6 ? 1 : 0;
+  }
+  CAPTURE(all, recovered);
+  CHECK(recovered >= 0.99 * kTrials);
+  CHECK(all > 2 * kTrials);
+}
+
+}  // namespace
+
+TEST_CASE("the six-point solvers recover E and f, and all they give are solutions") {
+  CheckRecovers<UnknownFocal::kBoth>();
+  CheckRecovers<UnknownFocal::kSecond>();
+}
+
+TEST_CASE("the six-point solver of a shared focal length has PoseLib's solutions") {
+  // PoseLib 2.0.5, shared_focal_relpose_6pt of these points: each a focal length, R and t.
+  PointMatrix points(6, 4);
+  points << -0.38, -0.02, -0.57, -0.25, -0.22, -0.28, -0.37, -0.48, 0.23, 0.18, -0.04, 0.06, 0.05, -0.26, -0.13, -0.39,
+      -0.41, -0.11, -0.57, -0.35, -0.05, 0.01, -0.26, -0.14;
+  struct Solution {
+    double focal;
+    double rotation[9], translation[3];
+  };
+  const Solution golden[] = {
+      {0.6075603732538384,
+       {0.9766093899184104, -0.21143656781845607, -0.03909830319005782, 0.2135996206526559, 0.9331052725673378,
+        0.28929181178193736, -0.024684034926076306, -0.2908764825423083, 0.9564421416497615},
+       {-0.5060059767538901, -0.859205588101347, 0.07565519720918144}},
+      {2.611569225374325,
+       {0.973135569341926, -0.21639146358981212, -0.07862504796198509, 0.21292511204531953, 0.9757791842609553,
+        -0.05017848367091864, 0.08757888068509188, 0.03208922012893966, 0.9956406086582964},
+       {-0.1402465005604308, -0.18852593094158507, 0.9720025166856112}}};
+  FocalParameters models[15];
+  const int count = Solve<UnknownFocal::kBoth>(points, models);
+  for (const Solution& solution : golden) {
+    RelativePose pose;
+    pose.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(solution.rotation);
+    pose.translation = Eigen::Map<const Eigen::Vector3d>(solution.translation);
+    const FocalParameters model = AsFocalParameters(AsParameters(EssentialFromPose(pose)), solution.focal);
+    double best = 9.0;
+    for (int k = 0; k < count; ++k) best = std::min(best, FocalModelDistance(models[k], model));
+    CHECK(best < 1e-7);
+  }
+}
+
+TEST_CASE("sets that determine nothing have no six-point solution") {
+  Rng rng(2);
+  FocalParameters models[15];
+  const auto scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 6, rng);
+  PointMatrix twice = scene.points;
+  twice.row(5) = twice.row(0);
+  CHECK(Solve<UnknownFocal::kBoth>(twice, models) == 0);
+  PointMatrix equal = scene.points.row(0).replicate(6, 1);
+  CHECK(Solve<UnknownFocal::kBoth>(equal, models) == 0);
+  PointMatrix broken = scene.points;
+  broken(3, 2) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(Solve<UnknownFocal::kBoth>(broken, models) == 0);
+  CHECK(Solve<UnknownFocal::kSecond>(broken, models) == 0);
+}
+
+namespace {
+
+constexpr double kNoise = 1e-3;
+const RobustLoss kLoss{LossKind::kMarginalised, 4e-3, 1e-3};
+
+bool Marginalise(UnknownFocal unknown, const UnknownFocalScene& scene, const FocalPrior& prior, FocalParameters* model,
+                 FocalPosterior* out) {
+  return MarginaliseFocal(unknown, scene.points, Eigen::VectorXd::Ones(scene.points.rows()), kLoss, prior, model, out);
+}
+
+template <class Draw>
+void CheckCalibrated(UnknownFocal unknown, double log_sigma, const Draw& draw) {
+  constexpr int kTrials = 300;
+  Rng rng(1);
+  int covered = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const UnknownFocalScene scene = draw(rng);
+    // The truth is a draw from the prior.
+    const FocalPrior prior{scene.model[9] * std::exp(log_sigma * rng.Normal()), log_sigma};
+    FocalParameters model = scene.model;
+    FocalPosterior posterior;
+    REQUIRE(Marginalise(unknown, scene, prior, &model, &posterior));
+    covered += posterior.low <= scene.model[9] && scene.model[9] <= posterior.high ? 1 : 0;
+  }
+  CAPTURE(covered);
+  // .68 of 300 within three standard deviations.
+  CHECK(covered >= 0.60 * kTrials);
+  CHECK(covered <= 0.765 * kTrials);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the interval of the focal length holds the true one in 68 of 100 problems where four matches share an error") {
+  for (const UnknownFocal unknown : {UnknownFocal::kBoth, UnknownFocal::kSecond}) {
+    const auto shared = [](UnknownFocalScene scene) {
+      scene.points = scene.points.replicate(4, 1).eval();
+      return scene;
+    };
+    const auto any = [&](Rng& rng) { return shared(MakeUnknownFocalScene(unknown, 250, rng, kNoise)); };
+    const auto forward = [&](Rng& rng) {
+      return shared(MakeUnknownFocalScene(unknown, 250, rng, kNoise, Motion::kForward));
+    };
+    CheckCalibrated(unknown, 0.3, any);
+    CheckCalibrated(unknown, 0.1, any);
+    CheckCalibrated(unknown, 0.2, forward);
+  }
+}
+
+TEST_CASE("where the motion shows the focal length the matches decide, else the prior does") {
+  Rng rng(2);
+  for (int trial = 0; trial < 10; ++trial) {
+    FocalPosterior posterior;
+    UnknownFocalScene scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 400, rng, 1e-4);
+    // A sideways look turned about two axes shows it.
+    scene.pose.translation = Eigen::Vector3d::UnitX();
+    FocalParameters model = scene.model;
+    const FocalPrior off{1.4 * scene.model[9], 0.5};
+    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, off, &model, &posterior));
+    if (posterior.observable) CHECK(posterior.focal == Approx(scene.model[9]).epsilon(0.25));
+    CHECK(posterior.low <= posterior.high);
+    CHECK(model[9] == Approx(posterior.focal));
+
+    scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 400, rng, 1e-4, Motion::kForward);
+    model = scene.model;
+    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, off, &model, &posterior));
+    CHECK_FALSE(posterior.observable);
+    CHECK(posterior.focal == Approx(off.focal).epsilon(0.1));
+    CHECK(posterior.prior.focal == off.focal);
+  }
+}
+
+TEST_CASE("a posterior needs points and a prior") {
+  Rng rng(3);
+  const UnknownFocalScene scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 30, rng, kNoise);
+  FocalParameters model = scene.model;
+  FocalPosterior posterior;
+  UnknownFocalScene few = scene;
+  few.points.conservativeResize(6, 4);
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, few, {1.0, 0.3}, &model, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {1.0, 0.0}, &model, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {0.0, 0.3}, &model, &posterior));
+  CHECK(model == scene.model);
+  FocalParameters broken = scene.model;
+  broken[2] = std::numeric_limits<double>::quiet_NaN();
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {1.0, 0.3}, &broken, &posterior));
 }
 
 }  // namespace diffsac

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
+#include "diffsac/problem/keypoint_similarity.h"
+#include "diffsac/problem/turn_scale_histogram.h"
 
 namespace diffsac {
 namespace {
@@ -195,6 +197,39 @@ TEST_CASE("similarities are told in the units of coordinates") {
   CHECK(InCoordinates({}, pixels, scene.points).size() == 0);
   // All in one place.
   CHECK(InCoordinates(scene.similarities, PointMatrix::Ones(300, 4), PointMatrix::Zero(300, 4)) == scene.similarities);
+}
+
+TEST_CASE("a similarity is what is between two keypoints, its turn within (−π, π]") {
+  const double pi = std::numbers::pi;
+  const auto similarity = [](double size1, double angle1, double size2, double angle2) {
+    return SimilarityOf({std::log(size1), angle1}, {std::log(size2), angle2});
+  };
+  CHECK(similarity(4.0, 0.5, 8.0, 1.25)[0] == Approx(std::log(2.0)));
+  CHECK(similarity(4.0, 0.5, 8.0, 1.25)[1] == Approx(0.75));
+  CHECK(similarity(8.0, 1.25, 4.0, 0.5)[0] == Approx(-std::log(2.0)));
+  CHECK(similarity(8.0, 1.25, 4.0, 0.5)[1] == Approx(-0.75));
+  CHECK(similarity(1.0, 0.1, 1.0, 2.0 * pi - 0.1)[1] == Approx(-0.2));
+  CHECK(similarity(1.0, 2.0 * pi - 0.1, 1.0, 0.1)[1] == Approx(0.2));
+  CHECK(similarity(1.0, 0.0, 1.0, pi)[1] == pi);
+  CHECK(similarity(1.0, pi, 1.0, 0.0)[1] == pi);
+}
+
+TEST_CASE("a histogram of similarities weighs those near by, around the circle, and not the one itself") {
+  constexpr float kPi = std::numbers::pi_v<float>;
+  TurnScaleHistogram histogram;
+  CHECK(histogram.MeanOfOthers(0.0f, 0.0f, false) == 0.0f);
+  histogram.Add(0.5f, kPi);
+  histogram.Smooth();
+  CHECK(histogram.MeanOfOthers(0.5f, kPi, true) == 0.0f);
+  CHECK(histogram.MeanOfOthers(0.5f, kPi, false) == Approx(1.0f));
+  CHECK(histogram.MeanOfOthers(0.5f, -kPi, false) == Approx(1.0f));
+  CHECK(histogram.MeanOfOthers(0.5f, 0.0f, false) == 0.0f);
+  CHECK(histogram.MeanOfOthers(0.8f, kPi, false) == Approx(std::exp(-0.5)).epsilon(1e-5));
+  histogram.Add(-1000.0f, 0.0f);
+  histogram.Smooth();
+  CHECK(histogram.MeanOfOthers(0.5f, kPi, false) == Approx(0.5f));
+  // As far as the scales go.
+  CHECK(histogram.MeanOfOthers(-3.0f, 0.0f, false) == Approx(0.5f));
 }
 
 }  // namespace diffsac

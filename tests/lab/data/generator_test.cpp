@@ -10,7 +10,7 @@
 #include "diffsac/core/parallel.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
+#include "lab/data/example_test_util.h"
 
 namespace diffsac {
 namespace {

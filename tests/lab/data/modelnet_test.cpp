@@ -13,8 +13,8 @@
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/depth_buffer.h"
+#include "lab/data/example_test_util.h"
 #include "lab/data/off_mesh.h"
-#include "lab/data/structures_test_util.h"
 
 namespace diffsac {
 namespace {

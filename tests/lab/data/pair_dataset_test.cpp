@@ -15,7 +15,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
+#include "lab/data/example_test_util.h"
 #include "lab/data/synthetic_two_view.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/files.h"

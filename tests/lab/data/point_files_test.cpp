@@ -13,7 +13,7 @@
 #include "core/errors.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
+#include "lab/data/example_test_util.h"
 #include "lab/data/synthetic.h"
 #include "lab/data/write_point_sets.h"
 #include "lab/files/files.h"

@@ -8,7 +8,7 @@
 #include "core/errors.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/structures_test_util.h"
+#include "lab/data/example_test_util.h"
 
 namespace diffsac {
 namespace {

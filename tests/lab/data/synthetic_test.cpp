@@ -9,7 +9,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/box_section.h"
-#include "lab/data/structures_test_util.h"
+#include "lab/data/example_test_util.h"
 
 namespace diffsac {
 namespace {

@@ -11,7 +11,7 @@
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/structures_test_util.h"
+#include "lab/data/example_test_util.h"
 
 namespace diffsac {
 namespace {

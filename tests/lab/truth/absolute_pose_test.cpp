@@ -14,7 +14,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/same_points.h"
+#include "lab/data/example_test_util.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/truth/labels.h"
 #include "lab/truth/task_truth.h"

@@ -3,12 +3,18 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
+#include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/config/yaml.h"
 #include "lab/data/synthetic.h"
+#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/synthetic_structures.h"
+#include "lab/truth/best_sets.h"
 
 namespace diffsac {
 namespace {
@@ -146,6 +152,110 @@ TEST_CASE("without enough usable inliers there is no set") {
     broken.problem.points.setConstant(std::nan(""));
     none(broken);
   }
+}
+
+namespace {
+
+Example SeveralLines(int structures, std::uint64_t index = 0) {
+  SyntheticStructuresOptions options;
+  options.structures.structures = structures;
+  return MakeSyntheticStructures(options, 3)->Get(index);
+}
+
+}  // namespace
+
+TEST_CASE("labels of several structures are the optimal sets of each") {
+  const Example example = SeveralLines(3);
+  LabelOptions options;
+  const auto sets = OptimalMinimalSets(example, options, 4);
+  REQUIRE(sets.size() == 12);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto own = OptimalMinimalSets(OfStructure(example, k), options, 4);
+    REQUIRE(own.size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      CHECK(sets[4 * k + i].points == own[i].points);
+      for (const int point : own[i].points) CHECK(example.truth.assignment[point] == static_cast<std::int32_t>(k + 1));
+    }
+  }
+}
+
+TEST_CASE("homographies have label sets of each plane too") {
+  SyntheticPlaneViewsOptions views;
+  views.structures.structures = 3;
+  const Example example = MakeSyntheticPlaneViews(views, 3)->Get(1);
+  LabelOptions options;
+  options.draws = 40;
+  std::set<std::int32_t> labelled;
+  for (const RankedSet& set : OptimalMinimalSets(example, options, 4)) {
+    const std::int32_t label = example.truth.assignment[set.points.front()];
+    CHECK(label > 0);
+    for (const int point : set.points) CHECK(example.truth.assignment[point] == label);
+    labelled.insert(label);
+  }
+  CHECK(labelled.size() == 3);
+}
+
+TEST_CASE("one structure of an example has its inliers and its model alone") {
+  const Example example = SeveralLines(4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Example one = OfStructure(example, k);
+    CHECK(one.truth.model == example.truth.structures[k]);
+    CHECK(one.truth.structures.empty());
+    for (std::size_t i = 0; i < one.truth.inliers.size(); ++i)
+      CHECK((one.truth.inliers[i] != 0) == (example.truth.assignment[i] == static_cast<std::int32_t>(k + 1)));
+  }
+}
+
+TEST_CASE("whole structures as labels: all points of one, each structure once") {
+  LabelOptions options;
+  options.target = LabelTarget::kStructure;
+  const Example several = SeveralLines(3);
+  const auto sets = LabelSets(several, options);
+  REQUIRE(sets.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto label = static_cast<std::int32_t>(k + 1);
+    CHECK(std::count(several.truth.assignment.begin(), several.truth.assignment.end(), label) ==
+          static_cast<std::int64_t>(sets[k].size()));
+    for (const int point : sets[k]) CHECK(several.truth.assignment[point] == label);
+  }
+  const Example one = OfStructure(several, 1);
+  REQUIRE(LabelSets(one, options).size() == 1);
+  CHECK(LabelSets(one, options)[0] == sets[1]);
+  Example none = one;
+  std::fill(none.truth.inliers.begin(), none.truth.inliers.end(), 0);
+  CHECK(LabelSets(none, options).empty());
+}
+
+TEST_CASE("keys of minimal sets are refused where whole structures are the labels") {
+  const auto read = [](const std::string& yaml) { return ReadOptions<LabelOptions>(ConfigFromYaml(yaml, "x.yaml")); };
+  CHECK_THROWS_WITH(read("target: structure\ntop_m: 4"), Catch::Contains("x.yaml:2") && Catch::Contains("target"));
+  CHECK(read("target: structure").target == LabelTarget::kStructure);
+}
+
+TEST_CASE("the best sets are the same in whatever order they come, those of one cost too") {
+  using Set = std::array<int, 2>;
+  std::vector<std::pair<double, Set>> offers;
+  for (int i = 0; i < 6; ++i)
+    for (int j = i + 1; j < 6; ++j) offers.push_back({static_cast<double>((i + j) % 3), {i, j}});
+  auto sorted = offers;
+  std::sort(sorted.begin(), sorted.end());
+  Rng rng(4);
+  for (int trial = 0; trial < 50; ++trial) {
+    for (std::size_t k = offers.size(); k > 1; --k) std::swap(offers[k - 1], offers[rng.Below(k)]);
+    BestSets<2> best(7);
+    CHECK(best.bound() == std::numeric_limits<double>::infinity());
+    for (const auto& [cost, set] : offers) best.Offer(cost, set);
+    best.Offer(sorted[3].first, sorted[3].second);  // Known already.
+    REQUIRE(best.entries().size() == 7);
+    for (std::size_t k = 0; k < 7; ++k) {
+      CHECK(best.entries()[k].cost == sorted[k].first);
+      CHECK(best.entries()[k].set == sorted[k].second);
+    }
+    CHECK(best.bound() == sorted[6].first);
+  }
+  BestSets<2> none(0);
+  none.Offer(1.0, {0, 1});
+  CHECK(none.entries().empty());
 }
 
 }  // namespace diffsac

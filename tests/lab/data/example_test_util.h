@@ -24,4 +24,13 @@ inline int CountLabelled(const Example& example) {
                                         [](int label) { return label > 0; }));
 }
 
+namespace testing {
+
+/// Eigen compares only what is of the same size.
+inline bool SamePoints(const PointMatrix& a, const PointMatrix& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a == b;
+}
+
+}  // namespace testing
+
 }  // namespace diffsac
