@@ -1,9 +1,12 @@
 #include "lab/images/image_cameras.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "core/errors.h"
 #include "core/temporary_folder.h"
+#include "lab/images/exif_focal.h"
+#include "lab/images/exif_test_util.h"
 
 namespace diffsac {
 namespace {
@@ -75,5 +78,119 @@ TEST_CASE("COLMAP's cameras go to the images of their names, one alone to all") 
   CHECK(Has(ErrorOf([&] { ImageCameras(given, kPaths); }), "--cameras excludes"));
 }
 
+constexpr std::uint16_t kFilm = 0xA405, kFocal = 0x920A, kXResolution = 0xA20E, kResolutionUnit = 0xA210,
+                        kWidth = 0xA002, kHeight = 0xA003, kMake = 0x010F, kModel = 0x0110;
+const ImageSize kSize{40, 30};
+
+std::string Jpeg() {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", cv::Mat(30, 40, CV_8U, cv::Scalar(90)), bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::optional<double> FocalOf(const ExifBytes& exif, const ImageSize& size = kSize) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("a.jpg"), WithExif(Jpeg(), exif.ToString()));
+  return ExifFocalPx(folder.File("a.jpg"), size);
+}
+
+/// A camera of 4000 × 3000 pixels of 2 µm with a lens of 5 mm, 2500 pixels.
+ExifBytes ByPlane() {
+  ExifBytes exif;
+  exif.shorts = {{kWidth, 4000}, {kHeight, 3000}, {kResolutionUnit, 3}};
+  exif.rationals = {{kFocal, {50, 10}}, {kXResolution, {5000, 1}}};
+  return exif;
+}
+
+TEST_CASE("EXIF's focal length on film is by the diagonal, either way up, in both byte orders") {
+  for (const bool big_endian : {false, true}) {
+    const ExifBytes exif{{{kFilm, 28}}, {}, big_endian};
+    const auto focal = FocalOf(exif);
+    REQUIRE(focal);
+    CHECK(*focal == Approx(28.0 * 50.0 / std::hypot(36.0, 24.0)));
+    CHECK(FocalOf(exif, {30, 40}) == focal);
+  }
+}
+
+TEST_CASE("EXIF's focal length by the sensor's resolution, in every unit, of reduced and turned images") {
+  ExifBytes exif = ByPlane();
+  CHECK(FocalOf(exif, {4000, 3000}).value() == Approx(2500.0));
+  CHECK(FocalOf(exif).value() == Approx(25.0));
+  CHECK(FocalOf(exif, {30, 40}).value() == Approx(25.0));
+  exif.shorts[kResolutionUnit] = 2;
+  exif.rationals[kXResolution] = {12700, 1};
+  CHECK(FocalOf(exif).value() == Approx(25.0));
+  exif.shorts.erase(kResolutionUnit);
+  CHECK(FocalOf(exif).value() == Approx(25.0));
+  exif.shorts[kResolutionUnit] = 4;
+  exif.rationals[kXResolution] = {500, 1};
+  CHECK(FocalOf(exif).value() == Approx(25.0));
+  exif.shorts[kFilm] = 30;
+  CHECK(FocalOf(exif).value() == Approx(30.0 * 50.0 / std::hypot(36.0, 24.0)));
+}
+
+TEST_CASE("EXIF's focal length by the sensor that the camera's name says, where nothing on film is said") {
+  ExifBytes exif;
+  exif.rationals = {{kFocal, {50, 1}}};
+  exif.texts = {{kMake, "NIKON CORPORATION"}, {kModel, "NIKON D90"}};
+  if (!CropFactor("NIKON CORPORATION", "NIKON D90")) {  // A build without lensfun.
+    CHECK_FALSE(FocalOf(exif));
+    return;
+  }
+  // 23.6 mm wide.
+  CHECK(FocalOf(exif).value() == Approx(50.0 / 23.6 * 40.0).epsilon(0.03));
+  CHECK(FocalOf(exif, {30, 40}) == FocalOf(exif));
+  exif.texts[kModel] = "NIKON D90  ";
+  CHECK(FocalOf(exif));
+  exif.shorts[kFilm] = 30;
+  CHECK(FocalOf(exif).value() == Approx(30.0 * 50.0 / std::hypot(36.0, 24.0)));
+  exif.shorts.clear();
+  exif.texts[kModel] = "no such camera";
+  CHECK_FALSE(FocalOf(exif));
+  exif.texts.erase(kMake);
+  CHECK_FALSE(FocalOf(exif));
+}
+
+TEST_CASE("zeros, a cropped image and impossible lenses are no focal length") {
+  CHECK_FALSE(FocalOf({{{kFilm, 0}}}));
+  CHECK_FALSE(FocalOf({}));
+  CHECK_FALSE(FocalOf({{{kFilm, 1}}}));
+  CHECK_FALSE(FocalOf({{{kFilm, 65000}}}));
+  CHECK_FALSE(FocalOf({{{kFilm, 28}, {kWidth, 4000}, {kHeight, 2000}}}));
+  CHECK_FALSE(FocalOf({{{kFilm, 28}}}, {}));
+  for (const std::uint16_t tag : {kFocal, kXResolution}) {
+    ExifBytes exif = ByPlane();
+    exif.rationals[tag] = {0, 1};
+    CHECK_FALSE(FocalOf(exif));
+    exif.rationals[tag] = {5, 0};
+    CHECK_FALSE(FocalOf(exif));
+    exif.rationals.erase(tag);
+    CHECK_FALSE(FocalOf(exif));
+  }
+}
+
+TEST_CASE("a file without EXIF data, with damaged ones or none at all has no focal length") {
+  const TemporaryFolder folder;
+  const std::string path = folder.File("a.jpg"), exif = ByPlane().ToString();
+  CHECK_FALSE(ExifFocalPx(path, kSize));
+  for (const std::string& bytes : {std::string(), std::string("no image"), Jpeg(), WithExif(Jpeg(), "")}) {
+    WriteFileAtomically(path, bytes);
+    CHECK_FALSE(ExifFocalPx(path, kSize));
+  }
+  for (std::size_t size = 0; size < exif.size(); ++size) {
+    WriteFileAtomically(path, WithExif(Jpeg(), exif.substr(0, size)));
+    const auto focal = ExifFocalPx(path, kSize);
+    if (focal) CHECK(*focal == Approx(25.0));
+  }
+  for (std::size_t place = 0; place < exif.size(); ++place) {
+    std::string damaged = exif;
+    damaged[place] = static_cast<char>(~damaged[place]);
+    WriteFileAtomically(path, WithExif(Jpeg(), damaged));
+    const auto focal = ExifFocalPx(path, kSize);
+    if (focal) CHECK(std::isfinite(*focal));
+  }
+}
+
 }  // namespace
+
 }  // namespace diffsac
