@@ -25,7 +25,7 @@ inline std::shared_ptr<DiffsacNetwork> TinyNetwork(Task task, const NetworkOptio
   auto network = std::make_shared<DiffsacNetwork>(task, options, Rng(1));
   const torch::NoGradGuard no_grad;
   int index = 0;
-  for (auto& parameter : network->denoiser->parameters()) {
+  for (auto& parameter : network->module->parameters()) {
     ++index;
     for (std::int64_t i = 0; i < parameter.numel(); ++i)
       parameter.data_ptr<float>()[i] = static_cast<float>(0.3 * std::sin(0.7 * static_cast<double>(i) + 1.3 * index));

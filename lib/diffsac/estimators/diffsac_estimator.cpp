@@ -23,10 +23,6 @@ DenoisingOptions DenoisingOf(const DiffsacOptions& options) {
   return {options.sampler, options.copies, options.max_decoded_points, options.UsesEarlierSteps()};
 }
 
-std::shared_ptr<const LearnedModel> LearnedOf(const std::shared_ptr<const DiffsacModel>& network) {
-  return {network, &network->learned()};
-}
-
 }  // namespace
 
 DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options,
@@ -38,7 +34,7 @@ DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, 
 
 DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network,
                                    const std::shared_ptr<const DiffsacOptions>& options, int threads)
-    : LearnedEstimator(LearnedOf(network), options, threads), network_(std::move(network)), options_(*options) {}
+    : LearnedEstimator(network, options, threads), network_(std::move(network)), options_(*options) {}
 
 void DiffsacEstimator::Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
                              std::span<Prediction> predictions) const {

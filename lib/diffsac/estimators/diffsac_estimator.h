@@ -33,7 +33,6 @@ class DiffsacEstimator : public LearnedEstimator {
   std::optional<ConfidenceSteps> Trace(const Problem& problem, std::uint64_t seed) const;
 
  protected:
-  bool NetworkBatches() const override { return network_->Batches(); }
   void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
              std::span<Prediction> predictions) const override;
   std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override;

@@ -10,6 +10,7 @@
 #include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/estimators/learned_model.h"
+#include "diffsac/network/diffusion/noise_schedule.h"
 #include "diffsac/network/diffusion/reverse_sampler.h"
 #include "diffsac/network/engine/network_options.h"
 
@@ -34,18 +35,18 @@ struct Denoised {
 
 /// A trained denoiser, whatever computes it: DiffsacNetwork (lab/torch, LibTorch) or FusedDiffsac (plain C++). Many
 /// threads may call it.
-class DiffsacModel {
- public:
+struct DiffsacModel : LearnedModel {
+  NetworkOptions options;
+  NoiseSchedule schedule;  ///< Of the options.
+
+  DiffsacModel(Task task_value, const NetworkOptions& network_options)
+      : LearnedModel(task_value, network_options.features),
+        options(network_options),
+        schedule(network_options.schedule) {}
   virtual ~DiffsacModel() = default;
-  virtual const LearnedModel& learned() const = 0;
-  virtual const NetworkOptions& network_options() const = 0;
-  /// Throws Error on a sampler of more steps than the network's schedule has.
-  virtual void Check(const ReverseSamplerOptions& sampler) const = 0;
-  /// Whether several problems at once take less time than one after the other.
-  virtual bool Batches() const = 0;
-  /// features: of any number of problems; a problem's noise depends on its own seed alone. threads: of those that it
-  /// makes itself (LibTorch uses its own).
-  virtual std::vector<Denoised> Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+  /// sets: the features of any number of problems; a problem's noise depends on its own seed alone. threads: of those
+  /// that it makes itself (LibTorch uses its own).
+  virtual std::vector<Denoised> Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> sets,
                                     std::span<const std::uint64_t> seeds, int threads) const = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "diffsac/network/diffusion/confidence_rows.h"
 
 namespace diffsac {
 
@@ -64,15 +65,15 @@ void DiffsacOptions::Bind(OptionsBinder& b) {
 
 void CheckServes(const DiffsacOptions& options, const DiffsacModel& network) {
   const auto need_head = [&](bool asked, const char* key) {
-    if (asked && !network.network_options().denoiser.inlier_head)
+    if (asked && !network.options.denoiser.inlier_head)
       throw Error(std::string("inference.") + key +
                   ": the network has no inlier head (network.denoiser.inlier_head is false)");
   };
   need_head(options.weighted_fit, "learned_refit");
   need_head(options.head_sets > 0, "head_sets");
   need_head(options.max_decoded_points > 0, "max_decoded_points");
-  network.Check(options.sampler);
-  const int set_size = MinimalSetSize(ModelFromString(network.learned().task, options.model));
+  MakeConfidenceSampler(options.sampler, network.schedule);  // has it so many steps?
+  const int set_size = MinimalSetSize(ModelFromString(network.task, options.model));
   for (const auto& [key, count] : {std::pair{"max_decoded_points", options.max_decoded_points},
                                    {"max_encoded_points", options.max_encoded_points}})
     if (count > 0 && count < set_size)

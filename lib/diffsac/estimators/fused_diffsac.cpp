@@ -41,32 +41,26 @@ class Workspaces {
 
 class FusedDiffsac : public DiffsacModel {
  public:
-  FusedDiffsac(const TrainedConfig& trained, const NetworkOptions& options)
-      : learned_(trained.task, options.features), options_(options), schedule_(options.schedule) {
+  FusedDiffsac(const TrainedConfig& trained, const NetworkOptions& network_options)
+      : DiffsacModel(trained.task, network_options) {
     SafetensorsFile file = OpenCheckpoint(trained.checkpoint);
-    const FeatureColumns columns(learned_.features.width(), learned_.features.first_preference());
+    const FeatureColumns columns(features.width(), features.first_preference());
     denoiser_ = std::make_unique<FusedDenoiser>(options, columns, &file);
-    learned_.facts = trained.facts;
-    learned_.facts.parameters = denoiser_->parameters();
+    facts = trained.facts;
+    facts.parameters = denoiser_->parameters();
+    batches = false;
   }
 
-  const LearnedModel& learned() const override { return learned_; }
-  const NetworkOptions& network_options() const override { return options_; }
-  void Check(const ReverseSamplerOptions& sampler) const override { MakeConfidenceSampler(sampler, schedule_); }
-  bool Batches() const override { return false; }
-  std::vector<Denoised> Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+  std::vector<Denoised> Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> sets,
                             std::span<const std::uint64_t> seeds, int threads) const override;
 
   const FusedDenoiser& denoiser() const { return *denoiser_; }
 
  private:
   /// sampler: null for no copies.
-  Denoised RunOne(const DenoisingOptions& options, const ConfidenceSampler* sampler, const FeatureSet& features,
+  Denoised RunOne(const DenoisingOptions& denoising, const ConfidenceSampler* sampler, const FeatureSet& set,
                   std::uint64_t seed) const;
 
-  LearnedModel learned_;
-  NetworkOptions options_;
-  NoiseSchedule schedule_;
   std::unique_ptr<FusedDenoiser> denoiser_;
   mutable Workspaces workspaces_;
 };
@@ -85,7 +79,7 @@ class Denoising {
   void Run(const ConfidenceSampler& sampler, Denoised* result) {
     const auto call = [&](const ConfidenceRows& c_t, double t) { return Call(c_t, t); };
     const auto keep = [&](int, double t, const ConfidenceRows&, const ConfidenceRows& c0) { Keep(t, c0, result); };
-    if (network_.network_options().direct) {
+    if (network_.options.direct) {
       result->confidences = OfAllPoints(Direct(result));
       return;
     }
@@ -97,7 +91,7 @@ class Denoising {
  private:
   /// ĉ_0 without diffusion: one call on nothing.
   ConfidenceRows Direct(Denoised* result) {
-    const double last = network_.network_options().schedule.steps - 1;
+    const double last = network_.options.schedule.steps - 1;
     const ConfidenceRows one = Call({Eigen::ArrayXf::Zero(work_->points)}, last, 1);
     const ConfidenceRows all{one.values.replicate(options_.copies, 1)};
     Keep(last, all, result);
@@ -108,7 +102,7 @@ class Denoising {
   ConfidenceRows Call(const ConfidenceRows& c_t, double t, int copies) {
     ConfidenceRows out{Eigen::ArrayXf(c_t.values.size())};
     network_.denoiser().Denoise(c_t.values.data(), copies, t, work_, out.values.data());
-    if (network_.network_options().loss == DiffusionLossKind::kBce)
+    if (network_.options.loss == DiffusionLossKind::kBce)
       network_.denoiser().kernels().confidence(out.values.data(), static_cast<std::size_t>(out.values.size()));
     return out;
   }
@@ -148,24 +142,24 @@ class Denoising {
   std::vector<int> kept_;  ///< Places of the decoded points; empty: all are.
 };
 
-std::vector<Denoised> FusedDiffsac::Run(const DenoisingOptions& options, std::span<const FeatureSet* const> features,
+std::vector<Denoised> FusedDiffsac::Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> sets,
                                         std::span<const std::uint64_t> seeds, int threads) const {
   std::unique_ptr<ConfidenceSampler> sampler;
-  if (options.copies > 0) sampler = MakeConfidenceSampler(options.sampler, schedule_);
-  std::vector<Denoised> results(features.size());
-  ParallelFor(static_cast<std::int64_t>(features.size()), threads,
-              [&](std::int64_t b) { results[b] = RunOne(options, sampler.get(), *features[b], seeds[b]); });
+  if (denoising.copies > 0) sampler = MakeConfidenceSampler(denoising.sampler, schedule);
+  std::vector<Denoised> results(sets.size());
+  ParallelFor(static_cast<std::int64_t>(sets.size()), threads,
+              [&](std::int64_t b) { results[b] = RunOne(denoising, sampler.get(), *sets[b], seeds[b]); });
   return results;
 }
 
-Denoised FusedDiffsac::RunOne(const DenoisingOptions& options, const ConfidenceSampler* sampler,
-                              const FeatureSet& features, std::uint64_t seed) const {
+Denoised FusedDiffsac::RunOne(const DenoisingOptions& denoising, const ConfidenceSampler* sampler,
+                              const FeatureSet& set, std::uint64_t seed) const {
   auto work = workspaces_.Take();
-  denoiser_->Encode(features.values.data(), static_cast<int>(features.values.rows()), work.get());
+  denoiser_->Encode(set.values.data(), static_cast<int>(set.values.rows()), work.get());
   Denoised result;
   result.weights = work->logits;
   denoiser_->kernels().sigmoid(result.weights.data(), result.weights.size());
-  if (sampler != nullptr) Denoising(*this, options, seed, work.get()).Run(*sampler, &result);
+  if (sampler != nullptr) Denoising(*this, denoising, seed, work.get()).Run(*sampler, &result);
   workspaces_.GiveBack(std::move(work));
   return result;
 }

@@ -88,7 +88,7 @@ std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const Problem* cons
                                                    std::span<const std::uint64_t> seeds) const {
   const auto start = EstimatorClock::now();
   std::vector<Estimate> estimates(problems.size());
-  if (!NetworkBatches()) {
+  if (!network_->batches) {
     ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
                 [&](std::int64_t i) { estimates[i] = EstimateOne(*problems[i], seeds[i]); });
     return estimates;

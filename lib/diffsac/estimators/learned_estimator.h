@@ -68,7 +68,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 /// ```
 /// void Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>, std::span<Prediction> predictions) const {
 ///   const auto batch = BatchOf(predictions, weights_->device);
-///   SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
+///   SplitWeights(weights_->module->Weights(batch), batch.lengths, predictions);
 /// }
 /// std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override {
 ///   return std::make_unique<WeightedSampler>(Doubles(guide.prediction.weights), guide.set_size,
@@ -80,7 +80,7 @@ class LearnedEstimator : public RobustEstimator {
   Estimate DoRun(const Problem& problem, std::uint64_t seed) const final;
   std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
                                    std::span<const std::uint64_t> seeds) const final;
-  int PreferredBatch() const final { return NetworkBatches() ? options_->batch : 1; }
+  int PreferredBatch() const final { return network_->batches ? options_->batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 
   /// What the network says of problems that can be estimated from (see CheckSpace).
@@ -106,9 +106,6 @@ class LearnedEstimator : public RobustEstimator {
   /// The sets, in the order in which they are tried; how many the loop takes is decided by consensus' options. May
   /// borrow what it is given.
   virtual std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const = 0;
-
-  /// Whether the network gains from several problems at once; else each is estimated by itself.
-  virtual bool NetworkBatches() const { return true; }
 
   /// Whether the row's model can be solved from the points.
   Status Check(const SolverSpace& space) const {

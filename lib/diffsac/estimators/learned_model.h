@@ -22,6 +22,8 @@ struct LearnedModel {
   /// A batch goes through the network in parts of so many problems, each on one thread, so that the number of threads
   /// changes no bit of what comes out; 0: at once, however many threads the network uses.
   int problems_a_call = 0;
+  /// Whether several problems at once take less time than one after the other.
+  bool batches = true;
 
   LearnedModel(Task task_value, const PointFeaturesOptions& options)
       : task(task_value), feature_options(options), features(options, task_value) {}

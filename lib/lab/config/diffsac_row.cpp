@@ -10,10 +10,10 @@ namespace diffsac {
 
 static void CheckRow(const Config& row, const DiffsacOptions& options, const DiffsacModel& network) {
   const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
-  CheckRowKeys(row, {{"sampler", !network.network_options().direct, "the network was trained without diffusion"},
+  CheckRowKeys(row, {{"sampler", !network.options.direct, "the network was trained without diffusion"},
                      {"consensus.max_iterations", by_confidence,
                       "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
-  CheckSharedKeys(row, network.learned());
+  CheckSharedKeys(row, network);
 }
 
 namespace {

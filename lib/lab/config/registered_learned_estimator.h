@@ -55,8 +55,8 @@ struct LearnedPresets {
 
 /// A row with a network, registered at the end of its method's file:
 /// ```
-/// const RegisteredLearnedEstimator<DiffsacEstimator, DiffsacOptions, DiffsacNetwork> kDiffsac(
-///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), LoadNetwork);
+/// const RegisteredLearnedEstimator<DiffsacEstimator, DiffsacOptions, DiffsacModel> kDiffsac(
+///     "diffsac", "Minimal sets guided by ...", DiffsacOptions(), Load);
 /// ```
 /// Row: made of a network, Options and a number of threads. load: called with the checkpoint's configuration, the row's
 /// options and what the program says (its device). The name is that of the training's `method` as well. CheckRow(keys,

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/network/diffusion/noise_schedule.h"
 #include "lab/torch/denoiser.h"
 #include "lab/torch/learned_network.h"
 #include "lab/torch/losses.h"
@@ -13,21 +12,12 @@ namespace diffsac {
 
 /// A denoiser with the schedule it was trained for, computed by LibTorch: for training, for GPUs and for architectures
 /// that FusedDiffsac has not.
-struct DiffsacNetwork : LearnedNetwork, DiffsacModel {
-  NetworkOptions options;
-  NoiseSchedule schedule;
-  std::shared_ptr<Denoiser> denoiser;
-
+struct DiffsacNetwork : LearnedNetwork<DiffsacModel, Denoiser> {
   DiffsacNetwork(Task task, const NetworkOptions& options, Rng rng);
   /// ĉ_0 in about [−1, 1] from the network's raw output.
   torch::Tensor Confidence(const torch::Tensor& output) const;
-
-  const LearnedModel& learned() const override { return *this; }
-  const NetworkOptions& network_options() const override { return options; }
-  void Check(const ReverseSamplerOptions& sampler) const override;
-  bool Batches() const override { return true; }
-  /// The paper's reverse process for a batch of problems at once, on the network's device (diffsac_denoising.cpp).
-  std::vector<Denoised> Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> features,
+  /// The paper's reverse process for a batch of problems at once, on the network's device.
+  std::vector<Denoised> Run(const DenoisingOptions& denoising, std::span<const FeatureSet* const> sets,
                             std::span<const std::uint64_t> seeds, int threads) const override;
 };
 

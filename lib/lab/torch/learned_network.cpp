@@ -11,22 +11,17 @@ namespace diffsac {
 // More would leave threads idle at the end of a batch, fewer would pay for each call more often.
 constexpr int kProblemsOfCall = 4;
 
-void LearnedNetwork::MoveTo(const torch::Device& target) {
-  module->to(target);
-  device = target;
-  problems_a_call = target.is_cpu() ? kProblemsOfCall : 0;
+int ProblemsOfCall(const torch::Device& device) { return device.is_cpu() ? kProblemsOfCall : 0; }
+
+void BeginCall(const LearnedModel& model) {
+  if (model.problems_a_call > 0 && at::get_num_threads() != 1) at::set_num_threads(1);
 }
 
-void LearnedNetwork::BeginCall() const {
-  if (problems_a_call > 0 && at::get_num_threads() != 1) at::set_num_threads(1);
-}
-
-void LoadWeights(const TrainedConfig& trained, const torch::Device& device, LearnedNetwork* network) {
-  LoadAverage(trained.checkpoint, *network->module);
-  network->module->eval();
-  network->facts = trained.facts;
-  network->facts.parameters = CountParameters(*network->module);
-  network->MoveTo(device);
+void LoadForInference(const TrainedConfig& trained, torch::nn::Module* module, LearnedModel* model) {
+  LoadAverage(trained.checkpoint, *module);
+  module->eval();
+  model->facts = trained.facts;
+  model->facts.parameters = CountParameters(*module);
 }
 
 namespace {

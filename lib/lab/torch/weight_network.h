@@ -20,24 +20,14 @@ class WeightNetwork : public torch::nn::Module {
   virtual torch::Tensor Weights(const PointBatch& batch) = 0;
 };
 
-/// A network of point weights with the features it reads.
-struct LearnedWeights : LearnedNetwork {
-  std::shared_ptr<WeightNetwork> network;
-
-  /// make(width): the network for features of so many columns.
-  template <class Make>
-  LearnedWeights(Task task_value, const PointFeaturesOptions& options, const Make& make)
-      : LearnedNetwork(task_value, options), network(make(features.width())) {
-    module = network;
-  }
-};
+using LearnedWeights = LearnedNetwork<LearnedModel, WeightNetwork>;
 
 /// New weights. Network: made of its `Options`, whose group `features` says what it reads, the number of columns of
 /// those and a generator; `kMethod` names the method that it is of.
 template <class Network>
 std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Network::Options& options, Rng rng) {
-  auto weights = std::make_shared<LearnedWeights>(
-      task, options.features, [&](int width) { return std::make_shared<Network>(options, width, rng); });
+  auto weights = std::make_shared<LearnedWeights>(task, options.features);
+  weights->module = std::make_shared<Network>(options, weights->features.width(), rng);
   if constexpr (requires { Network::kMostPoints; }) weights->most_points = Network::kMostPoints;
   return weights;
 }
@@ -48,7 +38,7 @@ std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained,
   const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
   RequireWeights(trained.checkpoint, options.LeastWeights());
   auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
-  LoadWeights(trained, device, weights.get());
+  weights->Load(trained, device);
   return weights;
 }
 

@@ -58,9 +58,9 @@ WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weigh
 void WeightedEstimator::Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>,
                               std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
-  weights_->BeginCall();
+  BeginCall(*weights_);
   const auto batch = BatchOf(predictions, weights_->device);
-  SplitWeights(weights_->network->Weights(batch), batch.lengths, predictions);
+  SplitWeights(weights_->module->Weights(batch), batch.lengths, predictions);
 }
 
 std::unique_ptr<MinimalSampler> WeightedEstimator::MakeSampler(const Guidance& guide) const {

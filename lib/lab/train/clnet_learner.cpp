@@ -79,7 +79,7 @@ torch::Tensor ClnetLearner::Regression(const std::vector<TrainingItem>& items, C
 Learner::Loss ClnetLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                                     const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
-  auto& network = dynamic_cast<ClnetNetwork&>(*network_->network);
+  auto& network = dynamic_cast<ClnetNetwork&>(*network_->module);
   const auto output = network.Run(points.To(device_));
   const auto truth = MakeTruth(items, points.max_points());
   const auto entropy = [&](const torch::Tensor& logits, const torch::Tensor& index, const torch::Tensor& mask) {

@@ -156,7 +156,7 @@ std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors
 
 DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step) {
   const Autocast autocast(UseBfloat16(own_, device_), device_);
-  auto& denoiser = *network_->denoiser;
+  auto& denoiser = *network_->module;
   const auto context = denoiser.Encode(step.points);
   const auto [c_t, t] = Noised(step);
   const auto output = denoiser.Denoise(context, c_t, t).to(torch::kFloat);

@@ -136,7 +136,7 @@ Learner::Loss NgRansacLearner::ExpectedLoss(const std::vector<TrainingItem>& ite
 Learner::Loss NgRansacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                                        const std::vector<double>& shares) {
   const auto points = CollatePoints(items);
-  const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->network).LogWeights(points.To(device_));
+  const auto log_weights = dynamic_cast<NgRansacNetwork&>(*network_->module).LogWeights(points.To(device_));
   std::vector<std::vector<float>> targets;
   for (const auto& item : items) targets.push_back(TargetDistribution(*item.example, kTargetSigma));
   const auto divergence = TargetDivergence(log_weights, PadRows(targets, points.max_points(), 0.0f).to(device_));

@@ -26,8 +26,8 @@ struct SavedNetwork {
     const auto network = TinyNetwork(Task::kLine);
     const std::string config = "task: line\nname: tiny\nnetwork:\n" + Indent(WriteYaml(network->options)) +
                                "\ninference: {copies: 7, sampler: {steps: 2}}\n";
-    SaveCheckpoint(path, {"diffsac", "line", config, "r", 5, 1, -1}, *network->denoiser,
-                   ExponentialMovingAverage(*network->denoiser, 0.9), nullptr);
+    SaveCheckpoint(path, {"diffsac", "line", config, "r", 5, 1, -1}, *network->module,
+                   ExponentialMovingAverage(*network->module, 0.9), nullptr);
   }
   ~SavedNetwork() { std::filesystem::remove_all(folder); }
   static std::string Indent(const std::string& text) {

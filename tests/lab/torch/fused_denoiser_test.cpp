@@ -26,11 +26,11 @@ constexpr double kTolerance = 1e-4;
 /// A checkpoint of a network with such options, whose weights are waves.
 std::string Saved(const TemporaryFolder& folder, const NetworkOptions& options) {
   const auto network = TinyNetwork(Task::kPlane, options);
-  ExponentialMovingAverage average(*network->denoiser, 0.5);
+  ExponentialMovingAverage average(*network->module, 0.5);
   const std::string path = folder.path() + "/model.safetensors";
   CheckpointInfo info{"diffsac", "plane", "network: " + WriteYaml(options), "test"};
   info.config = "{}";
-  SaveCheckpoint(path, info, *network->denoiser, average, nullptr);
+  SaveCheckpoint(path, info, *network->module, average, nullptr);
   return path;
 }
 
@@ -53,17 +53,17 @@ void CheckSame(const NetworkOptions& options) {
 
   const torch::NoGradGuard no_grad;
   const FeatureSet* one = &features;
-  const Context context = network->denoiser->Encode(MakePointBatch({&one, 1}));
+  const Context context = network->module->Encode(MakePointBatch({&one, 1}));
   torch::manual_seed(1);
   const auto c_t = torch::randn({1, copies, points});
-  const auto raw = network->denoiser->Denoise(context, c_t, torch::full({1, 1}, 37.5));
+  const auto raw = network->module->Denoise(context, c_t, torch::full({1, 1}, 37.5));
 
   const KernelList kernels = AvailableKernels();
   for (int i = 0; i < kernels.count; ++i) {
     INFO(kernels.all[i]->name);
     const FeatureColumns columns(network->features.width(), network->features.first_preference());
     const FusedDenoiser fused(options, columns, &file, *kernels.all[i]);
-    CHECK(fused.parameters() == CountParameters(*network->denoiser));
+    CHECK(fused.parameters() == CountParameters(*network->module));
     FusedDenoiser::Workspace work;
     fused.Encode(features.values.data(), points, &work);
     CHECK(WorstDifference(context.points, work.context) < kTolerance);

@@ -96,7 +96,7 @@ TEST_CASE("processes train what one process does with the joint batch") {
     const auto last = [](const std::string& run) {
       return LoadNetwork(ReadTrainedConfig(run + "/checkpoints/last.safetensors", "diffsac", Task::kLine), torch::kCPU);
     };
-    const auto [difference, largest] = Compare(*last(alone)->denoiser, *last(together)->denoiser);
+    const auto [difference, largest] = Compare(*last(alone)->module, *last(together)->module);
     // Sums of floats in another order, after 20 steps of 0.001.
     INFO(difference << " of " << largest);
     CHECK(difference < 1e-4);
@@ -119,7 +119,7 @@ TEST_CASE("processes train ng_ransac's expected loss as one process does") {
     const torch::NoGradGuard no_grad;
     const auto last = LoadLearnedWeights<NgRansacNetwork>(
         ReadTrainedConfig(run + "/checkpoints/last.safetensors", NgRansacNetwork::kMethod, Task::kLine), torch::kCPU);
-    return last->network->Weights({features, {}, {50}});
+    return last->module->Weights({features, {}, {50}});
   };
   const auto expected = weights(alone);
   const double difference = (weights(together) / expected - 1.0).abs().max().item<double>();

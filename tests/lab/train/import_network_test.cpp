@@ -58,9 +58,9 @@ TEST_CASE("an imported network of NG-RANSAC says what the official layers say") 
   const auto [set, expected] = ReadExample();
   const torch::NoGradGuard no_grad;
   CHECK(expected.std().item<float>() > 0.1f);
-  CHECK(MaxDifference(weights->network->Weights(BatchOf({set})).log()[0], expected) < 1e-5);
+  CHECK(MaxDifference(weights->module->Weights(BatchOf({set})).log()[0], expected) < 1e-5);
   // With a longer problem beside it.
-  const auto padded = weights->network->Weights(BatchOf({set, RandomFeatures(90, 5, Rng(1))}));
+  const auto padded = weights->module->Weights(BatchOf({set, RandomFeatures(90, 5, Rng(1))}));
   CHECK(MaxDifference(padded[0].slice(0, 0, kMatches).log(), expected) < 1e-5);
 }
 

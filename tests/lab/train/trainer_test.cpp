@@ -60,7 +60,7 @@ TEST_CASE("training writes its files, lowers the loss and a checkpoint that eval
   CHECK(network->options.denoiser.width == 16);
   CHECK(ReadCheckpointInfo(output + "/checkpoints/last.safetensors").iteration == 60);
   const auto facts = NetworkOf(output, "last")->facts;
-  CHECK(facts.parameters == CountParameters(*network->denoiser));
+  CHECK(facts.parameters == CountParameters(*network->module));
   CHECK(facts.samples == 240);
   CHECK(facts.run_samples == 240);
   CHECK(facts.start.empty());
@@ -80,8 +80,8 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   CHECK(Metrics(whole) == Metrics(parts));
   const auto x = NetworkOf(whole, "last");
   const auto y = NetworkOf(parts, "last");
-  for (std::size_t i = 0; i < x->denoiser->parameters().size(); ++i)
-    CHECK(torch::equal(x->denoiser->parameters()[i], y->denoiser->parameters()[i]));
+  for (std::size_t i = 0; i < x->module->parameters().size(); ++i)
+    CHECK(torch::equal(x->module->parameters()[i], y->module->parameters()[i]));
 }
 
 TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
