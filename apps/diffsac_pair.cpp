@@ -41,6 +41,7 @@ constexpr const char* kFooter = R"(Examples:
   diffsac_pair photos --output pairs                       all pairs of a folder: poses.csv, report.html, database.db
   diffsac_pair 'photos/IMG_*.jpg' --cameras sparse/0       the cameras of a COLMAP model
   diffsac_pair --list pairs.txt                            a line for each pair: a.jpg b.jpg
+  diffsac_pair --from-matches m.csv --calibration K.txt    your own matches: x1 y1 x2 y2 and, if known, ratio or score
   diffsac_pair --method                                    says which estimators there are
 Exit status: 0 a model (of many pairs, of one at least), 1 none, 2 bad input, 130 interrupted.
 More: docs/two_view.md)";
@@ -51,13 +52,24 @@ struct Request {
   bool overwrite = false;
   std::string task, config_path, method, picture = "matches.png", json, matches;
   std::vector<std::string> assignments;
+  GivenMatches given;
   GivenCalibration calibration;
-  FeatureOptions features;
-  double threshold_px = 0.0;  // 0: the task's
+  FeatureOptions features{.max_image_size = 3200};  // As COLMAP has it.
+  double threshold_px = 0.0;                        // 0: the task's
   EstimatorContext context;
   std::uint64_t seed = 0;
   bool only_rows = false;
 };
+
+/// "640x480".
+ImageSize SizeFromText(const std::string& text) {
+  ImageSize size;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &size.width, &size.height, &used) != 2 || !size.known() ||
+      used != std::ssize(text))
+    throw CLI::ValidationError("--sizes", "expected sizes such as 640x480, found " + text);
+  return size;
+}
 
 void AddInput(CLI::App* app, Request* request) {
   app->add_option("images", request->images,
@@ -66,6 +78,18 @@ void AddInput(CLI::App* app, Request* request) {
   app->add_option("--list", request->list,
                   "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
                   "names (default: all pairs)");
+  app->add_option("--from-matches", request->given.file,
+                  "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
+                  "them, a line each: x1 y1 x2 y2 [ratio [log_size angle]] in pixels; with a header in any order, and "
+                  "score (0 to 1, higher is better) in the place of ratio");
+  app->add_option_function<std::vector<std::string>>(
+         "--sizes",
+         [request](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) request->given.sizes.push_back(SizeFromText(text));
+         },
+         "Of --from-matches: the images' sizes, as 640x480, or one for each: 640x480,800x600 (default: unknown)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   AddCalibrationOptions(app, &request->calibration);
   app->add_option_function<std::string>(
          "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
@@ -114,12 +138,35 @@ void AddOutput(CLI::App* app, Request* request) {
   app->add_flag("--overwrite", request->overwrite, "Photographs: replaces results that are there (default: no)");
 }
 
-bool IsOnePair(const Request& request) { return request.list.empty() && AreTwoFiles(request.images); }
+bool IsOnePair(const Request& request) {
+  return !request.given.file.empty() || (request.list.empty() && AreTwoFiles(request.images));
+}
+
+void CheckGivenMatches(const CLI::App& app, Request* request) {
+  if (request->given.file.empty()) {
+    if (app.count("--sizes") > 0) throw Error("--sizes is for --from-matches");
+    return;
+  }
+  for (const char* option : {"--list", "--matches", "--features", "--max-keypoints", "--max-image-size"})
+    if (app.count(option) > 0) throw Error(std::string(option) + " is for images, not for --from-matches");
+  if (request->given.sizes.size() > 2) throw Error("--sizes: expected one size, or two");
+  if (!request->images.empty() && !AreTwoFiles(request->images))
+    throw Error("--from-matches: expected no images, or the two that the matches are of");
+  if (request->images.empty() && app.count("--picture") > 0)
+    throw Error("--picture: with --from-matches a picture needs the two images");
+  if (request->images.empty()) request->picture.clear();
+}
 
 // What belongs to the other kind of run is a mistake.
 void CheckUse(const CLI::App& app, Request* request) {
   request->only_rows = app.count("--method") > 0 && request->method.empty();
   if (request->only_rows) return;
+  CheckGivenMatches(app, request);
+  if (!request->given.file.empty()) {
+    for (const char* option : {"--output", "--overwrite"})
+      if (app.count(option) > 0) throw Error(std::string(option) + " is for folders and lists of photographs");
+    return;
+  }
   if (request->list.empty() && request->images.empty()) throw Error("expected two images, or a folder of photographs");
   std::error_code code;
   if (request->list.empty() && request->images.size() == 1 && fs::is_regular_file(request->images[0], code))
@@ -204,7 +251,8 @@ void RequireFolderOf(const std::string& file) {
 /// Of both kinds of run.
 std::vector<std::string> InputsOf(const Request& request) {
   std::vector<std::string> inputs = request.calibration.Inputs();
-  inputs.insert(inputs.end(), {request.list, request.config_path, request.context.checkpoint_override});
+  inputs.insert(inputs.end(),
+                {request.list, request.given.file, request.config_path, request.context.checkpoint_override});
   return inputs;
 }
 
@@ -216,19 +264,27 @@ void RefuseInputs(const Request& request) {
   if (!request.picture.empty()) CheckPictureName(request.picture);
 }
 
-int RunTwo(const Request& request) {
+int RunTwo(Request request) {
   const std::string task = TaskOf(request);
   RefuseInputs(request);
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
+  if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
+  const bool given = !request.given.file.empty();
+  bool scores = false;
+  MatchedImages matched;
+  if (given) matched = ReadMatches(request.given, request.calibration, &scores);
+  // Networks have learned what ratios say.
+  if (scores && request.method.empty()) request.method = "prosac_marginalised";
   const ExperimentOptions experiment = ChosenRow(request, task);
   const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
-  if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
-  MatchedImages matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration,
-                                         request.context.threads);
+  if (!given)
+    matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration,
+                             request.context.threads);
   SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
   if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
   const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
+  request.images.resize(2);
   const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};
   std::cout << PairText(matched.pair, estimate, times);
   if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(matched.pair.problem));
@@ -241,7 +297,9 @@ int RunTwo(const Request& request) {
   if (estimate.share_behind > kMostBehind)
     LogWarning("many of the matches that fit lie behind a camera: an image may be mirrored");
   else if (estimate.MayBeChance())
-    LogWarning("no more inliers than matches of unlike images would give: the images may share nothing");
+    LogWarning(
+        "no more inliers than matches of unlike images would give: the images may share nothing. Look at the picture; "
+        "take images that show more of the same from nearer places, or more keypoints (--max-keypoints 0)");
   return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
 }
 

@@ -37,6 +37,34 @@ grep -q ' f = [0-9.]* px, 68 % within .*not observable' "$own/out" || { cat "$ow
 grep -q '"observable": false' "$own/focal.json" || fail "the JSON has no focal length"
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task fundamental --method prosac_marginalised --picture ""
 grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
+# Its own matches, and others in any order of columns, give what the images give.
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --picture "" --matches "$own/m.txt" --json "$own/images.json"
+run_expecting 0 pair --from-matches "$own/m.txt" --sizes 200x150 --task homography --json "$own/given.json"
+{ echo "ratio,x2,y2,x1,y1"; awk '{printf "%s,%s,%s,%s,%s\n", $5, $3, $4, $1, $2}' "$own/m.txt"; } >"$own/m.csv"
+run_expecting 0 pair --from-matches "$own/m.csv" --task homography --method prosac_marginalised --json "$own/columns.json"
+run_expecting 0 pair --from-matches "$own/m.csv" --calibration "$own/K.txt" "$own/a.pgm" "$own/b.pgm" --picture "$own/given.png"
+expect_file "$own/given.png"
+{ echo "x1,y1,x2,y2,score"; awk '{printf "%s,%s,%s,%s,%s\n", $1, $2, $3, $4, 1 - $5}' "$own/m.txt"; } >"$own/scores.csv"
+run_expecting 0 pair --from-matches "$own/scores.csv" --task homography --json "$own/scores.json"
+python3 - "$own"/{images,given,columns,scores}.json <<'END' || fail "given matches are estimated as others"
+import json, sys
+images, given, columns, scores = (json.load(open(path)) for path in sys.argv[1:])
+assert given["model"] == images["model"] and given["inliers"] == images["inliers"], given["model"]
+assert given["method"] == "learned_prosac" and scores["method"] == "prosac_marginalised", scores["method"]
+for other in (columns, scores):
+    assert other["status"] == "ok" and abs(other["model"][2] / other["model"][8] - 12) < 1, other["model"]
+END
+printf 'x1,y1,x2,y2,score\n1,2,3,4,1\n2,3,4,5,7\n' >"$own/bad_score.csv"
+printf '1 2 3 4\n1 2 x 4\n' >"$own/bad.txt"
+printf '1 2 3\n' >"$own/few.txt"
+expect_error 'bad_score\.csv: match 2: expected a score in \[0, 1\], found 7' pair --from-matches "$own/bad_score.csv"
+expect_error 'bad\.txt:2: expected a number' pair --from-matches "$own/bad.txt"
+expect_error 'few\.txt:1: expected 4 to 8 columns, found 3' pair --from-matches "$own/few.txt"
+expect_error 'needs the two images' pair --from-matches "$own/m.txt" --picture "$own/p.png"
+expect_error 'give --sizes, or --center' pair --from-matches "$own/m.txt" --focal 300
+expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
+expect_error 'is for images, not for --from-matches' pair --from-matches "$own/m.txt" --max-keypoints 10
+expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
 # Images that share nothing.
 run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_marginalised --picture ""
 grep -q 'may share nothing' "$own/out" "$own/err" || { cat "$own/out" "$own/err" >&2; fail "chance was taken for a model"; }

@@ -9,7 +9,8 @@ for i in 0 1 2; do gray_blobs 200 150 140 3 $((10 * i)) >"$photos/v-$i.pgm"; don
 (cd "$own" && run_expecting 0 pair photos --task homography --threads 1)
 out="$own/pairs"
 expect_file "$out"/{poses.csv,report.html,estimates.h5,database.db,config.yaml} "$out/matches/photos/matches.h5"
-grep -q 'photos: 3 pairs, 3 with a model' "$own/out" || { cat "$own/out" >&2; fail "no summary"; }
+grep -q 'photos: 3 pairs: 3 are sure' "$own/out" || { cat "$own/out" >&2; fail "no summary"; }
+grep -q '3 images belong together: v-0.pgm, v-1.pgm, v-2.pgm' "$own/out" || fail "does not say which images belong together"
 tail -1 "$own/out" | grep -q "colmap mapper --database_path pairs/database.db --image_path $photos" || fail "no last line"
 [[ ! -e "$out/.keypoints" ]] || fail "keypoints are left behind"
 # Every pair is what the two images alone give.

@@ -17,3 +17,7 @@ run_expecting 1 scripts/reproduce.sh pairs --data
 grep -q -- "--data needs a folder" "$own/err" || fail "--data without a folder is taken"
 run_expecting 1 scripts/reproduce.sh pairs --data "$own" --output "$own/x"
 grep -q -- "--output" "$own/err" || fail "--output is taken with several tables"
+run_expecting 1 scripts/reproduce.sh line --quick --page
+grep -q -- "--page is of whole tables" "$own/err" || fail "--page is taken with a part of a table"
+run_expecting 1 scripts/reproduce.sh line --no-such-option
+grep -q "no option '--no-such-option'" "$own/err" || fail "an unknown option is not named before the build"

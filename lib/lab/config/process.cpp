@@ -6,9 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
+#include <limits>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -28,6 +31,31 @@ double PeakMemoryMib() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+namespace {
+
+/// The number that stands behind `key` in a file, in its unit; infinite where there is none.
+double NumberIn(const char* path, const std::string& key) {
+  std::ifstream file(path);
+  for (std::string word; file >> word;)
+    if (double value = 0.0; word == key && file >> value) return value;
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+double AvailableMemoryMib() {
+  double most = std::numeric_limits<double>::infinity(), used = 0.0;
+  // "max" where there is no limit.
+  std::ifstream("/sys/fs/cgroup/memory.max") >> most;
+  std::ifstream("/sys/fs/cgroup/memory.current") >> used;
+  const double group = most > 0.0 ? (most - used) / (1 << 20) : std::numeric_limits<double>::infinity();
+  double kept = 0.0;  // by KeepFreedMemory
+#ifdef __GLIBC__
+  kept = static_cast<double>(mallinfo2().fordblks) / (1 << 20);
+#endif
+  return kept + std::max(0.0, std::min(group, NumberIn("/proc/meminfo", "MemAvailable:") / 1024.0));
 }
 
 void WaitPassively(char** argv) {

@@ -13,6 +13,10 @@ void KeepFreedMemory();
 /// The most memory that the process has had at once, in MiB.
 double PeakMemoryMib();
 
+/// What the machine, or the process's control group where that has less, can give without swapping, and what the
+/// process has freed and kept, in MiB; infinite where the system does not tell.
+double AvailableMemoryMib();
+
 /// Lets OpenMP's threads, LibTorch's, sleep while they wait for each other instead of spinning: where cores are shared
 /// spinning made a small network up to fifty times slower. OpenMP reads OMP_WAIT_POLICY when it is loaded, so unless it
 /// is set already the program starts itself once more with it: call this first in main, with its arguments. Returns

@@ -57,7 +57,8 @@ std::size_t TerminalWidth() {
 
 }  // namespace
 
-std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note) {
+std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note,
+                         double seconds_left) {
   std::string text;
   if (total > 0) {
     const double share = std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0);
@@ -67,9 +68,8 @@ std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, 
   text += std::to_string(done) + (total > 0 ? "/" + std::to_string(total) : "");
   if (done > 0 && seconds > 0.0) {
     text += " " + RateText(static_cast<double>(done) / seconds);
-    if (done < total) {
-      text += ", " + DurationText(seconds * static_cast<double>(total - done) / static_cast<double>(done)) + " left";
-    }
+    if (seconds_left < 0.0) seconds_left = seconds * static_cast<double>(total - done) / static_cast<double>(done);
+    if (done < total) text += ", " + DurationText(seconds_left) + " left";
   }
   if (total <= 0 || done >= total) text += ", took " + DurationText(seconds);
   return note.empty() ? text : text + ", " + note;
@@ -85,12 +85,13 @@ struct Progress::Impl {
   std::atomic<Clock::rep> next_due{0};  // Of the clock, in its ticks.
   std::mutex mutex;                     // Guards what follows, and the terminal.
   std::string note;
+  double seconds_left = -1.0;
   bool finished = false;
 
   void Print(Clock::time_point now) {
     const std::int64_t count = done.load();
     const double seconds = std::chrono::duration<double>(now - start).count();
-    const std::string text = ProgressText(count, total, seconds, note);
+    const std::string text = ProgressText(count, total, seconds, note, seconds_left);
     if (!terminal) {
       LogInfo(title + ": " + text);
       return;
@@ -122,13 +123,14 @@ Progress::~Progress() {
   delete impl_;
 }
 
-void Progress::Advance(std::int64_t count, const std::string& note) {
+void Progress::Advance(std::int64_t count, const std::string& note, double seconds_left) {
   impl_->done += count;
   const Clock::time_point now = Clock::now();
   const bool due = now.time_since_epoch().count() >= impl_->next_due.load(std::memory_order_relaxed);
   if (!due && note.empty()) return;
   const std::lock_guard lock(impl_->mutex);
   if (!note.empty()) impl_->note = note;
+  impl_->seconds_left = seconds_left;
   // Another thread may have printed in between.
   if (impl_->finished || now.time_since_epoch().count() < impl_->next_due) return;
   impl_->next_due = (now + impl_->interval).time_since_epoch().count();

@@ -15,8 +15,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `note` stands behind the rate ("loss 0.12").
-  void Advance(std::int64_t count = 1, const std::string& note = "");
+  /// `note` stands behind the rate ("loss 0.12"). seconds_left: what is forecast; negative: as long for each of the
+  /// rest as for those that are done.
+  void Advance(std::int64_t count = 1, const std::string& note = "", double seconds_left = -1.0);
   void Finish();
 
  private:
@@ -25,6 +26,8 @@ class Progress {
 };
 
 /// The text of a progress line without its title: "57% 57/100 12.3/s, 0:35 left, note". A total of 0 is unknown.
-std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note = "");
+/// seconds_left: as in Advance.
+std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note = "",
+                         double seconds_left = -1.0);
 
 }  // namespace diffsac

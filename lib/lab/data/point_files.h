@@ -38,6 +38,21 @@ std::vector<PointSet> ReadPointFile(const std::string& path);
 /// A bare data set may carry the same as attributes.
 std::vector<PointSet> ReadHdf5Points(const std::string& path);
 
+/// The columns of a text file, by the names that a header gives them; without a header in this order.
+struct TextColumns {
+  std::string what;  ///< What a row is, for messages: "points".
+  std::vector<std::string> needed, optional;
+};
+
+struct TextTable {
+  PointMatrix values;              ///< A column for each of `names`.
+  std::vector<std::string> names;  ///< The needed ones, then those of the optional that there are.
+  std::string header;              ///< The names in the header as they stand there, for messages; empty without one.
+};
+
+/// Numbers in text, as ReadTextPoints has them.
+TextTable ReadTextTable(const std::string& path, const TextColumns& columns);
+
 /// Text: 2 or 3 numbers a line, separated by blanks, tabs, commas or semicolons; `#` starts a comment, empty lines are
 /// skipped, and a first line without any number is a header. "nan" and "inf" are numbers, and under a header empty
 /// values and "NA" are NaN. Columns that a header names x, y and z, in small or capital letters, with a unit in

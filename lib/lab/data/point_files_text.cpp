@@ -69,10 +69,10 @@ bool IsNumber(std::string_view word) {
   return ParseNumber(word, &value);
 }
 
-// The points read so far; knows the place for messages.
+// The rows read so far; knows the place for messages.
 class TextReader {
  public:
-  explicit TextReader(const std::string& path) : path_(path) {}
+  TextReader(const std::string& path, const TextColumns& asked) : path_(path), asked_(asked) {}
 
   void ReadLine(std::string_view line) {
     ++line_;
@@ -88,18 +88,45 @@ class TextReader {
     ReadRow(line);
   }
 
-  std::string ColumnsText() const { return Listed(names_); }
-
-  PointMatrix Points() const {
-    if (columns_ == 0) throw Error(path_ + ": no points in this file; expected 2 or 3 numbers a line");
+  TextTable Table() const {
+    if (columns_ == 0)
+      throw Error(path_ + ": no " + asked_.what + " in this file; expected " + CountsText() + " numbers a line");
+    TextTable table;
     const auto width = chosen_.empty() ? columns_ : chosen_.size();
     const auto rows = static_cast<Eigen::Index>(values_.size() / width);
-    return Eigen::Map<const PointMatrix>(values_.data(), rows, static_cast<Eigen::Index>(width));
+    table.values = Eigen::Map<const PointMatrix>(values_.data(), rows, static_cast<Eigen::Index>(width));
+    table.names = All();
+    if (by_name_)
+      std::erase_if(table.names, [&](const std::string& name) { return Find(name) < 0; });
+    else
+      table.names.resize(width);
+    table.header = Listed(names_);
+    return table;
   }
 
  private:
   [[noreturn]] void Fail(const std::string& message) const {
     throw Error(path_ + ":" + std::to_string(line_) + ": " + message);
+  }
+
+  /// The names of columns in their order, the needed ones first.
+  Cells All() const {
+    Cells names = asked_.needed;
+    names.insert(names.end(), asked_.optional.begin(), asked_.optional.end());
+    return names;
+  }
+
+  bool HasNeeded() const {
+    return std::all_of(asked_.needed.begin(), asked_.needed.end(),
+                       [&](const std::string& name) { return Find(name) >= 0; });
+  }
+
+  bool IsWidth(std::size_t count) const { return count >= asked_.needed.size() && count <= All().size(); }
+
+  /// "2 or 3", "4 to 7".
+  std::string CountsText() const {
+    const std::size_t least = asked_.needed.size(), most = All().size();
+    return std::to_string(least) + (most == least + 1 ? " or " : " to ") + std::to_string(most);
   }
 
   /// Whether the first line is a header: without a number, or without a name for the first column, as pandas has it.
@@ -122,7 +149,7 @@ class TextReader {
   void TakeCommentedHeader(std::size_t columns) {
     for (const std::size_t skipped : {1, 0}) {
       SetHeader(std::string_view(comment_).substr(skipped));
-      if (names_.size() == columns && Find("x") >= 0 && Find("y") >= 0) return;
+      if (names_.size() == columns && HasNeeded()) return;
     }
     names_.clear();
   }
@@ -148,27 +175,30 @@ class TextReader {
 
   /// The columns that are coordinates, by their names, or by their places with a word about it.
   void Choose(std::string_view line) {
-    const int x = Find("x"), y = Find("y"), z = Find("z");
+    by_name_ = HasNeeded();
     const std::size_t count = Split(line, names_.size()).size();
     // R gives the column of row names, in quotes or counted, no name.
     const auto words = SplitWords(line, kSeparators);
     const std::string_view first = words.empty() ? "x" : words[0];
     const bool named_row = first.starts_with('"') || first.find_first_not_of("0123456789") == std::string_view::npos;
     const std::size_t shift = count == names_.size() + 1 && separator_ != ',' && named_row ? 1 : 0;
-    if (x >= 0 && y >= 0) {
-      for (const int column : {x, y, z})
-        if (column >= 0) chosen_.push_back(static_cast<std::size_t>(column) + shift);
+    if (by_name_) {
+      for (const std::string& name : All())
+        if (const int column = Find(name); column >= 0) chosen_.push_back(static_cast<std::size_t>(column) + shift);
     } else if (count == names_.size()) {
       for (std::size_t i = 0; i < names_.size(); ++i)
         if (!IsIndexName(NameOf(names_[i]))) chosen_.push_back(i);
-      if (chosen_.size() < 2 || chosen_.size() > 3) chosen_.clear();
+      if (!IsWidth(chosen_.size())) chosen_.clear();
     }
     if (!chosen_.empty()) columns_ = names_.size() + shift;
-    if (x >= 0 && y >= 0) return;
+    if (by_name_) return;
     Cells taken;
     for (const std::size_t column : chosen_) taken.push_back(names_[column - shift]);
-    WarnOnce(path_ + ": its header names no columns x and y: " + (taken.empty() ? "all are" : Listed(taken) + " are") +
-             " taken in their order");
+    std::string expected;
+    for (const std::string& name : asked_.needed)
+      expected += (expected.empty() ? "" : name == asked_.needed.back() ? " and " : ", ") + name;
+    WarnOnce(path_ + ": its header names no columns " + expected + ": " +
+             (taken.empty() ? "all are" : Listed(taken) + " are") + " taken in their order");
   }
 
   /// A row's values: by the header's separator, or another one where that gives as many as the header has names.
@@ -202,7 +232,7 @@ class TextReader {
   }
 
   void CheckColumns(std::size_t count) {
-    if (columns_ == 0 && (count < 2 || count > 3)) Fail("expected 2 or 3 columns, found " + std::to_string(count));
+    if (columns_ == 0 && !IsWidth(count)) Fail("expected " + CountsText() + " columns, found " + std::to_string(count));
     if (columns_ == 0) columns_ = count;
     if (columns_ != count)
       Fail("expected " + std::to_string(columns_) +
@@ -211,28 +241,35 @@ class TextReader {
   }
 
   std::string path_, comment_;
+  const TextColumns& asked_;
   int line_ = 0;
   bool seen_content_ = false;
   char separator_ = ' ';
   Cells names_;                      // of the header; none: empty
-  std::vector<std::size_t> chosen_;  // columns that are coordinates; empty: all
+  std::vector<std::size_t> chosen_;  // columns that are read; empty: all
+  bool by_name_ = false;             // these are those that the header names so
   std::size_t columns_ = 0;
   std::vector<double> values_;
 };
 
 }  // namespace
 
-PointSet ReadTextPoints(const std::string& path) {
+TextTable ReadTextTable(const std::string& path, const TextColumns& columns) {
   const std::string content = ReadTextFile(path);
   std::string_view rest = content, line;
-  TextReader reader(path);
+  TextReader reader(path, columns);
   while (TakeLine(&rest, &line)) reader.ReadLine(line);
+  return reader.Table();
+}
+
+PointSet ReadTextPoints(const std::string& path) {
+  const TextTable table = ReadTextTable(path, {"points", {"x", "y"}, {"z"}});
   const std::filesystem::path file(path);
   PointSet set;
   set.name = file.filename().string();
   set.scene = std::filesystem::absolute(file).parent_path().filename().string();
-  set.points = reader.Points();
-  set.columns = reader.ColumnsText();
+  set.points = table.values;
+  set.columns = table.header;
   return set;
 }
 

@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
 #include <filesystem>
 #include <limits>
+#include <mutex>
 #include <numbers>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "lab/config/process.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -121,12 +126,69 @@ Eigen::RowVector2d Detection::Frame(std::size_t i) const {
   return {std::log(keypoint.size * scale), keypoint.angle * std::numbers::pi / 180.0};
 }
 
+namespace {
+
+/// What OpenCV's detectors take of memory at most: SIFT, whose first octave is of the doubled image, was measured.
+double MemoryMib(FeatureKind kind, const cv::Mat& image) {
+  return (kind == FeatureKind::kOrb ? 30.0 : 230.0) * image.total() / 1e6;
+}
+
+/// Memory for keypoints, of all threads: who would take more than is free waits for the others.
+class KeypointMemory {
+ public:
+  explicit KeypointMemory(double mib, const std::string& path) : mib_(mib) {
+    std::unique_lock lock(mutex_);
+    if (users_ == 0) free_ = kUsable * AvailableMemoryMib();
+    if (mib_ > free_ && users_ > 0 && !std::exchange(told_, true))
+      LogInfo("keypoints of " + std::to_string(users_) + " images at a time: " + path + " needs " + Text(mib_) +
+              " more memory, and " + Text(free_) + " are left");
+    changed_.wait(lock, [&] { return mib_ <= free_ || users_ == 0; });
+    if (users_ == 0) free_ = kUsable * AvailableMemoryMib();
+    if (mib_ > free_)
+      throw Error(path + ": its keypoints need " + Text(mib_) + " of memory, and " + Text(free_) +
+                  " can be had: reduce it (max_image_size)");
+    free_ -= mib_;
+    ++users_;
+  }
+  ~KeypointMemory() {
+    const std::lock_guard lock(mutex_);
+    free_ += mib_;
+    --users_;
+    changed_.notify_all();
+  }
+  KeypointMemory(const KeypointMemory&) = delete;
+  KeypointMemory& operator=(const KeypointMemory&) = delete;
+
+ private:
+  static std::string Text(double mib) { return std::to_string(std::lround(mib)) + " MB"; }
+
+  static constexpr double kUsable = 0.9;  ///< Of what is free; the rest is for what stands beside the keypoints.
+  static inline std::mutex mutex_;
+  static inline std::condition_variable changed_;
+  static inline double free_ = 0.0;
+  static inline int users_ = 0;
+  static inline bool told_ = false;
+  double mib_;
+};
+
+void TellReduced(const std::string& path, const Detection& found, int max_size) {
+  static std::once_flag once;
+  std::call_once(once, [&] {
+    LogInfo(path + " is " + SizeText(found.size) + ": keypoints of images are found at " + std::to_string(max_size) +
+            " pixels at most (max_image_size)");
+  });
+}
+
+}  // namespace
+
 Detection Detect(const std::string& path, const FeatureOptions& options) {
   Detection found;
   found.image = ReadGrayImage(path);
   found.kind = options.kind;
   found.size = {found.image.cols, found.image.rows};
   found.scale = Reduce(options.max_image_size, &found.image);
+  if (found.scale > 1.0) TellReduced(path, found, options.max_image_size);
+  const KeypointMemory memory(MemoryMib(options.kind, found.image), path);
   try {
     MakeDetector(options)->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
   } catch (const cv::Exception& e) {

@@ -23,8 +23,9 @@ inline constexpr auto kEnumNames<FeatureKind> = NamesOf<FeatureKind>({{FeatureKi
 struct FeatureOptions {
   FeatureKind kind = FeatureKind::kRootSift;
   int max_keypoints = 8000;  ///< The strongest are kept; 0 keeps all.
-  int max_image_size = 0;    ///< Larger images are reduced to this longer side, in pixels; 0: never.
-  void Check() const;        ///< Throws Error.
+  /// Larger images are reduced to this longer side, in pixels; 0: never. Keypoints take 230 MB of memory a megapixel.
+  int max_image_size = 0;
+  void Check() const;  ///< Throws Error.
 };
 /// Of SIFT's detector; it stands in what names the files that are made of its keypoints.
 inline constexpr double kContrastThreshold = 0.04;

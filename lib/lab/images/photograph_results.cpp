@@ -184,17 +184,61 @@ void WriteConfiguration(ExperimentOptions experiment, const std::string& scene, 
   RunDirectory(output, kPairProgram, WriteExperiment(experiment), experiment.seed);
 }
 
+bool IsSure(const EstimatedPair& pair) { return pair.estimate.status == Status::kOk && !pair.estimate.MayBeChance(); }
+
+/// The images of the pairs that sure ones join, largest group first; images of none are groups of their own.
+std::vector<std::vector<std::string>> JoinedImages(const std::vector<EstimatedPair>& pairs,
+                                                   const Photographs& photographs) {
+  std::map<std::string, std::size_t> group;
+  for (const EstimatedPair& pair : pairs)
+    for (const std::string& name : {pair.example.image1, pair.example.image2}) group.emplace(name, group.size());
+  for (const EstimatedPair& pair : pairs) {
+    if (!IsSure(pair)) continue;
+    const std::size_t into = group.at(pair.example.image1), from = group.at(pair.example.image2);
+    for (auto& [name, of] : group)
+      if (of == from) of = into;
+  }
+  std::map<std::size_t, std::vector<std::string>> members;
+  for (std::size_t i = 0; i < photographs.files.size(); ++i)
+    if (const auto found = group.find(photographs.source.images[i].name); found != group.end())
+      members[found->second].push_back(photographs.files[i]);
+  std::vector<std::vector<std::string>> groups;
+  for (auto& [of, files] : members) groups.push_back(std::move(files));
+  std::stable_sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return groups;
+}
+
+std::string NamesText(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
+}
+
+void SayGroups(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, std::ostream& out) {
+  std::vector<std::string> alone;
+  for (const auto& group : JoinedImages(pairs, photographs))
+    if (group.size() == 1)
+      alone.push_back(group.front());
+    else
+      out << "  " << group.size() << " images belong together: " << NamesText(group) << "\n";
+  if (!alone.empty()) out << "  " << alone.size() << " images belong to no other: " << NamesText(alone) << "\n";
+}
+
 void SayResults(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& output,
                 const std::string& scene, std::ostream& out) {
   std::size_t models = 0, chance = 0;
   for (const EstimatedPair& pair : pairs) {
-    if (pair.estimate.status != Status::kOk) continue;
-    (pair.estimate.MayBeChance() ? chance : models) += 1;
+    if (pair.estimate.status == Status::kOk) (IsSure(pair) ? models : chance) += 1;
   }
   const std::string folder = (fs::path(output) / "").string();
-  out << scene << ": " << pairs.size() << " pairs, " << models << " with a model, " << chance
-      << " whose inliers may be chance, " << pairs.size() - models - chance << " without\n"
-      << "  " << folder << kPosesFile << ": R, t and inliers of each pair\n"
+  out << scene << ": " << pairs.size() << " pairs: " << models << " are sure, " << chance << " may be chance, "
+      << pairs.size() - models - chance << " have no model\n";
+  SayGroups(pairs, photographs, out);
+  if (chance > 0)
+    out << "  pairs that may be chance: do not use their poses (may_be_chance in " << kPosesFile
+        << ") unless their matches look right in " << kReportFile << "\n";
+  out << "  " << folder << kPosesFile << ": R, t and inliers of each pair\n"
       << "  " << folder << kReportFile << ": the pairs and their matches, for a browser\n"
       << "  " << folder << kEstimatesFile << ": inliers, covariances and more\n"
       << "  " << folder << "matches: for diffsac_eval\n"

@@ -40,6 +40,10 @@ std::string Text(const char* format, double value) {
   return text;
 }
 
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 class Trainer {
  public:
   explicit Trainer(const TrainRequest& request);
@@ -54,15 +58,23 @@ class Trainer {
            LearningRate(iteration, train.warmup_iterations, train.iterations, train.learning_rate);
   }
   void Step(const std::vector<TrainingItem>& items, std::int64_t iteration);
-  std::vector<double> Validate();
-  /// Validates, logs and saves what is due after a step.
-  void Report(std::int64_t iteration, double data_wait_seconds);
-  std::vector<double> ValidateWhenDue(std::int64_t done, bool due);
+  /// Nothing where it was told to stop.
+  std::optional<std::vector<double>> Validate(const std::atomic<bool>& stop);
+  void TimeValidation();
+  /// Validates, logs and saves what is due after a step; false where it was told to stop before all of that.
+  bool Report(std::int64_t iteration, double data_wait_seconds, const std::atomic<bool>& stop);
+  std::optional<std::vector<double>> ValidateWhenDue(std::int64_t done, const std::atomic<bool>& stop);
+  bool ValidationDue(std::int64_t done) const {
+    return done % options_.train.validate_every == 0 || done == options_.train.iterations;
+  }
+  TrainOutcome Stop();
   void AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies);
   /// `running`: more is to come.
   void DrawCurves(bool running);
   /// What the progress line says beside the steps.
   std::string ProgressNote() const;
+  /// With the validations that are to come.
+  double SecondsLeft() const;
   void Save(const std::string& name, bool with_optimizer);
   std::string StoredConfig() const;
   void Resume();
@@ -88,6 +100,10 @@ class Trainer {
   std::chrono::steady_clock::time_point drawn_;         // the time of the last curves
   double shown_loss_ = kNotMeasured;                    // a running mean
   double last_validation_ = kNotMeasured;
+  std::optional<Progress> progress_;
+  double step_seconds_ = 0.0;  // of `steps_`, those of this process
+  std::int64_t steps_ = 0;
+  double validation_seconds_ = 0.0;  // of a whole one, by the last problems that were timed
 };
 
 Trainer::Trainer(const TrainRequest& request)
@@ -180,12 +196,27 @@ void Trainer::Step(const std::vector<TrainingItem>& items, std::int64_t iteratio
   ++info_.losses.steps;
 }
 
-std::vector<double> Trainer::Validate() {
+std::optional<std::vector<double>> Trainer::Validate(const std::atomic<bool>& stop) {
   average_->CopyTo(learner_->averaged());
   const int threads = torch::get_num_threads();
-  std::vector<double> accuracies = validation_->Run(*learner_->AveragedEstimator());
+  const auto start = std::chrono::steady_clock::now();
+  const std::int64_t size = validation_->size();
+  const auto accuracies = validation_->Run(*learner_->AveragedEstimator(), [&](std::int64_t done) {
+    const double seconds = SecondsSince(start);
+    validation_seconds_ = seconds / done * size;
+    if (progress_)
+      progress_->Advance(0, "validation " + std::to_string(done) + "/" + std::to_string(size),
+                         SecondsLeft() + validation_seconds_ - seconds);
+    return !stop.load();
+  });
   torch::set_num_threads(threads);  // Inference on a CPU takes one for each call.
   return accuracies;
+}
+
+// Of its first problems, so that the first forecast knows of it.
+void Trainer::TimeValidation() {
+  const std::atomic<bool> stop{true};
+  Validate(stop);
 }
 
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
@@ -212,10 +243,11 @@ void Trainer::EndPage() noexcept {
 }
 
 // NaN where no validation is due.
-std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
-  if (!due) return std::vector<double>(validation_->names().size(), kNotMeasured);
-  auto accuracies = Validate();
-  const double mean = std::accumulate(accuracies.begin(), accuracies.end(), 0.0) / accuracies.size();
+std::optional<std::vector<double>> Trainer::ValidateWhenDue(std::int64_t done, const std::atomic<bool>& stop) {
+  if (!ValidationDue(done)) return std::vector<double>(validation_->names().size(), kNotMeasured);
+  const auto accuracies = Validate(stop);
+  if (!accuracies) return std::nullopt;
+  const double mean = std::accumulate(accuracies->begin(), accuracies->end(), 0.0) / accuracies->size();
   last_validation_ = mean;
   // Where validation is saturated, the longer trained.
   if (mean >= info_.best_validation) {
@@ -228,8 +260,7 @@ std::vector<double> Trainer::ValidateWhenDue(std::int64_t done, bool due) {
 }
 
 void Trainer::AppendRow(std::int64_t iteration, double data_wait_seconds, const std::vector<double>& accuracies) {
-  const auto now = std::chrono::steady_clock::now();
-  const double seconds = std::chrono::duration<double>(now - window_start_).count();
+  const double seconds = SecondsSince(window_start_);
   std::vector<double> row;
   for (double& sum : info_.losses.sums) row.push_back(std::exchange(sum, 0.0) / info_.losses.steps);
   row.push_back(Rate(iteration));
@@ -254,18 +285,37 @@ std::string Trainer::ProgressNote() const {
   return text + " (best " + Text("%.4f", info_.best_validation) + ")";
 }
 
-void Trainer::Report(std::int64_t iteration, double data_wait_seconds) {
+double Trainer::SecondsLeft() const {
+  const auto& train = options_.train;
+  const std::int64_t steps = train.iterations - info_.iteration;
+  const std::int64_t validations =
+      (train.iterations + train.validate_every - 1) / train.validate_every - info_.iteration / train.validate_every;
+  const bool ends = info_.iteration == train.iterations;
+  return (steps_ > 0 ? step_seconds_ / steps_ * steps : 0.0) + (ends ? 0.0 : validation_seconds_ * validations);
+}
+
+bool Trainer::Report(std::int64_t iteration, double data_wait_seconds, const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   const std::int64_t done = iteration + 1;
   const bool last = done == train.iterations;
   const auto due = [&](std::int64_t every) { return done % every == 0 || last; };
-  const auto accuracies = ValidateWhenDue(done, due(train.validate_every));
+  const auto accuracies = ValidateWhenDue(done, stop);
+  if (!accuracies) return false;
   const bool logs = due(train.log_every) || due(train.validate_every);
-  if (logs) AppendRow(iteration, data_wait_seconds, accuracies);
+  if (logs) AppendRow(iteration, data_wait_seconds, *accuracies);
   if (due(train.checkpoint_every)) Save("last.safetensors", true);
   // The last are those of a finished run, also of one that was killed before it had drawn them.
   const bool old = std::chrono::steady_clock::now() - drawn_ > kCurveInterval;
   if ((due(train.validate_every) || (logs && old)) && !last) DrawCurves(true);
+  return true;
+}
+
+TrainOutcome Trainer::Stop() {
+  Save("last.safetensors", true);
+  if (team_.main()) DrawCurves(false);
+  LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume --output " +
+             folder_.path());
+  return TrainOutcome::kStopped;
 }
 
 TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
@@ -278,29 +328,32 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
   if (info_.iteration == train.iterations)
     LogInfo("nothing is left to do: all " + std::to_string(train.iterations) + " iterations are done");
-  std::optional<Progress> progress;
-  if (team_.main() && info_.iteration < train.iterations)
-    progress.emplace("training", train.iterations - info_.iteration);
+  if (team_.main() && info_.iteration < train.iterations) {
+    TimeValidation();
+    progress_.emplace("training", train.iterations - info_.iteration);
+  }
   window_start_ = std::chrono::steady_clock::now();
   waited_ = items.wait_seconds();
+  // What was stopped in a validation has steps of which no row of metrics tells.
+  if (team_.main() && info_.iteration > 0 && ValidationDue(info_.iteration) && info_.losses.steps > 0 &&
+      !Report(info_.iteration - 1, waited_, stop) && info_.iteration == train.iterations)
+    return Stop();
   for (std::int64_t iteration = info_.iteration; iteration < train.iterations; ++iteration) {
-    if (team_.Any(stop.load())) {
-      Save("last.safetensors", true);
-      if (team_.main()) DrawCurves(false);
-      LogWarning("stopped at iteration " + std::to_string(info_.iteration) + "; continue with --resume --output " +
-                 folder_.path());
-      return TrainOutcome::kStopped;
-    }
+    if (team_.Any(stop.load())) return Stop();
+    const auto start = std::chrono::steady_clock::now();
     std::vector<TrainingItem> batch;
     for (int b = 0; b < team_.batch(); ++b) batch.push_back(items.Next());
     Step(batch, iteration);
     info_.iteration = iteration + 1;
+    step_seconds_ += SecondsSince(start);
+    ++steps_;
     if (!team_.main()) continue;
-    Report(iteration, items.wait_seconds());
-    progress->Advance(1, ProgressNote());
+    const bool reported = Report(iteration, items.wait_seconds(), stop);
+    progress_->Advance(1, reported ? ProgressNote() : "", SecondsLeft());
+    if (!reported && info_.iteration == train.iterations) return Stop();
   }
   if (team_.main()) DrawCurves(false);
-  if (progress) progress->Finish();
+  if (progress_) progress_->Finish();
   return TrainOutcome::kFinished;
 }
 

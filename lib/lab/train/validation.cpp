@@ -55,8 +55,15 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
                            : "mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }
 
-std::vector<double> Validation::Run(const RobustEstimator& method) const {
+std::int64_t Validation::size() const {
+  std::int64_t size = 0;
+  for (const auto& group : examples_) size += static_cast<std::int64_t>(group.size());
+  return size;
+}
+
+std::optional<std::vector<double>> Validation::Run(const RobustEstimator& method, const Watch& watch) const {
   std::vector<double> results;
+  std::int64_t done = 0;
   for (const auto& group : examples_) {
     double sum = 0.0;
     const std::size_t batch = method.PreferredBatch();
@@ -70,6 +77,8 @@ std::vector<double> Validation::Run(const RobustEstimator& method) const {
       const auto estimates = method.RunBatch(problems, seeds);
       for (std::size_t i = 0; i < estimates.size(); ++i)
         sum += AccuracyOf(MeasureError(estimates[i], group[first + i]), tolerance_);
+      done += static_cast<std::int64_t>(estimates.size());
+      if (!watch(done)) return std::nullopt;
     }
     results.push_back(sum / static_cast<double>(group.size()));
   }

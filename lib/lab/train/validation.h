@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +23,12 @@ class Validation {
  public:
   /// Throws Error for data of another task or without examples.
   explicit Validation(const TrainConfig& options);
-  std::vector<double> Run(const RobustEstimator& method) const;
+  /// What is told after each few problems: how many of all are done. False: no more of them.
+  using Watch = std::function<bool(std::int64_t done)>;
+  /// Nothing where `watch` said so.
+  std::optional<std::vector<double>> Run(const RobustEstimator& method, const Watch& watch) const;
+  /// How many problems Run estimates.
+  std::int64_t size() const;
   /// A heading for each value of Run: "mAA@10deg", "mAA@0.5deg_outliers_0.7".
   const std::vector<std::string>& names() const { return names_; }
 

@@ -23,6 +23,16 @@ TEST_CASE("a program keeps the memory of large buffers that it frees") {
 }
 #endif
 
+#ifdef __linux__
+TEST_CASE("the memory that can be had falls by what is taken") {
+  const double before = AvailableMemoryMib();
+  CHECK(before > 64.0);
+  constexpr std::size_t kBytes = 1u << 30;
+  const std::vector<char> buffer(kBytes, 1);
+  CHECK(AvailableMemoryMib() < before - 512.0);
+}
+#endif
+
 TEST_CASE("a waiting policy that is set stays, and nothing is started again") {
   ::setenv("OMP_WAIT_POLICY", "active", 1);
   char name[] = "nothing";

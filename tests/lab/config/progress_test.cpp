@@ -26,6 +26,7 @@ TEST_CASE("ProgressText shows share, rate and time left") {
   CHECK(ProgressText(200, 200, 3700.0) == "100% 200/200 0.05/s, took 1:01:40");
   CHECK(ProgressText(199, 200, 1.0).substr(0, 4) == "99% ");
   CHECK(ProgressText(0, 200, 5.0) == "0% 0/200");
+  CHECK(ProgressText(50, 200, 10.0, "", 90.0) == "25% 50/200 5.00/s, 1:30 left");
   CHECK(ProgressText(30, 0, 2.0) == "30 15.0/s, took 0:02");
 }
 

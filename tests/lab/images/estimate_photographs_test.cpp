@@ -104,7 +104,7 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
   Run run;
   std::vector<EstimatedPair> pairs;
   const std::string said = run.Go(2, &pairs);
-  CHECK_THAT(said, Contains("photos: 6 pairs, "));
+  CHECK_THAT(said, Contains("photos: 6 pairs: 6 are sure, "));
   CHECK_THAT(said, Contains("colmap mapper --database_path " + run.output + "/database.db --image_path "));
   REQUIRE(pairs.size() == 6);
   MatchedImages alone = MatchTwoImages(run.photos + "/v-1.png", run.photos + "/v-2.png", {}, run.calibration);
@@ -165,14 +165,16 @@ TEST_CASE("photographs: an image that cannot be read is left out, and one of ano
   WriteFileAtomically(run.photos + "/text.jpg", "no image");
   // Of the same name but for its extension: those that are left are named by the database.
   WriteFileAtomically(run.photos + "/v-0.jpg", "no image");
-  CHECK_THAT(run.Go(), Contains("photos: 6 pairs, "));
+  CHECK_THAT(run.Go(), Contains("photos: 6 pairs: 6 are sure, "));
   CHECK_THAT(ReadFile(run.output + "/poses.csv"), Contains("v-0.png,v-1.png,ok"));
   run.calibration = {};
   run.calibration.cameras = run.folder / "cameras.txt";
   WriteFileAtomically(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");
   WriteImage(run.photos + "/v-3.png", Texture(200, 240, 1));
   std::vector<EstimatedPair> pairs;
-  CHECK_THAT(run.Go(2, &pairs), Contains("photos: 3 pairs, "));
+  const std::string said = run.Go(2, &pairs);
+  CHECK_THAT(said, Contains("photos: 3 pairs: 3 are sure, "));
+  CHECK_THAT(said, Contains("\n  3 images belong together: v-0.png, v-1.png, v-2.png\n  /"));
   for (const EstimatedPair& pair : pairs) CHECK(pair.example.image2 != "v_3");
   CHECK(ColmapDatabase(run.output + "/database.db").CameraOf(1).parameters ==
         std::vector<double>{300.0, 160.0, 120.0, -0.05});

@@ -104,6 +104,23 @@ TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {
   CHECK(fs::exists(parts + "/report.html") == HasReportPython());
 }
 
+// Ctrl-C was obeyed only after the whole validation.
+TEST_CASE("a training that is stopped in a validation goes on with it") {
+  const TemporaryFolder folder;
+  const auto whole = folder / "whole", parts = folder / "parts";
+  const std::vector<std::string> changes = {"train.iterations=10", "train.validate_every=5",
+                                            "validation.problems=1500"};
+  REQUIRE(Train(Request(whole, changes), kNever) == TrainOutcome::kFinished);
+  // Four rows of losses: the fifth step waits for its validation.
+  REQUIRE(TrainUntil(Request(parts, changes), [&] { return Metrics(parts).size() >= 5; }) == TrainOutcome::kStopped);
+  CHECK(ReadCheckpointInfo(parts + "/checkpoints/last.safetensors").iteration <= 5);
+  CHECK(Metrics(parts).size() == 5);
+  CHECK_FALSE(fs::exists(parts + "/checkpoints/best.safetensors"));
+  REQUIRE(Resume(Request(parts, changes)) == TrainOutcome::kFinished);
+  CHECK(Metrics(whole) == Metrics(parts));
+  CHECK(ReadFile(whole + "/checkpoints/best.safetensors") == ReadFile(parts + "/checkpoints/best.safetensors"));
+}
+
 // They were not in metrics.csv, the curve and the report unless a row of losses was due at the same step.
 TEST_CASE("validations between two rows of losses are in metrics.csv and the report") {
   const TemporaryFolder folder;
