@@ -270,6 +270,10 @@ int RunTwo(Request request) {
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
   if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
   const bool given = !request.given.file.empty();
+  if (given && task == "shared_focal" && request.given.sizes.empty())
+    throw Error(
+        "--from-matches: a focal length is found about the images' middles: give --sizes, a calibration, or "
+        "--task fundamental");
   bool scores = false;
   MatchedImages matched;
   if (given) matched = ReadMatches(request.given, request.calibration, &scores);

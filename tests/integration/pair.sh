@@ -57,11 +57,12 @@ END
 printf 'x1,y1,x2,y2,score\n1,2,3,4,1\n2,3,4,5,7\n' >"$own/bad_score.csv"
 printf '1 2 3 4\n1 2 x 4\n' >"$own/bad.txt"
 printf '1 2 3\n' >"$own/few.txt"
-expect_error 'bad_score\.csv: match 2: expected a score in \[0, 1\], found 7' pair --from-matches "$own/bad_score.csv"
-expect_error 'bad\.txt:2: expected a number' pair --from-matches "$own/bad.txt"
-expect_error 'few\.txt:1: expected 4 to 8 columns, found 3' pair --from-matches "$own/few.txt"
+expect_error 'bad_score\.csv: match 2: expected a score in \[0, 1\], found 7' pair --from-matches "$own/bad_score.csv" --task homography
+expect_error 'bad\.txt:2: expected a number' pair --from-matches "$own/bad.txt" --task homography
+expect_error 'few\.txt:1: expected 4 to 8 columns, found 3' pair --from-matches "$own/few.txt" --task homography
 expect_error 'needs the two images' pair --from-matches "$own/m.txt" --picture "$own/p.png"
 expect_error 'give --sizes, or --center' pair --from-matches "$own/m.txt" --focal 300
+expect_error 'images. middles: give --sizes' pair --from-matches "$own/m.txt"
 expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
 expect_error 'is for images, not for --from-matches' pair --from-matches "$own/m.txt" --max-keypoints 10
 expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
