@@ -14,6 +14,7 @@
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/files/files.h"
+#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 namespace {
@@ -78,7 +79,7 @@ void ReportScript::Start(const std::string& name, const std::vector<std::string>
   try {
     std::vector<std::string> words = {Python(), "-B", SharedFile("report/" + name)};
     words.insert(words.end(), arguments.begin(), arguments.end());
-    called_ = words.back();
+    folder_ = words.back();
     process_ = Spawn(words, &output_);
   } catch (const Error& error) {
     LogWarning(std::string("no pictures and no page: ") + error.what());
@@ -97,8 +98,9 @@ bool ReportScript::Wait() {
   ::close(output_);
   const int code = EndOfProgram(process_);
   process_ = -1;
+  RemoveLeftOver(folder_);
   if (code == kCannotWrite) throw Error(said);
-  if (code != 0) LogWarning(called_ + ": no pictures or no page: " + (said.empty() ? "the script was stopped" : said));
+  if (code != 0) LogWarning(folder_ + ": no pictures or no page: " + (said.empty() ? "the script was stopped" : said));
   return code == 0;
 }
 

@@ -16,18 +16,19 @@ class ReportScript {
   ReportScript& operator=(const ReportScript&) = delete;
   ~ReportScript() { Stop(); }
 
-  /// Starts a script of this name; one that runs already is stopped.
+  /// Starts a script of this name; one that runs already is stopped. Last of the arguments: the folder it writes to.
   void Start(const std::string& name, const std::vector<std::string>& arguments);
   /// Whether it has not ended yet.
   bool Runs();
-  /// Waits for its end. True where it was started and succeeded. Throws Error where it cannot write a file.
+  /// Waits for its end, and removes what scripts that were killed left half written. True where it was started and
+  /// succeeded. Throws Error where it cannot write a file.
   bool Wait();
   /// Ends it now.
   void Stop();
 
  private:
   int process_ = -1, output_ = -1;
-  std::string called_;
+  std::string folder_;
 };
 
 /// Starts it and waits for its end.

@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <mutex>
 #include <set>
 
@@ -32,6 +34,15 @@ std::string MachineName() {
   return text;
 }
 
+/// Whether a process of this machine has ended; init may be slow to take note of it, or never do.
+bool HasEnded(long process) {
+  if (::kill(static_cast<pid_t>(process), 0) != 0) return errno == ESRCH;
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  const std::string stat((std::istreambuf_iterator<char>(file)), {});  // "PID (NAME) STATE ..."
+  const std::size_t name_end = stat.rfind(')');
+  return name_end != std::string::npos && stat.compare(name_end, 3, ") Z") == 0;
+}
+
 /// "PID-N-MACHINE" and an extension, as TemporaryBeside puts them behind the mark.
 bool IsLeftOver(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename().string();
@@ -48,14 +59,19 @@ bool IsLeftOver(const fs::directory_entry& entry) {
   if (!code && fs::file_time_type::clock::now() - written > kAbandoned) return true;
   const std::string machine = rest.substr(static_cast<std::size_t>(length));
   const bool here = machine.substr(0, machine.find('.')) == MachineName();
-  return here && ::kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
+  return here && HasEnded(process);
 }
 
-void RemoveLeftOver(const fs::path& folder) {
+bool IsSeenFirst(const fs::path& folder) {
   static std::mutex mutex;
   static std::set<fs::path> seen;
   const std::lock_guard lock(mutex);
-  if (!seen.insert(folder).second) return;
+  return seen.insert(folder).second;
+}
+
+}  // namespace
+
+void RemoveLeftOver(const fs::path& folder) {
   // What cannot be listed or removed is in nobody's way.
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
@@ -64,12 +80,10 @@ void RemoveLeftOver(const fs::path& folder) {
   }
 }
 
-}  // namespace
-
 std::string TemporaryBeside(const fs::path& path) {
   static std::atomic<unsigned> next{0};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  RemoveLeftOver(folder);
+  if (IsSeenFirst(folder)) RemoveLeftOver(folder);
   for (;;) {
     const std::string name = "." + path.stem().string().substr(0, kLongestStem) + kMark + std::to_string(::getpid()) +
                              "-" + std::to_string(next++) + "-" + MachineName() + path.extension().string();

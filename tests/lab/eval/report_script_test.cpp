@@ -1,10 +1,15 @@
 #include "lab/eval/report_script.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
 
 #include "core/temporary_folder.h"
 #include "lab/files/files.h"
+#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 
@@ -27,6 +32,20 @@ TEST_CASE("a script that runs can be stopped") {
   CHECK(script.Runs() == HasReportPython());
   script.Stop();
   CHECK_FALSE(script.Runs());
+}
+
+TEST_CASE("half a picture of a report that was killed goes with the next report") {
+  if (!HasReportPython()) return;
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::ofstream(TemporaryBeside(folder.File("curve.png"))) << "half" << std::flush;
+    ::_exit(0);
+  }
+  ::waitpid(child, nullptr, 0);
+  CHECK(folder.NumEntries() == 1);
+  TellRun(folder.path());
+  CHECK(folder.NumEntries() == 0);
 }
 
 }  // namespace diffsac

@@ -12,6 +12,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
+#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 
@@ -153,6 +154,21 @@ TEST_CASE("What killed processes left goes with the next first file; what others
   }
   CHECK_FALSE(std::filesystem::exists(other.File(old)));
   CHECK(other.NumEntries() == 6);
+}
+
+TEST_CASE("What a process left that has ended but was not waited for goes as well") {
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::ofstream(TemporaryBeside(folder.File("a.txt"))) << "half" << std::flush;
+    ::_exit(0);
+  }
+  siginfo_t state{};
+  REQUIRE(::waitid(P_PID, static_cast<id_t>(child), &state, WEXITED | WNOWAIT) == 0);
+  CHECK(folder.NumEntries() == 1);
+  RemoveLeftOver(folder.path());
+  CHECK(folder.NumEntries() == 0);
+  ::waitpid(child, nullptr, 0);
 }
 
 TEST_CASE("RemoveFile removes what is there, and names what it cannot remove") {
