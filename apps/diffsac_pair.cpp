@@ -35,7 +35,8 @@ using namespace diffsac;
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter = R"(Examples:
-  diffsac_pair first.jpg second.jpg                        pose and focal length; matches.png
+  diffsac_pair first.jpg second.jpg                        pose and focal lengths; matches.png
+  diffsac_pair first.jpg second.jpg --same-camera          one focal length for both, which is surer
   diffsac_pair first.jpg second.jpg --focal 2900           pose; the principal point is the image's middle
   diffsac_pair first.jpg second.jpg --calibration K1.txt,K2.txt --json pair.json
   diffsac_pair photos --output pairs                       all pairs of a folder: poses.csv, report.html, database.db
@@ -49,7 +50,7 @@ More: docs/two_view.md)";
 struct Request {
   std::vector<std::string> images;
   std::string list, output = "pairs";
-  bool overwrite = false;
+  bool overwrite = false, same_camera = false;
   std::string task, config_path, method, picture = "matches.png", json, matches;
   std::vector<std::string> assignments;
   GivenMatches given;
@@ -80,7 +81,8 @@ void AddInput(CLI::App* app, Request* request) {
                   "names (default: all pairs)");
   app->add_option("--from-matches", request->given.file,
                   "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
-                  "them, a line each: x1 y1 x2 y2 [ratio [log_size angle]] in pixels; with a header in any order, and "
+                  "them (.npy and .npz too, SuperGlue's among them), a line each: x1 y1 x2 y2 [ratio [log_size angle]] "
+                  "in pixels; with a header in any order, and "
                   "score (0 to 1, higher is better) in the place of ratio");
   app->add_option_function<std::vector<std::string>>(
          "--sizes",
@@ -91,6 +93,8 @@ void AddInput(CLI::App* app, Request* request) {
       ->delimiter(',')
       ->allow_extra_args(false);
   AddCalibrationOptions(app, &request->calibration);
+  app->add_flag("--same-camera", request->same_camera,
+                "Without a calibration: one camera took all images, at one zoom (default: where EXIF data say so)");
   app->add_option_function<std::string>(
          "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
          "sift, rootsift or orb (default: rootsift)")
@@ -104,14 +108,15 @@ void AddInput(CLI::App* app, Request* request) {
 void AddEstimator(CLI::App* app, Request* request) {
   app->add_option("--task", request->task,
                   "essential, shared_focal (R, t and the focal length of both images, which EXIF data hint at), "
-                  "fundamental or homography (default: essential with a calibration, shared_focal without)")
-      ->check(CLI::IsMember({"essential", "shared_focal", "fundamental", "homography"}));
+                  "two_focals (with one for each image), fundamental or homography (default: essential with a "
+                  "calibration; without, shared_focal for images of one camera, else two_focals)")
+      ->check(CLI::IsMember({"essential", "shared_focal", "two_focals", "fundamental", "homography"}));
   app->add_option("--config", request->config_path,
                   "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
   app->add_option("--method", request->method,
                   "The estimator, a row of --config; without a value: says which there are (default: the first, "
-                  "learned_prosac, which draws by a network and runs no reverse process; shared_focal: "
-                  "prosac_marginalised, without a network)")
+                  "learned_prosac, which draws by a network and runs no reverse process; without a "
+                  "calibration: prosac_marginalised, without a network)")
       ->expected(0, 1);
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration (default: nothing)")
       ->allow_extra_args(false);
@@ -178,14 +183,30 @@ void CheckUse(const CLI::App& app, Request* request) {
       throw Error(option + (one ? " is for folders and lists of photographs" : " is for two images"));
 }
 
-std::string TaskOf(const Request& request) {
+bool FindsFocals(const std::string& task) { return task == "shared_focal" || task == "two_focals"; }
+
+/// of_one_camera: whether images without a calibration are.
+std::string TaskOf(const Request& request, bool of_one_camera) {
   const bool calibrated = request.calibration.IsGiven();
+  if (request.same_camera && (calibrated || (!request.task.empty() && request.task != "shared_focal")))
+    throw Error("--same-camera is for images without a calibration, whose focal length is looked for");
   if (request.task == "essential" && !calibrated && !request.only_rows)
     throw Error("an essential matrix needs --calibration, --cameras or --focal");
-  if (request.task == "shared_focal" && calibrated)
-    throw Error("shared_focal finds the focal length: it takes no --calibration, --cameras or --focal");
+  if (FindsFocals(request.task) && calibrated)
+    throw Error(request.task + " finds the focal length: it takes no --calibration, --cameras or --focal");
   if (!request.task.empty()) return request.task;
-  return calibrated ? "essential" : "shared_focal";
+  return calibrated ? "essential" : of_one_camera ? "shared_focal" : "two_focals";
+}
+
+bool AreOfOneCamera(const Request& request, const std::vector<SourceImage>& images) {
+  return CamerasOfPhotographs(images, {}, request.same_camera).IsOne();
+}
+
+bool AreOfOneCamera(const Request& request) {
+  if (request.images.empty()) return request.same_camera;
+  std::vector<SourceImage> images;
+  for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
+  return AreOfOneCamera(request, images);
 }
 
 /// One focal length for both images, where EXIF data say that there are two.
@@ -198,7 +219,15 @@ void WarnOfZoom(const Problem& problem) {
   if (!IsZoomed(problem)) return;
   LogWarning("EXIF data say that the focal lengths are " + std::to_string(std::lround(problem.hint1.focal->focal)) +
              " and " + std::to_string(std::lround(problem.hint2.focal->focal)) +
-             " pixels, and shared_focal takes one for both images: --task fundamental takes none");
+             " pixels, and shared_focal takes one for both images: --task two_focals takes both");
+}
+
+/// Who knows better than EXIF data has something to gain.
+void SayTwoCameras(const Request& request, const std::string& task, const Problem& problem) {
+  const auto sides = [](const ImageSize& size) { return std::minmax(size.width, size.height); };
+  if (task == "two_focals" && request.task.empty() && problem.size1.known() &&
+      sides(problem.size1) == sides(problem.size2))
+    std::cout << "taken as of two cameras, for no EXIF data say that it is one: if it is, --same-camera is surer\n";
 }
 
 std::string RowsText(const ExperimentOptions& experiment) {
@@ -231,7 +260,7 @@ ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
 }
 
 int ListRows(const Request& request) {
-  const std::string task = TaskOf(request);
+  const std::string task = TaskOf(request, request.same_camera);
   std::cout << "--task " << task << ":\n";
   for (const EstimatorRow& row : AllRows(request, task).methods)
     std::cout << "  " << row.name << (row.label.empty() || row.label == row.name ? "" : ": " + row.label) << "\n";
@@ -265,15 +294,15 @@ void RefuseInputs(const Request& request) {
 }
 
 int RunTwo(Request request) {
-  const std::string task = TaskOf(request);
+  const std::string task = TaskOf(request, AreOfOneCamera(request));
   RefuseInputs(request);
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
   if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
   const bool given = !request.given.file.empty();
-  if (given && task == "shared_focal" && request.given.sizes.empty())
+  if (given && FindsFocals(task) && request.given.sizes.empty())
     throw Error(
-        "--from-matches: a focal length is found about the images' middles: give --sizes, a calibration, or "
-        "--task fundamental");
+        "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
+        "fundamental");
   bool scores = false;
   MatchedImages matched;
   if (given) matched = ReadMatches(request.given, request.calibration, &scores);
@@ -291,6 +320,7 @@ int RunTwo(Request request) {
   request.images.resize(2);
   const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};
   std::cout << PairText(matched.pair, estimate, times);
+  SayTwoCameras(request, task, matched.pair.problem);
   if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(matched.pair.problem));
   if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times, run));
   if (!request.picture.empty()) {
@@ -333,8 +363,8 @@ int EndInterrupted(const Request& request, const std::string& what) {
 }
 
 int RunMany(const Request& request) {
-  const std::string task = TaskOf(request);
   Photographs photographs = ListPhotographs(request.images, request.list);
+  const std::string task = TaskOf(request, AreOfOneCamera(request, photographs.source.images));
   std::vector<std::string> paths;
   for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
   const ImageCameras cameras(request.calibration, paths);
@@ -352,8 +382,12 @@ int RunMany(const Request& request) {
     return EndInterrupted(request, "no pair was matched");
   const double threshold_px = ThresholdOf(request, task);
   const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, threads};
-  std::vector<EstimatedPair> pairs =
-      EstimatePairs(photographs.source, store, cameras.given(), estimation, stop_requested);
+  std::vector<ImageSize> sizes;
+  for (std::size_t i = 0; i < paths.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
+  PhotographCameras unknown = CamerasOfPhotographs(photographs.source.images, sizes, request.same_camera);
+  std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, unknown, estimation, stop_requested);
+  const bool settled =
+      !FindsFocals(task) || EstimateWithPooledFocals(photographs.source, estimation, stop_requested, &unknown, &pairs);
   const auto is_done = [](const EstimatedPair& pair) { return pair.done; };
   const auto done = std::count_if(pairs.begin(), pairs.end(), is_done), asked = std::ssize(pairs);
   if (done == 0) return EndInterrupted(request, "no pair was matched");
@@ -362,13 +396,14 @@ int RunMany(const Request& request) {
   });
   if (task == "shared_focal" && zoomed > 0)
     LogWarning("EXIF data say of " + std::to_string(zoomed) +
-               " pairs that their focal lengths differ, and shared_focal takes one for both images: --task fundamental "
-               "takes none");
+               " pairs that their focal lengths differ, and shared_focal takes one for both images: --task two_focals "
+               "takes both");
   const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
     return pair.done && pair.estimate.status == Status::kOk;
   });
-  WritePhotographResults(photographs, store, std::move(pairs), experiment, threshold_px, request.output, std::cout);
-  if (done < asked)
+  WritePhotographResults(photographs, store, unknown, std::move(pairs), experiment, threshold_px, request.output,
+                         std::cout);
+  if (done < asked || !settled)
     return EndInterrupted(request, std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
   store.RemoveCache();
   return any ? kExitOk : kExitNoModel;
@@ -388,7 +423,8 @@ int Run(const CLI::App& app, Request request) {
 int main(int argc, char** argv) {
   KeepFreedMemory();
   CLI::App app{
-      "The model of two images, or of every pair of photographs: their motion with the focal length, or a fundamental, "
+      "The model of two images, or of every pair of photographs: their motion with the focal lengths, or a "
+      "fundamental, "
       "essential or homography matrix"};
   Request request;
   app.set_version_flag("--version", VersionText(kPairProgram));

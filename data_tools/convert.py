@@ -3,6 +3,7 @@
 
     convert.py nerf|llff|strecha|middlebury|projections|poses INPUT OUTPUT    a COLMAP text model with links to the images
     convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
+    convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
 COLMAP's first pixel has its centre at (0.5, 0.5), that of all these formats but NeRF's at (0, 0).
@@ -480,8 +481,31 @@ def yud_plus(source, arguments):
     write_segments(arguments, images, [("yud_plus_train", 0), ("yud_plus_test", 25)])
 
 
+def matches(source, arguments):
+    """N x 4 to 7 numbers as diffsac_pair --matches writes them; or SuperGlue's .npz: keypoints0, keypoints1, matches, match_confidence."""
+    names = ["x1", "y1", "x2", "y2", "ratio", "log_size", "angle"]
+    try:
+        loaded = np.load(source, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise BadInput(f"{source}: no NumPy file of numbers: {error}") from None
+    if isinstance(loaded, np.lib.npyio.NpzFile) and {"keypoints0", "keypoints1", "matches"} <= set(loaded.files):
+        first, second, other = loaded["keypoints0"], loaded["keypoints1"], loaded["matches"]
+        need(other.shape == (len(first),) and (other < len(second)).all(), f"{source}: expected one of keypoints1 for each of keypoints0, or -1")
+        kept = other >= 0
+        values, names = np.column_stack([first[kept], second[other[kept]]]), names[:4]
+        if "match_confidence" in loaded.files:
+            values, names = np.column_stack([values, loaded["match_confidence"][kept]]), [*names, "score"]
+    else:
+        if isinstance(loaded, np.lib.npyio.NpzFile):
+            need(len(loaded.files) == 1, f"{source}: expected one array, or keypoints0, keypoints1 and matches; found {', '.join(loaded.files)}")
+            loaded = loaded[loaded.files[0]]
+        need(loaded.ndim == 2 and loaded.shape[1] in (4, 5, 7), f"{source}: expected N x 4, 5 or 7 numbers, found {loaded.shape}")
+        values, names = loaded, names[: loaded.shape[1]]
+    np.savetxt(arguments.output, np.asarray(values, float), delimiter=",", header=",".join(names), comments="", fmt="%.17g")
+
+
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches)}
 
 
 def main():

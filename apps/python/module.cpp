@@ -96,8 +96,8 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
           const OptionalSize& size1, const OptionalSize& size2, const OptionalPair& principal_point1,
-          const OptionalPair& principal_point2, const OptionalPair& prior, const Real& max_residual_px,
-          const Whole& max_iterations, const Whole& seed) {
+          const OptionalPair& principal_point2, const OptionalPair& prior, const OptionalPair& prior2,
+          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
         const Matches matches = MatchesOf(x1, x2, ratio, size1, size2);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         FocalOptions options;
@@ -105,11 +105,13 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
         options.principal_point1 = PairOf(principal_point1, "principal_point1");
         options.principal_point2 = PairOf(principal_point2, "principal_point2");
         if (const auto likely = PairOf(prior, "prior")) options.prior = FocalPrior{likely->x(), likely->y()};
+        if (const auto likely = PairOf(prior2, "prior2")) options.prior2 = FocalPrior{likely->x(), likely->y()};
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
       "size2"_a = nb::none(), "principal_point1"_a = nb::none(), "principal_point2"_a = nb::none(),
-      "prior"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "prior"_a = nb::none(), "prior2"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0,
+      doc);
 }
 
 /// Points of a scene and where an image shows them; estimate(points, K, options).
@@ -174,6 +176,13 @@ void DefineTwoViews(nb::module_* module) {
         return EstimateOneFocal(matches, K[0], options);
       },
       "K1");
+  DefineFocal(
+      module, "estimate_two_focals",
+      "The same where each image has a camera of its own, of unknown focal length: photographs from anywhere. prior2:\n"
+      "of the second camera, where it is not as `prior`.",
+      [](const Matches& matches, const CameraMatrices<0>&, const FocalOptions& options) {
+        return EstimateTwoFocals(matches, options);
+      });
 }
 
 void DefineSeveralTwoViews(nb::module_* module) {

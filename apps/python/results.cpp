@@ -66,9 +66,9 @@ nb::object FocalOf(const FocalEstimate& focal) {
   fields["focal_px"] = std::pair(focal.focal_px[0], focal.focal_px[1]);
   fields["low_px"] = std::pair(focal.low_px[0], focal.low_px[1]);
   fields["high_px"] = std::pair(focal.high_px[0], focal.high_px[1]);
-  fields["observable"] = focal.observable;
-  fields["prior_focal_px"] = focal.prior_focal_px;
-  fields["prior_log_sigma"] = focal.prior_log_sigma;
+  fields["observable"] = std::pair(focal.observable[0], focal.observable[1]);
+  fields["prior_focal_px"] = std::pair(focal.prior_focal_px[0], focal.prior_focal_px[1]);
+  fields["prior_log_sigma"] = std::pair(focal.prior_log_sigma[0], focal.prior_log_sigma[1]);
   return Make("Focal", fields);
 }
 

@@ -75,6 +75,7 @@ struct FocalOptions : ImageOptions {
   /// The likeliest focal length in pixels and how sure it is (EXIF's, say, with .1); absent: that of cameras in
   /// general, for which Matches has the sizes.
   std::optional<FocalPrior> prior = {};
+  std::optional<FocalPrior> prior2 = {};  ///< EstimateTwoFocals: of the second image; absent: as `prior`.
   /// Throws Error naming the field and what was expected.
   void Check() const;
 };
@@ -143,8 +144,9 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
 /// Of two views of unknown focal length. model: x2ᵀ F x1 = 0 in pixels. There is no pose_covariance: none that is told
 /// from the matches alone holds the truth as often as it says (docs/estimates.md).
 struct SharedFocalEstimate : TwoViewEstimate {
-  std::optional<FocalEstimate> focal = {};  ///< With its interval; where it is not `observable` it is the prior's.
-  CameraPair cameras = {};                  ///< Of this focal length.
+  /// With their intervals; one that is not `observable` is the prior's.
+  std::optional<FocalEstimate> focal = {};
+  CameraPair cameras = {};  ///< Of these focal lengths.
 };
 /// model: [R | t], world-to-camera, u ~ K (R X + t).
 struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
@@ -173,6 +175,9 @@ SharedFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptio
 /// The first camera is calibrated, the focal length of the second is unknown: `options` are of the second image.
 SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix3d& K1,
                                      const FocalOptions& options = {});
+/// Each image is of a camera of its own, of unknown focal length: photographs from anywhere. Draws by PROSAC; there is
+/// no network.
+SharedFocalEstimate EstimateTwoFocals(const Matches& matches, const FocalOptions& options = {});
 /// A homography. Draws by a network and PROSAC.
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options = {});
 /// The pose of an image whose calibration is K, without lens distortion. Draws by PROSAC where there are ratios.

@@ -360,7 +360,7 @@
   const modelText = (line) => {
     if (!line.details) return '';
     const parts = [], {noise, model: values, pose, undetermined} = line.details;
-    const names = {homography: 'H', fundamental: 'F', essential: 'E', shared_focal: 'E', one_focal: 'E'};
+    const names = {homography: 'H', fundamental: 'F', essential: 'E', shared_focal: 'E', one_focal: 'E', two_focals: 'E'};
     if (undetermined) parts.push(undetermined);
     else if (values && names[data.task]) parts.push(matrix(names[data.task], values.slice(0, 9), 3));
     else if (values && (data.task === 'line' || data.task === 'plane'))

@@ -110,7 +110,7 @@ TEST_CASE("a pose without a calibration has no covariance", "[covariance]") {
   CHECK(ClassicalEstimator(RecommendedClassical(Task::kEssential)).Run(problem, 1).pose_covariance);
   problem.hint1.K = problem.cameras->K1;
   problem.cameras.reset();
-  for (const Task task : {Task::kSharedFocal, Task::kOneFocal}) {
+  for (const Task task : {Task::kSharedFocal, Task::kOneFocal, Task::kTwoFocals}) {
     problem.task = task;
     const Estimate estimate = ClassicalEstimator(RecommendedClassical(task)).Run(problem, 1);
     CHECK(estimate.focal);

@@ -56,7 +56,7 @@ TEST_CASE("pose and focal length come from matches without a calibration") {
     const double truth = example.truth.cameras->K1(0, 0);
     accurate += ErrorDegrees(example, estimate) < 10.0 ? 1 : 0;
     within += std::abs(estimate.focal->focal_px[0] / truth - 1.0) < 0.15 ? 1 : 0;
-    observable += estimate.focal->observable ? 1 : 0;
+    observable += estimate.focal->observable[0] ? 1 : 0;
     CHECK(estimate.focal->low_px[0] <= estimate.focal->high_px[0]);
     CHECK(estimate.focal->focal_px[0] == estimate.focal->focal_px[1]);
   }
@@ -72,13 +72,14 @@ TEST_CASE("straight ahead, and on one plane, the focal length is the prior's and
   for (int i = 0; i < kProblems; ++i) {
     const Estimate ahead = Estimated(Generated("shared_focal", kForward, i).problem);
     REQUIRE(ahead.focal);
-    forward += ahead.focal->observable ? 0 : 1;
-    if (!ahead.focal->observable)
-      CHECK(std::abs(std::log(ahead.focal->focal_px[0] / ahead.focal->prior_focal_px)) < ahead.focal->prior_log_sigma);
+    forward += ahead.focal->observable[0] ? 0 : 1;
+    if (!ahead.focal->observable[0])
+      CHECK(std::abs(std::log(ahead.focal->focal_px[0] / ahead.focal->prior_focal_px[0])) <
+            ahead.focal->prior_log_sigma[0]);
     // Without outliers: a few of them in an epipolar band would choose among the epipoles that a plane leaves.
     const Estimate plane = Estimated(Generated("shared_focal", kPlanar, i, "0").problem);
     REQUIRE(plane.focal);
-    planar += plane.focal->observable ? 0 : 1;
+    planar += plane.focal->observable[0] ? 0 : 1;
   }
   CAPTURE(forward, planar);
   CHECK(forward >= 7);
@@ -98,6 +99,39 @@ TEST_CASE("with one camera calibrated the other one's focal length is found") {
   CHECK(within >= 6);
 }
 
+TEST_CASE("photographs by two cameras have two focal lengths, each with its interval, and their pose") {
+  int accurate = 0, within = 0, held = 0, lengths = 0;
+  for (int i = 0; i < 12; ++i) {
+    const Example example = Generated("two_focals", kGeneral, i);
+    REQUIRE_FALSE(example.problem.cameras);
+    const Estimate estimate = Estimated(example.problem);
+    REQUIRE(estimate.status == Status::kOk);
+    REQUIRE(estimate.focal);
+    accurate += TruthOf(Task::kTwoFocals).error(&estimate.model, estimate.inliers, example).angle_deg < 10.0 ? 1 : 0;
+    for (int k = 0; k < 2; ++k, ++lengths) {
+      const double truth = (k == 0 ? example.truth.cameras->K1 : example.truth.cameras->K2)(0, 0);
+      within += std::abs(estimate.focal->focal_px[k] / truth - 1.0) < 0.2 ? 1 : 0;
+      held += estimate.focal->low_px[k] <= truth && truth <= estimate.focal->high_px[k] ? 1 : 0;
+    }
+  }
+  CAPTURE(accurate, within, held, lengths);
+  CHECK(accurate >= 8);
+  CHECK(within >= 14);
+  CHECK(held >= 12);
+}
+
+TEST_CASE("images in the other order have the other order's focal lengths") {
+  const Example example = Generated("two_focals", kGeneral, 3);
+  Problem swapped = example.problem;
+  swapped.points << example.problem.points.rightCols(2), example.problem.points.leftCols(2);
+  std::swap(swapped.size1, swapped.size2);
+  std::swap(swapped.hint1, swapped.hint2);
+  const Estimate one = Estimated(example.problem), other = Estimated(swapped);
+  REQUIRE(one.focal);
+  REQUIRE(other.focal);
+  for (int k = 0; k < 2; ++k) CHECK(other.focal->focal_px[1 - k] == Approx(one.focal->focal_px[k]).epsilon(0.05));
+}
+
 TEST_CASE("a narrow prior of its own is the problem's") {
   Example example = Generated("shared_focal", kGeneral, 0);
   const double truth = example.truth.cameras->K1(0, 0);
@@ -105,7 +139,7 @@ TEST_CASE("a narrow prior of its own is the problem's") {
   const Estimate estimate = Estimated(example.problem);
   REQUIRE(estimate.focal);
   CHECK(estimate.focal->focal_px[0] == Approx(1.1 * truth).epsilon(0.01));
-  CHECK(estimate.focal->prior_log_sigma == 1e-4);
+  CHECK(estimate.focal->prior_log_sigma[0] == 1e-4);
 }
 
 TEST_CASE("degenerate matches have a status, with an unknown focal length too") {
@@ -126,7 +160,7 @@ TEST_CASE("degenerate matches have a status, with an unknown focal length too") 
   PointMatrix still = points;
   still.rightCols(2) = still.leftCols(2);
   const Estimate same = Estimated(MatchesOf(still));
-  if (same.focal) CHECK_FALSE(same.focal->observable);
+  if (same.focal) CHECK_FALSE(same.focal->observable[0]);
 }
 
 TEST_CASE("the functions of the header say the same, in pixels") {
@@ -158,6 +192,15 @@ TEST_CASE("the functions of the header say the same, in pixels") {
   const SharedFocalEstimate one = EstimateOneFocal(matches, example.truth.cameras->K1);
   REQUIRE(one.ok());
   CHECK(one.cameras.K1(0, 0) == Approx(example.truth.cameras->K1(0, 0)));
+  FocalOptions narrow;
+  narrow.prior = FocalPrior{700.0, 1e-4};
+  narrow.prior2 = FocalPrior{900.0, 1e-4};
+  const SharedFocalEstimate two = EstimateTwoFocals(matches, narrow);
+  REQUIRE(two.ok());
+  CHECK(two.cameras.K1(0, 0) == Approx(700.0).epsilon(0.01));
+  CHECK(two.cameras.K2(0, 0) == Approx(900.0).epsilon(0.01));
+  narrow.prior2->focal = -1.0;
+  CHECK_THROWS_WITH(EstimateTwoFocals(matches, narrow), Catch::Contains("prior2.focal"));
 }
 
 }  // namespace diffsac

@@ -30,7 +30,9 @@ UnknownFocalScene MakeUnknownFocalScene(UnknownFocal unknown, int count, Rng& rn
   UnknownFocalScene scene;
   scene.pose = testing::RandomPose(rng, 0.4);
   if (motion == Motion::kForward) scene.pose = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitZ()};
-  const double focal = std::exp(rng.Uniform(-0.5, 0.5)), first = unknown == UnknownFocal::kBoth ? focal : 1.0;
+  const double focal = std::exp(rng.Uniform(-0.5, 0.5));
+  double first = unknown == UnknownFocal::kBoth ? focal : 1.0;
+  if (unknown == UnknownFocal::kEach) first = std::exp(rng.Uniform(-0.5, 0.5));
   scene.points.resize(count, 4);
   const Eigen::Vector3d translation =
       motion == Motion::kTurn ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(scene.pose.translation);
@@ -43,16 +45,19 @@ UnknownFocalScene MakeUnknownFocalScene(UnknownFocal unknown, int count, Rng& rn
     for (int j = 0; j < 4; ++j) scene.points(i, j) += noise * rng.Normal();
     ++i;
   }
-  scene.model = AsFocalParameters(AsParameters(EssentialFromPose(scene.pose)), focal);
+  scene.model = AsFocalParameters(AsParameters(EssentialFromPose(scene.pose)), first, focal);
   return scene;
 }
 
 /// Of E, whichever sign it has, and of log f.
 double FocalModelDistance(const FocalParameters& a, const FocalParameters& b) {
-  return testing::ModelDistance(a.head<9>(), b.head<9>()) + std::abs(std::log(a[9] / b[9]));
+  return testing::ModelDistance(a.head<9>(), b.head<9>()) + std::abs(std::log(a[9] / b[9])) +
+         std::abs(std::log(a[10] / b[10]));
 }
 
-constexpr UnknownFocal kBoth = UnknownFocal::kBoth, kSecond = UnknownFocal::kSecond;
+constexpr UnknownFocal kBoth = UnknownFocal::kBoth, kSecond = UnknownFocal::kSecond, kEach = UnknownFocal::kEach;
+
+FocalPriors Same(const FocalPrior& prior) { return {prior, prior}; }
 
 template <class Manifold>
 void CheckTangent(const FocalParameters& model, const double* point) {
@@ -72,26 +77,28 @@ void CheckTangent(const FocalParameters& model, const double* point) {
 }
 
 /// Starts from a model that is off by a few hundredths.
+template <UnknownFocal kUnknown>
 FocalParameters Disturbed(const FocalParameters& model, Rng& rng) {
-  Eigen::Matrix<double, 6, 1> step;
+  typename FocalManifold<kUnknown, false>::Step step;
   for (double& value : step) value = 0.03 * rng.Normal();
-  return FocalManifold<kBoth, false>::From(model).Retract(step).Model();
+  return FocalManifold<kUnknown, false>::From(model).Retract(step).Model();
 }
 
-template <class Model>
-void CheckFits(UnknownFocal unknown) {
+template <UnknownFocal kUnknown>
+void CheckFits() {
+  using Model = FocalModel<kUnknown>;
   Rng rng(4);
   for (int trial = 0; trial < 20; ++trial) {
     CAPTURE(trial);
-    const UnknownFocalScene scene = MakeUnknownFocalScene(unknown, 60, rng);
+    const UnknownFocalScene scene = MakeUnknownFocalScene(kUnknown, 60, rng);
     FocalParameters model;
     REQUIRE(Model::Fit(scene.points, Eigen::VectorXd::Ones(60), &model));
     CHECK(FocalModelDistance(model, scene.model) < 1e-3);
     // The prior weighs as the residuals do at the start: nothing at the true model.
-    model = Disturbed(scene.model, rng);
+    model = Disturbed<kUnknown>(scene.model, rng);
     for (int round = 0; round < 3; ++round) REQUIRE(Model::FitFrom(scene.points, Eigen::VectorXd::Ones(60), &model));
     CHECK(FocalModelDistance(model, scene.model) < 1e-3);
-    model = Disturbed(scene.model, rng);
+    model = Disturbed<kUnknown>(scene.model, rng);
     for (int round = 0; round < 3; ++round)
       Model::Refine(scene.points, Eigen::VectorXd::Ones(60), {LossKind::kTruncated, 0.1}, &model);
     CHECK(FocalModelDistance(model, scene.model) < 1e-3);
@@ -108,23 +115,26 @@ TEST_CASE("the tangents of unknown focal lengths are derivatives") {
     CheckTangent<FocalManifold<kBoth, true>>(scene.model, scene.points.data());
     CheckTangent<FocalManifold<kSecond, false>>(scene.model, scene.points.data());
     CheckTangent<FocalManifold<kSecond, true>>(scene.model, scene.points.data());
+    CheckTangent<FocalManifold<kEach, false>>(scene.model, scene.points.data());
+    CheckTangent<FocalManifold<kEach, true>>(scene.model, scene.points.data());
   }
 }
 
 TEST_CASE("the prior's share of the normal equations is its penalty's derivative") {
   Rng rng(2);
-  FocalManifold<kBoth, false> state = FocalManifold<kBoth, false>::From(MakeUnknownFocalScene(kBoth, 1, rng).model);
-  state.prior_weight = 3.0;
-  state.log_median = 0.2;
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  FocalManifold<kEach, false> state = FocalManifold<kEach, false>::From(MakeUnknownFocalScene(kEach, 1, rng).model);
+  state.prior_weight = {5.0, 3.0};
+  state.log_median = {-0.1, 0.2};
+  Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
+  Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
   state.AddPenalty(&normal, &gradient);
   const auto penalty = [&](const Eigen::VectorXd& step) {
-    return Eigen::VectorXd::Constant(1, state.Retract(Eigen::Matrix<double, 6, 1>(step)).Penalty()).eval();
+    return Eigen::VectorXd::Constant(1, state.Retract(Eigen::Matrix<double, 7, 1>(step)).Penalty()).eval();
   };
-  testing::CheckJacobian(penalty, Eigen::VectorXd::Zero(6), 2.0 * gradient.transpose());
-  CHECK(normal(5, 5) == 3.0);
-  CHECK(normal.sum() == 3.0);
+  testing::CheckJacobian(penalty, Eigen::VectorXd::Zero(7), 2.0 * gradient.transpose());
+  CHECK(normal(5, 5) == 5.0);
+  CHECK(normal(6, 6) == 3.0);
+  CHECK(normal.sum() == 8.0);
 }
 
 TEST_CASE("minimal sets give the true model, and with the right focal length assumed five points do on a plane") {
@@ -143,7 +153,7 @@ TEST_CASE("minimal sets give the true model, and with the right focal length ass
     found += best(scene, SharedFocal::SolveMinimal(scene.points, set, models)) < 1e-6 ? 1 : 0;
     UnknownFocalScene plane = MakeUnknownFocalScene(kBoth, 6, rng, 0.0, Motion::kAny, true);
     plane.points /= plane.model[9];
-    plane.model[9] = 1.0;
+    plane.model.tail<2>().setOnes();
     on_plane += best(plane, SharedFocal::SolveMinimal(plane.points, set, models)) < 1e-6 ? 1 : 0;
   }
   CAPTURE(found, on_plane);
@@ -152,8 +162,9 @@ TEST_CASE("minimal sets give the true model, and with the right focal length ass
 }
 
 TEST_CASE("fits and refinements without noise end at the true model") {
-  CheckFits<SharedFocal>(kBoth);
-  CheckFits<OneFocal>(kSecond);
+  CheckFits<kBoth>();
+  CheckFits<kSecond>();
+  CheckFits<kEach>();
 }
 
 TEST_CASE("a narrow prior holds the focal length, a wide one lets the points decide") {
@@ -163,9 +174,11 @@ TEST_CASE("a narrow prior holds the focal length, a wide one lets the points dec
   RefineOptions options;
   options.loss = {LossKind::kTrivial};
   FocalParameters free = scene.model, held = scene.model;
-  CHECK(RefineFocal(kBoth, scene.points, weights, options, {2.0 * scene.model[9], 1e3}, &free).status == Status::kOk);
+  CHECK(RefineFocal(kBoth, scene.points, weights, options, Same({2.0 * scene.model[9], 1e3}), &free).status ==
+        Status::kOk);
   CHECK(free[9] == Approx(scene.model[9]).epsilon(0.05));
-  CHECK(RefineFocal(kBoth, scene.points, weights, options, {1.2 * scene.model[9], 1e-5}, &held).status == Status::kOk);
+  CHECK(RefineFocal(kBoth, scene.points, weights, options, Same({1.2 * scene.model[9], 1e-5}), &held).status ==
+        Status::kOk);
   CHECK(held[9] == Approx(1.2 * scene.model[9]).epsilon(0.01));
 }
 
@@ -234,7 +247,7 @@ void CheckRecovers() {
       const Eigen::Matrix3d e = AsMatrix(essential);
       CHECK((2.0 * e * e.transpose() * e - (e * e.transpose()).trace() * e).norm() < 1e-7);
       for (int i = 0; i < 6; ++i) {
-        const Eigen::Matrix3d f = AsMatrix(FundamentalOf(kUnknown, models[k]));
+        const Eigen::Matrix3d f = AsMatrix(FundamentalOf(models[k]));
         const Eigen::Vector3d x1(scene.points(i, 0), scene.points(i, 1), 1.0);
         const Eigen::Vector3d x2(scene.points(i, 2), scene.points(i, 3), 1.0);
         CHECK(std::abs(x2.dot(f * x1)) < 1e-10 * std::max(1.0, f.norm()));
@@ -278,11 +291,40 @@ TEST_CASE("the six-point solver of a shared focal length has PoseLib's solutions
     RelativePose pose;
     pose.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(solution.rotation);
     pose.translation = Eigen::Map<const Eigen::Vector3d>(solution.translation);
-    const FocalParameters model = AsFocalParameters(AsParameters(EssentialFromPose(pose)), solution.focal);
+    const FocalParameters model = AsFocalParameters(kBoth, AsParameters(EssentialFromPose(pose)), solution.focal);
     double best = 9.0;
     for (int k = 0; k < count; ++k) best = std::min(best, FocalModelDistance(models[k], model));
     CHECK(best < 1e-7);
   }
+}
+
+TEST_CASE("F says two focal lengths, but not where the axes meet, and seven points give the true model") {
+  Rng rng(8);
+  int found = 0;
+  const int set[] = {0, 1, 2, 3, 4, 5, 6};
+  constexpr int kTrials = 300;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const UnknownFocalScene scene = MakeUnknownFocalScene(kEach, 7, rng);
+    double focal1 = 0.0, focal2 = 0.0;
+    REQUIRE(FocalsOfFundamental(FundamentalOf(scene.model), &focal1, &focal2));
+    CHECK(focal1 == Approx(scene.model[9]).epsilon(1e-6));
+    CHECK(focal2 == Approx(scene.model[10]).epsilon(1e-6));
+    FocalParameters models[TwoFocals::kMaxSolutions];
+    const int count = TwoFocals::SolveMinimal(scene.points, set, models);
+    double least = 9.0;
+    for (int k = 0; k < count; ++k) least = std::min(least, FocalModelDistance(models[k], scene.model));
+    found += least < 1e-5 ? 1 : 0;
+  }
+  CAPTURE(found);
+  CHECK(found >= 0.95 * kTrials);
+  // A camera beside the other one, both looking at one point.
+  RelativePose fixating;
+  const double angle = 0.3;
+  fixating.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  fixating.translation = Eigen::Vector3d(0.0, 0.0, 1.0) - fixating.rotation * Eigen::Vector3d(0.0, 0.0, 1.0);
+  double focal1 = 0.0, focal2 = 0.0;
+  const Matrix3Parameters e = AsParameters(EssentialFromPose(fixating));
+  CHECK_FALSE(FocalsOfFundamental(WithFocals(e, 1.2, 0.8), &focal1, &focal2));
 }
 
 TEST_CASE("sets that determine nothing have no six-point solution") {
@@ -305,36 +347,43 @@ namespace {
 constexpr double kNoise = 1e-3;
 const RobustLoss kLoss{LossKind::kMarginalised, 4e-3, 1e-3};
 
-bool Marginalise(UnknownFocal unknown, const UnknownFocalScene& scene, const FocalPrior& prior, FocalParameters* model,
-                 FocalPosterior* out) {
-  return MarginaliseFocal(unknown, scene.points, Eigen::VectorXd::Ones(scene.points.rows()), kLoss, prior, model, out);
+bool Marginalise(UnknownFocal unknown, const UnknownFocalScene& scene, const FocalPriors& priors,
+                 FocalParameters* model, FocalPosteriors* out) {
+  return MarginaliseFocal(unknown, scene.points, Eigen::VectorXd::Ones(scene.points.rows()), kLoss, priors, model, out);
 }
 
 template <class Draw>
 void CheckCalibrated(UnknownFocal unknown, double log_sigma, const Draw& draw) {
-  constexpr int kTrials = 300;
+  // A grid of two dimensions takes longer.
+  const int trials = unknown == kEach ? 150 : 300;
   Rng rng(1);
   int covered = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < trials; ++trial) {
     const UnknownFocalScene scene = draw(rng);
     // The truth is a draw from the prior.
-    const FocalPrior prior{scene.model[9] * std::exp(log_sigma * rng.Normal()), log_sigma};
+    const double first = std::exp(log_sigma * rng.Normal()),
+                 second = unknown == kEach ? std::exp(log_sigma * rng.Normal()) : first;
+    const FocalPriors priors = {{{scene.model[9] * first, log_sigma}, {scene.model[10] * second, log_sigma}}};
     FocalParameters model = scene.model;
-    FocalPosterior posterior;
-    REQUIRE(Marginalise(unknown, scene, prior, &model, &posterior));
-    covered += posterior.low <= scene.model[9] && scene.model[9] <= posterior.high ? 1 : 0;
+    FocalPosteriors posterior;
+    REQUIRE(Marginalise(unknown, scene, priors, &model, &posterior));
+    const int image = unknown == kEach ? trial % 2 : 1;
+    const double truth = scene.model[9 + image];
+    covered += posterior[image].low <= truth && truth <= posterior[image].high ? 1 : 0;
   }
   CAPTURE(covered);
-  // .68 of 300 within three standard deviations.
-  CHECK(covered >= 0.60 * kTrials);
-  CHECK(covered <= 0.765 * kTrials);
+  // .68 within three standard deviations.
+  const double reach = 3.0 * std::sqrt(0.68 * 0.32 / trials);
+  CHECK(covered >= (0.68 - reach) * trials);
+  CHECK(covered <= (0.68 + reach) * trials);
 }
 
 }  // namespace
 
 TEST_CASE(
     "the interval of the focal length holds the true one in 68 of 100 problems where four matches share an error") {
-  for (const UnknownFocal unknown : {UnknownFocal::kBoth, UnknownFocal::kSecond}) {
+  for (const UnknownFocal unknown : {kBoth, kSecond, kEach}) {
+    CAPTURE(static_cast<int>(unknown));
     const auto shared = [](UnknownFocalScene scene) {
       scene.points = scene.points.replicate(4, 1).eval();
       return scene;
@@ -352,20 +401,21 @@ TEST_CASE(
 TEST_CASE("where the motion shows the focal length the matches decide, else the prior does") {
   Rng rng(2);
   for (int trial = 0; trial < 10; ++trial) {
-    FocalPosterior posterior;
+    FocalPosteriors posteriors;
+    const FocalPosterior& posterior = posteriors[1];
     UnknownFocalScene scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 400, rng, 1e-4);
     // A sideways look turned about two axes shows it.
     scene.pose.translation = Eigen::Vector3d::UnitX();
     FocalParameters model = scene.model;
     const FocalPrior off{1.4 * scene.model[9], 0.5};
-    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, off, &model, &posterior));
+    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, Same(off), &model, &posteriors));
     if (posterior.observable) CHECK(posterior.focal == Approx(scene.model[9]).epsilon(0.25));
     CHECK(posterior.low <= posterior.high);
     CHECK(model[9] == Approx(posterior.focal));
 
     scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 400, rng, 1e-4, Motion::kForward);
     model = scene.model;
-    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, off, &model, &posterior));
+    REQUIRE(Marginalise(UnknownFocal::kBoth, scene, Same(off), &model, &posteriors));
     CHECK_FALSE(posterior.observable);
     CHECK(posterior.focal == Approx(off.focal).epsilon(0.1));
     CHECK(posterior.prior.focal == off.focal);
@@ -376,16 +426,16 @@ TEST_CASE("a posterior needs points and a prior") {
   Rng rng(3);
   const UnknownFocalScene scene = MakeUnknownFocalScene(UnknownFocal::kBoth, 30, rng, kNoise);
   FocalParameters model = scene.model;
-  FocalPosterior posterior;
+  FocalPosteriors posterior;
   UnknownFocalScene few = scene;
   few.points.conservativeResize(6, 4);
-  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, few, {1.0, 0.3}, &model, &posterior));
-  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {1.0, 0.0}, &model, &posterior));
-  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {0.0, 0.3}, &model, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, few, Same({1.0, 0.3}), &model, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, Same({1.0, 0.0}), &model, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, Same({0.0, 0.3}), &model, &posterior));
   CHECK(model == scene.model);
   FocalParameters broken = scene.model;
   broken[2] = std::numeric_limits<double>::quiet_NaN();
-  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, {1.0, 0.3}, &broken, &posterior));
+  CHECK_FALSE(Marginalise(UnknownFocal::kBoth, scene, Same({1.0, 0.3}), &broken, &posterior));
 }
 
 }  // namespace diffsac

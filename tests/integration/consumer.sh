@@ -22,7 +22,7 @@ awk 'BEGIN { srand(1); for (i = 0; i < 200; ++i) { x = 4 * rand() - 2; y = 3 * r
     w ? 640 * rand() : 600 * x2 / z2 + 320, w ? 480 * rand() : 600 * (y + 0.1) / z2 + 240, w ? 0.9 : 0.5 } }' >"$own/rows"
 estimates() { "$own/build/estimates" <"$own/rows"; }
 run_expecting 0 estimates
-for name in essential fundamental homography absolute_pose shared_focal one_focal line plane; do
+for name in essential fundamental homography absolute_pose shared_focal one_focal two_focals line plane; do
   grep -q "^$name.model [-0-9]" "$own/out" || { cat "$own/out" >&2; fail "no $name"; }
 done
 for name in essential absolute_pose; do

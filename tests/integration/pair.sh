@@ -30,11 +30,17 @@ mkdir "$own/empty"
 # The essential matrix where there is a calibration; else with the focal length, or the fundamental one.
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_marginalised --picture ""
 grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --picture "" --json "$own/focal.json"
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --same-camera --picture "" --json "$own/focal.json"
 grep -q '^essential matrix and focal length: ' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
 # A shift of the image, as a plane or a turn in place gives it, says nothing of the focal length.
 grep -q ' f = [0-9.]* px, 68 % within .*not observable' "$own/out" || { cat "$own/out" >&2; fail "the focal length of a shift"; }
-grep -q '"observable": false' "$own/focal.json" || fail "the JSON has no focal length"
+python3 -c 'import json, sys; f = json.load(open(sys.argv[1]))["focal"]; assert f["observable"] == [False] * 2 and f["source"] == ["prior"] * 2, f' \
+  "$own/focal.json" || fail "the JSON has no focal length"
+# That one camera took both nobody says: each has its own focal length.
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --picture ""
+grep -q '^essential matrix and two focal lengths: ' "$own/out" || { cat "$own/out" >&2; fail "no two focal lengths"; }
+grep -q -- '--same-camera is surer' "$own/out" || fail "does not say how to say that it is one camera"
+expect_error 'without a calibration' pair "$own/a.pgm" "$own/b.pgm" --same-camera --calibration "$own/K.txt"
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task fundamental --method prosac_marginalised --picture ""
 grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
 # Its own matches, and others in any order of columns, give what the images give.
@@ -42,6 +48,22 @@ run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --picture "" --
 run_expecting 0 pair --from-matches "$own/m.txt" --sizes 200x150 --task homography --json "$own/given.json"
 { echo "ratio,x2,y2,x1,y1"; awk '{printf "%s,%s,%s,%s,%s\n", $5, $3, $4, $1, $2}' "$own/m.txt"; } >"$own/m.csv"
 run_expecting 0 pair --from-matches "$own/m.csv" --task homography --method prosac_marginalised --json "$own/columns.json"
+# NumPy's, and SuperGlue's.
+/usr/bin/python3 - "$own" <<'END'
+import sys, numpy as np
+own = sys.argv[1]
+m = np.loadtxt(own + "/m.txt")
+np.save(own + "/m.npy", m)
+n = len(m)
+np.savez(own + "/glue.npz", keypoints0=m[:, :2], keypoints1=m[::-1, 2:4], matches=np.arange(n)[::-1], match_confidence=1 - m[:, 4])
+np.savez(own + "/two.npz", a=m, b=m)
+END
+run_expecting 0 pair --from-matches "$own/m.npy" --sizes 200x150 --task homography --json "$own/numpy.json"
+python3 -c 'import json, sys; a, b = (json.load(open(f))["model"] for f in sys.argv[1:]); assert a == b, (a, b)' \
+  "$own/given.json" "$own/numpy.json" || fail "NumPy's matches give something else"
+run_expecting 0 pair --from-matches "$own/glue.npz" --task homography --json "$own/glue.json"
+grep -q '"prosac_marginalised"' "$own/glue.json" || fail "scores are taken for ratios"
+expect_error 'expected one array, or keypoints0' pair --from-matches "$own/two.npz" --task homography
 run_expecting 0 pair --from-matches "$own/m.csv" --calibration "$own/K.txt" "$own/a.pgm" "$own/b.pgm" --picture "$own/given.png"
 expect_file "$own/given.png"
 { echo "x1,y1,x2,y2,score"; awk '{printf "%s,%s,%s,%s,%s\n", $1, $2, $3, $4, 1 - $5}' "$own/m.txt"; } >"$own/scores.csv"

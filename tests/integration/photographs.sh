@@ -46,6 +46,15 @@ for row in csv.DictReader(open(sys.argv[1])):
     assert abs(sum(float(row[t]) ** 2 for t in ("tx", "ty", "tz")) - 1) < 1e-6 and row["focal1_px"] == "300", row
 END
 
+# Without a calibration all pairs of a camera say its focal length together, and the file says where it comes from.
+run_expecting 0 pair "$photos" --output "$own/unknown" --threads 1
+python3 - "$own/unknown/poses.csv" <<'END' || fail "no focal lengths"
+import csv, sys
+for row in csv.DictReader(open(sys.argv[1])):
+    for image in "12":
+        assert float(row[f"focal{image}_px"]) > 0 and row[f"focal{image}_source"] in ("matches", "pairs", "prior"), row
+END
+
 # One K for an image that was turned: a warning.
 gray_blobs 150 200 140 3 0 >"$own/turned.pgm"
 run_expecting 0 pair "$photos/v-0.pgm" "$photos/v-1.pgm" --calibration "$K" --method prosac_marginalised --picture ""

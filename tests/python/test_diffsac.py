@@ -145,8 +145,11 @@ class TestEstimates(unittest.TestCase):
         one = diffsac.estimate_one_focal(
             s.x1, s.x2, K, s.ratio, principal_point1=(320, 240), principal_point2=(320, 240), prior=(650, 0.2)
         )
-        self.assertEqual(one.focal.prior_focal_px, 650)
+        self.assertEqual(one.focal.prior_focal_px[1], 650)
         self.assertLess(abs(one.focal.focal_px[1] / 600 - 1), 0.1)
+        two = diffsac.estimate_two_focals(s.x1, s.x2, s.ratio, size1=SIZE, size2=SIZE, prior=(620, 0.1), prior2=(580, 0.1))
+        self.assertEqual(two.focal.prior_focal_px, (620, 580))
+        self.assertEqual((two.K1[0, 0], two.K2[0, 0]), two.focal.focal_px)
 
     def test_several(self):
         t = np.arange(40.0)
@@ -521,6 +524,7 @@ class TestDigits(unittest.TestCase):
         self.same_estimate("absolute_pose", diffsac.estimate_absolute_pose(s.points3d, s.x2, K, s.ratio))
         self.same_estimate("shared_focal", diffsac.estimate_shared_focal(*matches, s.ratio, **sizes))
         self.same_estimate("one_focal", diffsac.estimate_one_focal(*matches, K, s.ratio, **sizes))
+        self.same_estimate("two_focals", diffsac.estimate_two_focals(*matches, s.ratio, **sizes))
         self.same_estimate("line", diffsac.estimate_line(s.x2, 9.0))
         self.same_estimate("plane", diffsac.estimate_plane(s.points3d, 0.3))
 

@@ -36,6 +36,7 @@ estimate_one_focal = _explained(_native.estimate_one_focal)
 estimate_plane = _explained(_native.estimate_plane)
 estimate_planes = _explained(_native.estimate_planes)
 estimate_shared_focal = _explained(_native.estimate_shared_focal)
+estimate_two_focals = _explained(_native.estimate_two_focals)
 estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
 __version__: str = _native.VERSION
@@ -70,5 +71,6 @@ __all__ = [
     "estimate_plane",
     "estimate_planes",
     "estimate_shared_focal",
+    "estimate_two_focals",
     "estimate_vanishing_points",
 ]

@@ -54,14 +54,15 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Focal:
-    """Focal lengths of the two images in pixels, by the matches and the prior together."""
+    """Focal lengths of the two images in pixels, by the matches and the prior together; a length that was given is
+    observable, with a prior of width 0."""
 
     focal_px: Tuple[float, float]
     low_px: Tuple[float, float]  # From `low_px` to `high_px`: the central 68 %.
     high_px: Tuple[float, float]
-    observable: bool  # Whether the matches say more than the prior does.
-    prior_focal_px: float
-    prior_log_sigma: float
+    observable: Tuple[bool, bool]  # Whether the matches say more than the prior does.
+    prior_focal_px: Tuple[float, float]
+    prior_log_sigma: Tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,7 @@ class SharedFocalEstimate(TwoViewEstimate):
     """F of two views of unknown focal length. `pose_covariance` is None."""
 
     focal: Optional[Focal]
-    K1: Floats  # Of this focal length; the identity unless the status is OK.
+    K1: Floats  # Of these focal lengths; the identity unless the status is OK.
     K2: Floats
 
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <span>
@@ -42,9 +43,9 @@ namespace diffsac {
 //                                    divided by 1 + strength · that, where a CameraPrior is given (for a fundamental
 //                                    matrix: (s₁ − s₂)/s₂ of the essential matrix that it makes with them; for a
 //                                    homography: (s₁ − s₃)/s₂ of the motion)
-//   Marginalise(points, weights, loss, prior, model, out)
-//                                    for a model with an unknown focal length: its posterior under the prior, and the
-//                                    model at the posterior's median, asked for once at the end where a prior is given
+//   Marginalise(points, weights, loss, priors, model, out)
+//                                    for a model with unknown focal lengths: their posterior under the priors, and the
+//                                    model at the posterior's median, asked for once at the end where priors are given
 //   OtherMinimum(points, threshold, model, other, fits)
 //                                    for a model of two minima (an absolute pose of points on a plane): makes *model
 //                                    the better of them, and returns whether *other, the worse, is as good within what
@@ -90,8 +91,9 @@ bool FitAgain(const PointMatrix& points, const Eigen::VectorXd& weights, typenam
 struct CameraPrior {
   Eigen::Matrix3d K1, K2;
   double strength = 0.0;
-  double focal_log_sigma = 0.0;  ///< Of a model with an unknown focal length: how surely it is K2's. 0: unknown.
-  FocalPrior focal() const { return {K2(0, 0), focal_log_sigma}; }
+  /// Of a model with unknown focal lengths: how surely they are those of K1 and K2. 0: unknown.
+  std::array<double, 2> focal_log_sigma = {};
+  FocalPriors focals() const { return {{{K1(0, 0), focal_log_sigma[0]}, {K2(0, 0), focal_log_sigma[1]}}}; }
 };
 
 template <class M>
@@ -111,14 +113,14 @@ concept HasOtherMinimum = requires(const PointMatrix& points, double threshold, 
   { M::OtherMinimum(points, threshold, model, model, fits) } -> std::same_as<bool>;
 };
 
-/// A model with an unknown focal length, of which a prior may be given: `FitFrom` and `Refine` with its share, and the
+/// A model with unknown focal lengths, of which priors may be given: `FitFrom` and `Refine` with their share, and the
 /// posterior.
 template <class M>
 concept HasFocalPosterior = requires(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-                                     const FocalPrior& prior, typename M::Parameters* model, FocalPosterior* out) {
-  { M::Marginalise(points, weights, loss, prior, model, out) } -> std::same_as<bool>;
-  { M::FitFrom(points, weights, prior, model) } -> std::same_as<bool>;
-  { M::Refine(points, weights, loss, prior, model) } -> std::same_as<bool>;
+                                     const FocalPriors& priors, typename M::Parameters* model, FocalPosteriors* out) {
+  { M::Marginalise(points, weights, loss, priors, model, out) } -> std::same_as<bool>;
+  { M::FitFrom(points, weights, priors, model) } -> std::same_as<bool>;
+  { M::Refine(points, weights, loss, priors, model) } -> std::same_as<bool>;
 };
 
 /// How many dimensions what `Residual` is the length of has: kResidualDimension, or 1.

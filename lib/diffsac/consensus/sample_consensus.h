@@ -22,8 +22,8 @@ struct ConsensusResult {
       std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
   /// Of a model of two minima: the other one, where it is as good.
   std::optional<ModelParameters> other = {};
-  /// Of a model with an unknown focal length, where a prior of it is given; in the unit of the points.
-  std::optional<FocalPosterior> focal = {};
+  /// Of a model with unknown focal lengths, where priors of them are given; in the units of the points.
+  std::optional<FocalPosteriors> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last
   /// σ of the inliers' residuals, one coordinate's (NoiseOfInliers in geometry/covariance.h); NaN without a model, or
   /// with γ inliers alone.

@@ -163,9 +163,10 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
   Problem problem = ProblemOf(task, matches, ResidualOr(options, task, matches));
   problem.hint1.principal_point = options.principal_point1;
   problem.hint2.principal_point = options.principal_point2;
-  problem.hint1.focal = problem.hint2.focal = options.prior;
+  problem.hint1.focal = options.prior;
+  problem.hint2.focal = options.prior2 ? options.prior2 : options.prior;
   // Of one unknown focal length, the second image's, K1 says all of the first.
-  const bool both = task == Task::kSharedFocal;
+  const bool both = task != Task::kOneFocal;
   Require(!both || options.principal_point1.has_value() || problem.size1.known(), "size1",
           "the image's size, or principal_point1");
   Require(options.principal_point2.has_value() || problem.size2.known(), "size2",
@@ -224,9 +225,13 @@ void FocalOptions::Check() const {
   ImageOptions::Check();
   Require(!principal_point1 || principal_point1->allFinite(), "principal_point1", "finite pixels");
   Require(!principal_point2 || principal_point2->allFinite(), "principal_point2", "finite pixels");
-  Require(!prior || (prior->focal > 0.0 && std::isfinite(prior->focal)), "prior.focal", "pixels, above 0");
-  Require(!prior || (prior->log_sigma > 0.0 && std::isfinite(prior->log_sigma)), "prior.log_sigma",
-          "a standard deviation of log f, above 0");
+  for (const auto& [name, given] : {std::pair("prior", &prior), std::pair("prior2", &prior2)}) {
+    if (!given->has_value()) continue;
+    const auto& [focal, log_sigma] = given->value();
+    Require(focal > 0.0 && std::isfinite(focal), std::string(name) + ".focal", "pixels, above 0");
+    Require(log_sigma > 0.0 && std::isfinite(log_sigma), std::string(name) + ".log_sigma",
+            "a standard deviation of log f, above 0");
+  }
 }
 
 void PointOptions::Check() const {
@@ -252,6 +257,11 @@ SharedFocalEstimate EstimateOneFocal(const Matches& matches, const Eigen::Matrix
   Problem problem = FocalProblem(Task::kOneFocal, matches, options);
   problem.hint1.K = CheckedCalibration(K1, "K1");
   return UnknownFocalViews<OneFocalTask>(problem, options);
+}
+
+SharedFocalEstimate EstimateTwoFocals(const Matches& matches, const FocalOptions& options) {
+  options.Check();
+  return UnknownFocalViews<TwoFocalsTask>(FocalProblem(Task::kTwoFocals, matches, options), options);
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {

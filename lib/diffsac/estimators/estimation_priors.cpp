@@ -13,10 +13,14 @@ Eigen::Matrix3d GuessedCamera(const ImageSize& size) {
   return CentredCamera(kUsualFocal * std::max(size.width, size.height), size);
 }
 
-/// A focal length is as far from the prior's as (s₁ − s₂)/s₂ of a matrix is from 0, at one standard deviation.
-CameraPrior FocalCameraPrior(const FocalPrior& prior, double strength) {
-  const Eigen::Matrix3d camera = Eigen::Vector3d(prior.focal, prior.focal, 1.0).asDiagonal();
-  return {camera, camera, strength / (prior.log_sigma * prior.log_sigma), prior.log_sigma};
+/// A focal length is as far from the prior's as (s₁ − s₂)/s₂ of a matrix is from 0, at one standard deviation: of two
+/// lengths, of the one that is less certain.
+CameraPrior FocalCameraPrior(const FocalPriors& priors, double strength) {
+  const auto camera = [](const FocalPrior& prior) -> Eigen::Matrix3d {
+    return Eigen::Vector3d(prior.focal, prior.focal, 1.0).asDiagonal();
+  };
+  const double sigma1 = priors[0].log_sigma, sigma2 = priors[1].log_sigma, most = std::max(sigma1, sigma2);
+  return {camera(priors[0]), camera(priors[1]), strength / (most * most), {sigma1, sigma2}};
 }
 
 }  // namespace
@@ -30,10 +34,8 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   if (options.camera_prior > 0.0 && problem.size1.known() && problem.size2.known())
     priors.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
   DispatchDescription(problem.task, [&]<class Description>() {
-    if constexpr (requires { Description::PriorOf(problem, 1.0); }) {
-      const FocalPrior prior = Description::PriorOf(problem, options.focal_log_sigma);
-      priors.cameras = FocalCameraPrior(prior, options.camera_prior);
-    }
+    if constexpr (requires { Description::PriorsOf(problem, 1.0); })
+      priors.cameras = FocalCameraPrior(Description::PriorsOf(problem, options.focal_log_sigma), options.camera_prior);
   });
   priors.point_weights = PointWeights(problem);
   if (options.inlier_prior_power > 0.0) {

@@ -29,7 +29,7 @@ ConsensusOptions MarginalisedConsensus(Task task) {
   consensus.least_scale = task == Task::kFundamental ? 0.5 : 1.0;
   consensus.greatest_scale = 4.0;
   consensus.camera_prior = task == Task::kFundamental ? 0.3 : 0.0;
-  if (task == Task::kSharedFocal || task == Task::kOneFocal) consensus.camera_prior = 0.01;
+  if (FindsFocals(task)) consensus.camera_prior = 0.01;
   consensus.local_optimization = LocalOptimization::kInnerSamples;
   consensus.refit = Refit::kIterated;
   consensus.refit_rounds = 5;

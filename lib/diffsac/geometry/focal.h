@@ -11,18 +11,23 @@ struct FocalPrior {
   double log_sigma = 0.0;  ///< The standard deviation of its logarithm.
 };
 
-/// What matches and prior say of the focal lengths of two images, together. Equal lengths have equal entries; a length
-/// that was given is its own interval.
+/// Of the focal lengths of two images; equal where they are one.
+using FocalPriors = std::array<FocalPrior, 2>;
+
+/// What matches and prior say of the focal lengths of two images, each entry of one image. Equal lengths have equal
+/// entries; a length that was given is its own interval, observable, and its own prior of width 0.
 struct FocalEstimate {
-  std::array<double, 2> focal_px = {};  ///< The median of the posterior of log f, for each image.
+  std::array<double, 2> focal_px = {};  ///< The median of the posterior of log f.
   std::array<double, 2> low_px = {};    ///< Where its central 68 % begin.
   std::array<double, 2> high_px = {};   ///< Where they end.
   /// Whether the matches say more than the prior does. False where the motion does not show the focal length (turning
   /// in place, moving straight ahead, one plane): then it is the prior's.
-  bool observable = false;
-  double prior_focal_px =
-      0.0;  ///< The median of the prior, of the image whose length was not given (the first of two).
-  double prior_log_sigma = 0.0;  ///< The standard deviation of its logarithm.
+  std::array<bool, 2> observable = {};
+  std::array<double, 2> prior_focal_px = {};   ///< The median of the prior.
+  std::array<double, 2> prior_log_sigma = {};  ///< The standard deviation of its logarithm.
+  /// Of the posteriors of both log f: 1 where they are one length. Two views know the ratio of two lengths far better
+  /// than either of them.
+  double log_correlation = 0.0;
 };
 
 }  // namespace diffsac

@@ -1,17 +1,13 @@
 #include "diffsac/geometry/focal_posterior.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
-#include "diffsac/geometry/epipolar.h"
-#include "diffsac/geometry/homography.h"
-#include "diffsac/geometry/manifolds.h"
-#include "diffsac/geometry/refine.h"
-#include "diffsac/geometry/robust_loss_sums.h"
-#include "diffsac/geometry/sampson_equations.h"
+#include "diffsac/geometry/focal_evidence.h"
 
 namespace diffsac {
 namespace {
@@ -19,213 +15,264 @@ namespace {
 /// The grid: steps of the prior's σ, either way up to kPriorReach, and of the likelihood's.
 constexpr double kPriorStep = 0.5, kPriorReach = 3.0;
 constexpr double kLocalSteps[] = {0.35, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
-/// A homography that this share of the points follows, within so many standard deviations of a Sampson distance
-/// (transfer errors have twice that), explains them.
-constexpr double kOneSurface = 0.9, kSurfaceSigmas = 5.0;
-/// Errors of matches in photographs go together (lens distortion, principal points that are off, keypoints of one
-/// edge), so that each says what this share of an independent one would. Chosen on the tuning scenes
-/// (docs/two_view.md).
-constexpr double kIndependentShare = 0.25;
-/// Tails of a normal distribution outside one σ.
-constexpr double kTail = 0.15865525393145707;
+/// Of two lengths, across the direction that is least certain.
+constexpr double kAcrossSteps[] = {-2.6, -1.6, -0.8, 0.0, 0.8, 1.6, 2.6};
+/// Rows whose share of the posterior is below exp(this) of the greatest are the last ones.
+constexpr double kNegligible = -12.0;
 
-/// E refined at one focal length.
-struct Node {
-  double log_focal = 0.0;
-  FocalParameters model;
-  double log_posterior = 0.0;
-};
+FocalPosterior PosteriorOf(double focal, double low, double high, const FocalPrior& prior) {
+  return {focal, low, high, std::log(high / low) < 2.0 * kNarrower * prior.log_sigma, prior};
+}
 
-/// The points that take part, and what weighs a model of them.
-class Evidence {
- public:
-  Evidence(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
-           const FocalPrior& prior)
-      : unknown_(unknown), loss_(loss), prior_(prior) {
-    options_.loss = loss;
-    options_.relative_tolerance = 1e-6;
-    points_ = points;
-    weights_ = weights;
-  }
-
-  /// Leaves out what is far from the model.
-  bool Select(const FocalParameters& model) {
-    std::vector<int> near;
-    const Matrix3Parameters f = FundamentalOf(unknown_, model);
-    for (int i = 0; i < points_.rows(); ++i)
-      if (weights_[i] > 0.0 && SampsonError(f, points_.row(i).data()) <= kRefineReach * loss_.scale) near.push_back(i);
-    points_ = points_(near, Eigen::all).eval();
-    weights_ = weights_(near).eval();
-    columns_ = points_;
-    return static_cast<int>(near.size()) > kFree;
-  }
-
-  /// Refines f too, and takes κ from what is left.
-  bool Refine(FocalParameters* model) {
-    if (RefineFocal(unknown_, points_, weights_, options_, prior_, model).status != Status::kOk) return false;
-    const Eigen::VectorXd distances = Distances(*model);
-    variance_ = ResidualVariance(loss_, distances.data(), weights_.data(), Size(), kFree) / kIndependentShare;
-    return variance_ > 0.0 && model->allFinite();
-  }
-
-  /// Whether a homography explains the points: a plane, or a turn in place, which leave E and f open together.
-  bool OnOneSurface() const {
-    constexpr int kRounds = 3;
-    const double sigma = std::sqrt(kIndependentShare * variance_);
-    const double reach = std::max(kSurfaceSigmas * sigma, loss_.least);
-    Eigen::VectorXd explained = weights_;
-    for (int round = 0; round < kRounds; ++round) {
-      Matrix3Parameters h;
-      if (!Homography::Fit(points_, explained, &h)) return false;
-      for (int i = 0; i < Size(); ++i)
-        explained[i] = SymmetricTransferError(h, points_.row(i).data()) <= reach ? weights_[i] : 0.0;
-    }
-    return explained.sum() >= kOneSurface * weights_.sum();
-  }
-
-  Node At(double log_focal, const FocalParameters& start) const {
-    Node node{log_focal, start, 0.0};
-    node.model[9] = std::exp(log_focal);
-    // The points that were near go out of the loss's reach together, and nothing would pull them back.
-    RefineOptions far_reaching = options_;
-    far_reaching.loss = {LossKind::kHuber, loss_.scale};
-    RefineWithFocal(unknown_, points_, weights_, far_reaching, &node.model);
-    RefineWithFocal(unknown_, points_, weights_, options_, &node.model);
-    const double cost = SumLoss(loss_, Distances(node.model).data(), weights_.data(), Size());
-    const double deviation = (log_focal - std::log(prior_.focal)) / prior_.log_sigma;
-    node.log_posterior = -0.5 * (cost / variance_ + deviation * deviation);
-    return node;
-  }
-
-  /// The standard deviation of log f that matches and prior leave it, to second order.
-  double Deviation(const FocalParameters& model) const {
-    const Eigen::Matrix<double, 6, 6> information = unknown_ == UnknownFocal::kBoth
-                                                        ? InformationOn<UnknownFocal::kBoth>(model)
-                                                        : InformationOn<UnknownFocal::kSecond>(model);
-    const Eigen::Matrix<double, 6, 1> last = Eigen::Matrix<double, 6, 1>::Unit(5);
-    const double variance = variance_ * last.dot(information.ldlt().solve(last));
-    const double by_matches = variance > 0.0 && std::isfinite(variance) ? 1.0 / variance : 0.0;
-    return 1.0 / std::sqrt(by_matches + 1.0 / (prior_.log_sigma * prior_.log_sigma));
-  }
-
- private:
-  static constexpr int kFree = 6;
-
-  int Size() const { return static_cast<int>(weights_.size()); }
-
-  std::array<const double*, 4> Columns() const {
-    return {columns_.col(0).data(), columns_.col(1).data(), columns_.col(2).data(), columns_.col(3).data()};
-  }
-
-  Eigen::VectorXd Distances(const FocalParameters& model) const {
-    Eigen::VectorXd distances(Size());
-    SampsonDistances(FundamentalOf(unknown_, model).data(), Columns().data(), 0, Size(), distances.data());
-    return distances;
-  }
-
-  /// Of E and log f, before κ.
-  template <UnknownFocal kUnknown>
-  Eigen::Matrix<double, 6, 6> InformationOn(const FocalParameters& model) const {
-    using Manifold = FocalManifold<kUnknown, false>;
-    const Manifold state = Manifold::From(model);
-    const Eigen::VectorXd distances = Distances(model);
-    Eigen::VectorXd pulls(Size());
-    LossWeights(loss_, distances.data(), weights_.data(), Size(), pulls.data());
-    const auto equations = SumSampsonEquations(state.Parameters().data(), Columns().data(), pulls.data(), Size());
-    const typename Manifold::TangentMatrix tangent = state.Tangent();
-    return tangent.transpose() * equations.normal * tangent;
-  }
-
-  UnknownFocal unknown_;
-  RobustLoss loss_;
-  FocalPrior prior_;
-  RefineOptions options_;
-  PointMatrix points_;
-  Eigen::VectorXd weights_;
-  Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;  ///< The points, by coordinate.
-  double variance_ = 0.0;                             ///< κ, of matches whose errors go together.
-};
+/// What is known of a length that the matches say nothing of.
+FocalPosterior PriorAlone(const FocalPrior& prior) {
+  const double spread = std::exp(prior.log_sigma);
+  return {prior.focal, prior.focal / spread, prior.focal * spread, false, prior};
+}
 
 /// Where the posterior is looked at, ascending.
-std::vector<double> GridOf(double centre, double deviation, const FocalPrior& prior) {
-  const double median = std::log(prior.focal), reach = kPriorReach * prior.log_sigma;
+std::vector<double> GridOf(double centre, double deviation, double median, double prior_sigma) {
+  const double reach = kPriorReach * prior_sigma;
   std::vector<double> grid = {centre};
   for (const double step : kLocalSteps)
     for (const double sign : {-1.0, 1.0}) grid.push_back(centre + sign * step * deviation);
-  for (double at = -kPriorReach; at <= kPriorReach; at += kPriorStep) grid.push_back(median + at * prior.log_sigma);
+  for (double at = -kPriorReach; at <= kPriorReach; at += kPriorStep) grid.push_back(median + at * prior_sigma);
   std::erase_if(grid, [&](double at) { return at != centre && std::abs(at - median) > reach; });
   std::sort(grid.begin(), grid.end());
   grid.erase(std::unique(grid.begin(), grid.end()), grid.end());
   return grid;
 }
 
-/// The posterior between two nodes is exponential: its mass up to a share of the way, and all of it with share = 1.
-double MassUpTo(const Node& left, const Node& right, double top, double share) {
-  const double width = share * (right.log_focal - left.log_focal);
-  const double rise = share * (right.log_posterior - left.log_posterior);
-  // From the higher end, so that nothing overflows.
-  const double height = std::exp(left.log_posterior + std::max(0.0, rise) - top), fall = std::abs(rise);
-  return width * height * (fall < 1e-9 ? 1.0 : -std::expm1(-fall) / fall);
+std::size_t PlaceOf(const std::vector<double>& grid, double centre) {
+  return static_cast<std::size_t>(std::find(grid.begin(), grid.end(), centre) - grid.begin());
 }
 
-/// log f below which so much of the posterior lies.
-double Quantile(const std::vector<Node>& nodes, double top, double share) {
-  double total = 0.0;
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) total += MassUpTo(nodes[i], nodes[i + 1], top, 1.0);
-  double left = share * total;
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-    const double mass = MassUpTo(nodes[i], nodes[i + 1], top, 1.0);
-    if (left > mass) {
-      left -= mass;
-      continue;
-    }
-    double low = 0.0, high = 1.0;
-    for (int step = 0; step < 40; ++step) {
-      const double middle = 0.5 * (low + high);
-      (MassUpTo(nodes[i], nodes[i + 1], top, middle) < left ? low : high) = middle;
-    }
-    return nodes[i].log_focal + low * (nodes[i + 1].log_focal - nodes[i].log_focal);
-  }
-  return nodes.back().log_focal;
+double TopOf(const std::vector<GridNode>& nodes) {
+  double top = nodes.front().log_density;
+  for (const GridNode& node : nodes) top = std::max(top, node.log_density);
+  return top;
 }
+
+/// One unknown length: of one image, or of both.
+class OneLength {
+ public:
+  OneLength(UnknownFocal unknown, const FocalEvidence& evidence, const FocalPrior& prior)
+      : unknown_(unknown), evidence_(evidence), prior_(prior) {}
+
+  bool operator()(const FocalParameters& best, FocalParameters* model, FocalPosteriors* out) const {
+    const double centre = std::log(best[10]), deviation = std::sqrt(evidence_.Covariance(best)(0, 0));
+    const std::vector<double> grid = GridOf(centre, deviation, std::log(prior_.focal), prior_.log_sigma);
+    const std::size_t middle = PlaceOf(grid, centre);
+    std::vector<FocalNode> nodes(grid.size());
+    nodes[middle] = At(centre, best);
+    for (std::size_t i = middle + 1; i < grid.size(); ++i) nodes[i] = At(grid[i], nodes[i - 1].model);
+    for (std::size_t i = middle; i-- > 0;) nodes[i] = At(grid[i], nodes[i + 1].model);
+    std::vector<GridNode> line(grid.size());
+    for (std::size_t i = 0; i < grid.size(); ++i) line[i] = {grid[i], nodes[i].log_posterior};
+
+    const double top = TopOf(line);
+    if (!std::isfinite(top)) return false;
+    const double low = QuantileOf(line, top, kTail), high = QuantileOf(line, top, 1.0 - kTail);
+    const double median = QuantileOf(line, top, 0.5);
+    const auto nearest = std::min_element(line.begin(), line.end(), [&](const GridNode& a, const GridNode& b) {
+      return std::abs(a.at - median) < std::abs(b.at - median);
+    });
+    const FocalParameters chosen = At(median, nodes[static_cast<std::size_t>(nearest - line.begin())].model).model;
+    if (!chosen.allFinite()) return false;
+    *model = chosen;
+    FocalPosterior posterior = PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_);
+    posterior.correlation = unknown_ == UnknownFocal::kSecond ? 0.0 : 1.0;
+    out->fill(posterior);
+    if (unknown_ == UnknownFocal::kSecond) out->front() = {1.0, 1.0, 1.0, true, {1.0, 0.0}};
+    return true;
+  }
+
+ private:
+  FocalNode At(double log_focal, const FocalParameters& start) const {
+    return evidence_.At({unknown_ == UnknownFocal::kSecond ? 0.0 : log_focal, log_focal}, start);
+  }
+
+  UnknownFocal unknown_;
+  const FocalEvidence& evidence_;
+  FocalPrior prior_;
+};
+
+/// A length for each image. The matches say much more of one combination of both logarithms than of the other: the grid
+/// has rows across the direction that is least certain, each about where the one before it had its mean, so that it
+/// follows a posterior that is bent.
+class TwoLengths {
+ public:
+  TwoLengths(const FocalEvidence& evidence, const FocalPriors& priors) : evidence_(evidence), priors_(priors) {}
+
+  bool operator()(const FocalParameters& best, FocalParameters* model, FocalPosteriors* out) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(evidence_.Covariance(best)));
+    if (axes.info() != Eigen::Success || !(axes.eigenvalues()[0] > 0.0)) return false;
+    along_ = axes.eigenvectors().col(1);
+    across_ = axes.eigenvectors().col(0);
+    across_sigma_ = std::sqrt(axes.eigenvalues()[0]);
+    const Eigen::Vector2d centre(std::log(best[9]), std::log(best[10])), median = Medians();
+    // The prior's, in the direction of least certainty.
+    const double prior_sigma = std::hypot(along_[0] * priors_[0].log_sigma, along_[1] * priors_[1].log_sigma);
+    std::vector<double> grid =
+        GridOf(along_.dot(centre), std::sqrt(axes.eigenvalues()[1]), along_.dot(median), prior_sigma);
+    const std::size_t middle = PlaceOf(grid, along_.dot(centre));
+    rows_.resize(grid.size());
+    rows_[middle] = RowAt(grid[middle], across_.dot(centre), best);
+    const auto matters = [&](const Row& row) { return row.log_mass - rows_[middle].log_mass > kNegligible; };
+    std::size_t first = middle, last = middle;
+    for (; last + 1 < grid.size() && matters(rows_[last]); ++last) rows_[last + 1] = RowAt(grid[last + 1], rows_[last]);
+    for (; first > 0 && matters(rows_[first]); --first) rows_[first - 1] = RowAt(grid[first - 1], rows_[first]);
+    grid = {grid.begin() + static_cast<std::ptrdiff_t>(first), grid.begin() + static_cast<std::ptrdiff_t>(last) + 1};
+    rows_ = {rows_.begin() + static_cast<std::ptrdiff_t>(first), rows_.begin() + static_cast<std::ptrdiff_t>(last) + 1};
+    return grid.size() > 1 && Choose(grid, model, out);
+  }
+
+ private:
+  struct Row {
+    std::vector<GridNode> nodes;  ///< Across.
+    double log_mass = 0.0;        ///< log of the posterior's integral across.
+    double mean = 0.0;            ///< Across.
+    FocalParameters model;        ///< Of its likeliest node.
+  };
+
+  Eigen::Vector2d Medians() const { return {std::log(priors_[0].focal), std::log(priors_[1].focal)}; }
+  LogFocals Place(double along, double across) const {
+    const Eigen::Vector2d at = along * along_ + across * across_;
+    return {at[0], at[1]};
+  }
+  Row RowAt(double along, const Row& beside) const { return RowAt(along, beside.mean, beside.model); }
+
+  Row RowAt(double along, double across, const FocalParameters& start) const {
+    Row row;
+    row.model = start;
+    double top = -std::numeric_limits<double>::infinity(), mass = 0.0, sum = 0.0;
+    for (const double step : kAcrossSteps) {
+      const FocalNode node = evidence_.At(Place(along, across + step * across_sigma_), row.model);
+      row.nodes.push_back({across + step * across_sigma_, node.log_posterior});
+      if (!(node.log_posterior > top)) continue;
+      top = node.log_posterior;
+      row.model = node.model;
+    }
+    for (std::size_t i = 0; i < row.nodes.size(); ++i) {
+      const double weight = WidthOf(row.nodes, i) * std::exp(row.nodes[i].log_density - top);
+      mass += weight;
+      sum += weight * row.nodes[i].at;
+    }
+    row.log_mass = top + std::log(mass);
+    row.mean = sum / mass;
+    return row;
+  }
+
+  static double WidthOf(const std::vector<GridNode>& nodes, std::size_t i) {
+    const double left = nodes[i == 0 ? 0 : i - 1].at, right = nodes[std::min(i + 1, nodes.size() - 1)].at;
+    return 0.5 * (right - left);
+  }
+
+  bool Choose(const std::vector<double>& grid, FocalParameters* model, FocalPosteriors* out) const {
+    std::vector<GridNode> line(grid.size());
+    for (std::size_t i = 0; i < grid.size(); ++i) line[i] = {grid[i], rows_[i].log_mass};
+    const double top = TopOf(line);
+    if (!std::isfinite(top)) return false;
+    const double along = QuantileOf(line, top, 0.5);
+    // Between the means of the rows on either side.
+    const auto above = std::upper_bound(grid.begin(), grid.end(), along);
+    const std::size_t right =
+        std::clamp<std::size_t>(static_cast<std::size_t>(above - grid.begin()), 1, grid.size() - 1);
+    const double share = (along - grid[right - 1]) / (grid[right] - grid[right - 1]);
+    const double across = rows_[right - 1].mean + share * (rows_[right].mean - rows_[right - 1].mean);
+    const Row& nearest = rows_[share < 0.5 ? right - 1 : right];
+    const FocalParameters chosen = evidence_.At(Place(along, across), nearest.model).model;
+    if (!chosen.allFinite()) return false;
+    *model = chosen;
+    const double correlation = Correlation(line, top);
+    for (int k = 0; k < 2; ++k) {
+      (*out)[k] = PosteriorOf(chosen[9 + k], std::exp(Quantile(line, top, k, kTail)),
+                              std::exp(Quantile(line, top, k, 1.0 - kTail)), priors_[k]);
+      (*out)[k].correlation = correlation;
+    }
+    return true;
+  }
+
+  /// Calls visit(log f of both, mass) with each node.
+  template <class Visit>
+  void ForEachNode(const std::vector<GridNode>& line, double top, const Visit& visit) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i)
+      for (std::size_t j = 0; j < rows_[i].nodes.size(); ++j) {
+        const GridNode& node = rows_[i].nodes[j];
+        visit(Place(line[i].at, node.at),
+              WidthOf(line, i) * WidthOf(rows_[i].nodes, j) * std::exp(node.log_density - top));
+      }
+  }
+
+  double Correlation(const std::vector<GridNode>& line, double top) const {
+    const Eigen::Vector2d centre = Medians();
+    double total = 0.0;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+    ForEachNode(line, top, [&](const LogFocals& place, double mass) {
+      const Eigen::Vector2d at(place[0] - centre[0], place[1] - centre[1]);
+      total += mass;
+      mean += mass * at;
+      squares += mass * at * at.transpose();
+    });
+    mean /= total;
+    const Eigen::Matrix2d covariance = squares / total - mean * mean.transpose();
+    const double scale = std::sqrt(covariance(0, 0) * covariance(1, 1));
+    return scale > 0.0 ? std::clamp(covariance(0, 1) / scale, -1.0, 1.0) : 0.0;
+  }
+
+  /// Of one length, below where such a share of the posterior lies.
+  double Quantile(const std::vector<GridNode>& line, double top, int image, double share) const {
+    std::vector<std::pair<double, double>> places;  // log f, and mass.
+    double total = 0.0;
+    ForEachNode(line, top, [&](const LogFocals& place, double mass) {
+      places.emplace_back(place[image], mass);
+      total += mass;
+    });
+    std::sort(places.begin(), places.end());
+    // Each mass lies half before and half behind its place.
+    double below = 0.0, last_at = places.front().first, last_share = 0.0;
+    for (const auto& [at, mass] : places) {
+      const double until = (below + 0.5 * mass) / total;
+      if (until >= share && until > last_share)
+        return last_at + (share - last_share) / (until - last_share) * (at - last_at);
+      below += mass;
+      last_at = at;
+      last_share = until;
+    }
+    return places.back().first;
+  }
+
+  const FocalEvidence& evidence_;
+  FocalPriors priors_;
+  Eigen::Vector2d along_, across_;
+  double across_sigma_ = 0.0;
+  std::vector<Row> rows_;
+};
 
 }  // namespace
 
 bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
-                      const RobustLoss& loss, const FocalPrior& prior, FocalParameters* model, FocalPosterior* out) {
-  if (!(prior.log_sigma > 0.0) || !(prior.focal > 0.0) || !model->allFinite() || !((*model)[9] > 0.0)) return false;
-  Evidence evidence(unknown, points, weights, loss, prior);
+                      const RobustLoss& loss, const FocalPriors& priors, FocalParameters* model, FocalPosteriors* out) {
+  for (int k = 2 - CountFocals(unknown); k < 2; ++k)
+    if (!(priors[k].log_sigma > 0.0) || !(priors[k].focal > 0.0)) return false;
+  if (!model->allFinite() || !((*model)[9] > 0.0) || !((*model)[10] > 0.0)) return false;
+  FocalEvidence evidence(unknown, points, weights, loss, priors);
   FocalParameters best = *model;
   if (!evidence.Select(best) || !evidence.Refine(&best)) return false;
 
   if (evidence.OnOneSurface()) {
-    const double spread = std::exp(prior.log_sigma);
-    *model = evidence.At(std::log(prior.focal), best).model;
-    *out = {prior.focal, prior.focal / spread, prior.focal * spread, false, prior};
+    LogFocals logs = {std::log(priors[0].focal), std::log(priors[1].focal)};
+    if (unknown == UnknownFocal::kSecond) logs[0] = 0.0;
+    if (unknown == UnknownFocal::kBoth) logs[0] = logs[1];
+    *model = evidence.At(logs, best).model;
+    *out = {PriorAlone(priors[0]), PriorAlone(priors[1])};
+    if (unknown == UnknownFocal::kBoth) (*out)[0].correlation = (*out)[1].correlation = 1.0;
+    if (unknown == UnknownFocal::kSecond) out->front() = {1.0, 1.0, 1.0, true, {1.0, 0.0}};
     return model->allFinite();
   }
-
-  const double centre = std::log(best[9]);
-  const std::vector<double> grid = GridOf(centre, evidence.Deviation(best), prior);
-  const auto middle = static_cast<std::size_t>(std::find(grid.begin(), grid.end(), centre) - grid.begin());
-  std::vector<Node> nodes(grid.size());
-  nodes[middle] = evidence.At(centre, best);
-  for (std::size_t i = middle + 1; i < grid.size(); ++i) nodes[i] = evidence.At(grid[i], nodes[i - 1].model);
-  for (std::size_t i = middle; i-- > 0;) nodes[i] = evidence.At(grid[i], nodes[i + 1].model);
-
-  double top = nodes.front().log_posterior;
-  for (const Node& node : nodes) top = std::max(top, node.log_posterior);
-  if (!std::isfinite(top)) return false;
-  const double low = Quantile(nodes, top, kTail), high = Quantile(nodes, top, 1.0 - kTail);
-  const double median = Quantile(nodes, top, 0.5);
-  const auto distance = [&](const Node& node) { return std::abs(node.log_focal - median); };
-  const auto nearest = std::min_element(nodes.begin(), nodes.end(),
-                                        [&](const Node& a, const Node& b) { return distance(a) < distance(b); });
-  const FocalParameters chosen = evidence.At(median, nearest->model).model;
-  if (!chosen.allFinite()) return false;
-  *model = chosen;
-  *out = {chosen[9], std::exp(low), std::exp(high), high - low < 2.0 * kNarrower * prior.log_sigma, prior};
-  return true;
+  if (unknown == UnknownFocal::kEach) return TwoLengths(evidence, priors)(best, model, out);
+  return OneLength(unknown, evidence, priors[1])(best, model, out);
 }
 
 }  // namespace diffsac

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/robust_loss.h"
@@ -14,24 +15,29 @@ struct FocalPosterior {
   double low = 0.0, high = 0.0;  ///< Its central 68 %.
   bool observable = false;       ///< Whether the interval is narrower than the prior's (kNarrower).
   FocalPrior prior = {};
+  double correlation = 0.0;  ///< Of log f with that of the other image.
 };
 /// Of the width of the prior: an interval wider than this share of it is the prior's.
 inline constexpr double kNarrower = 0.75;
+/// Of either image; a calibrated one's is 1, observable, of a prior of width 0.
+using FocalPosteriors = std::array<FocalPosterior, 2>;
 
-/// The posterior of log f, on a grid. At each f of the grid E is refined with f held, from its neighbour's; the
-/// log-likelihood there is −cost / 2κ (κ: 4 ResidualVariance), that of the best E; the prior is added. E is not
-/// integrated out: its volume, in radians, shrinks with f⁻⁵, which says how angles are measured and nothing of cameras,
-/// and where the motion does not show f (straight ahead) that would be all that is said. The grid covers three of the
-/// prior's standard deviations either way, and is fine about the f that suits the matches best. `loss` and `weights`
-/// are those by which the model was refined; points far from *model sit out.
+/// The posterior of log f, on a grid; of two unknown lengths on one of two dimensions. At each f of the grid E is
+/// refined with f held, from its neighbour's; the log-likelihood there is −cost / 2κ (κ: 4 ResidualVariance), that of
+/// the best E; the prior is added. E is not integrated out: its volume, in radians, shrinks with f⁻⁵, which says how
+/// angles are measured and nothing of cameras, and where the motion does not show f (straight ahead) that would be all
+/// that is said. The grid covers three of the prior's standard deviations either way, and is fine about the f that
+/// suits the matches best. `loss` and `weights` are those by which the model was refined; points far from *model sit
+/// out.
 ///
 /// Where a homography explains nine tenths of the points (a plane, a turn in place), E and f are open together, and
 /// what noise and outliers say of f is no evidence: the posterior is the prior.
 ///
 /// Sets *model to the median with E refined there, whatever its likelihood before: on the mean of many pairs its poses
 /// are better than those of the mode, which may lie at one end of a wide interval, or without it. False, leaving
-/// *model, for points that do not determine E, and where the prior says nothing (log_sigma not above 0).
+/// *model, for points that do not determine E, and where a prior says nothing (log_sigma not above 0). Where there is
+/// one length, the second image's prior counts.
 bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
-                      const RobustLoss& loss, const FocalPrior& prior, FocalParameters* model, FocalPosterior* out);
+                      const RobustLoss& loss, const FocalPriors& priors, FocalParameters* model, FocalPosteriors* out);
 
 }  // namespace diffsac

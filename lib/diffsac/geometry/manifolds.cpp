@@ -79,30 +79,33 @@ EssentialManifold EssentialManifold::Retract(const Eigen::Matrix<double, 5, 1>& 
 
 template <UnknownFocal kUnknown, bool kHeld>
 FocalManifold<kUnknown, kHeld> FocalManifold<kUnknown, kHeld>::From(const FocalParameters& model) {
-  return {EssentialManifold::From(model.head<9>()), std::log(model[9])};
+  return {EssentialManifold::From(model.head<9>()), {std::log(model[9]), std::log(model[10])}};
 }
 
 template <UnknownFocal kUnknown, bool kHeld>
 FocalParameters FocalManifold<kUnknown, kHeld>::Model() const {
-  return AsFocalParameters(essential.Parameters(), std::exp(log_focal));
+  return AsFocalParameters(essential.Parameters(), std::exp(log_focal[0]), std::exp(log_focal[1]));
 }
 
 template <UnknownFocal kUnknown, bool kHeld>
 Matrix3Parameters FocalManifold<kUnknown, kHeld>::Parameters() const {
-  return WithFocal(kUnknown, essential.Parameters(), std::exp(log_focal));
+  return WithFocals(essential.Parameters(), std::exp(log_focal[0]), std::exp(log_focal[1]));
 }
 
 template <UnknownFocal kUnknown, bool kHeld>
 auto FocalManifold<kUnknown, kHeld>::Tangent() const -> TangentMatrix {
-  const double focal = std::exp(log_focal);
+  const double focal1 = std::exp(log_focal[0]), focal2 = std::exp(log_focal[1]);
   const Eigen::Matrix<double, 9, 5> of_essential = essential.Tangent();
   TangentMatrix tangent;
-  for (int i = 0; i < 5; ++i) tangent.col(i) = WithFocal(kUnknown, of_essential.col(i), focal);
+  for (int i = 0; i < 5; ++i) tangent.col(i) = WithFocals(of_essential.col(i), focal1, focal2);
   if constexpr (!kHeld) {
-    // f stands in the last row, and where both are unknown in the last column too.
+    // f of the second image stands in the last row, that of the first in the last column.
     const Matrix3Parameters f = Parameters();
-    for (int i = 0; i < 9; ++i)
-      tangent(i, 5) = f[i] * ((i / 3 == 2 ? 1.0 : 0.0) + (kUnknown == UnknownFocal::kBoth && i % 3 == 2 ? 1.0 : 0.0));
+    for (int i = 0; i < 9; ++i) {
+      const double row = i / 3 == 2 ? 1.0 : 0.0, column = i % 3 == 2 ? 1.0 : 0.0;
+      tangent(i, kFreedom - 1) = f[i] * (kUnknown == UnknownFocal::kBoth ? row + column : row);
+      if constexpr (kFocals == 2) tangent(i, 5) = f[i] * column;
+    }
   }
   return tangent;
 }
@@ -111,7 +114,10 @@ template <UnknownFocal kUnknown, bool kHeld>
 auto FocalManifold<kUnknown, kHeld>::Retract(const Step& step) const -> FocalManifold {
   FocalManifold moved = *this;
   moved.essential = essential.Retract(step.template head<5>());
-  if constexpr (!kHeld) moved.log_focal += step[5];
+  if constexpr (!kHeld) {
+    moved.log_focal[1] += step[kFreedom - 1];
+    if constexpr (kUnknown != UnknownFocal::kSecond) moved.log_focal[0] += step[5];
+  }
   return moved;
 }
 
@@ -119,5 +125,7 @@ template struct FocalManifold<UnknownFocal::kBoth, false>;
 template struct FocalManifold<UnknownFocal::kBoth, true>;
 template struct FocalManifold<UnknownFocal::kSecond, false>;
 template struct FocalManifold<UnknownFocal::kSecond, true>;
+template struct FocalManifold<UnknownFocal::kEach, false>;
+template struct FocalManifold<UnknownFocal::kEach, true>;
 
 }  // namespace diffsac

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/geometry/unknown_focal.h"
@@ -55,17 +56,18 @@ struct EssentialManifold {
   EssentialManifold Retract(const Eigen::Matrix<double, 5, 1>& step) const;
 };
 
-/// Fundamental matrices of cameras with one unknown focal length: D2 E D1 (FundamentalOf), 5 + 1 dimensions, the last
-/// log f; or with f held, 5. Parameters() is not of unit norm: Sampson distances do not ask for it.
+/// Fundamental matrices of cameras with unknown focal lengths: D2 E D1 (FundamentalOf), 5 + 1 dimensions, the last log
+/// f, or 5 + 2; or with them held, 5. Parameters() is not of unit norm: Sampson distances do not ask for it.
 template <UnknownFocal kUnknown, bool kHeld>
 struct FocalManifold {
-  static constexpr int kFreedom = kHeld ? 5 : 6;
+  static constexpr int kFocals = kHeld ? 0 : CountFocals(kUnknown);
+  static constexpr int kFreedom = 5 + kFocals;
   using TangentMatrix = Eigen::Matrix<double, 9, kFreedom>;
   using Step = Eigen::Matrix<double, kFreedom, 1>;
   EssentialManifold essential;
-  double log_focal;
-  /// Of the square of log f less its mean under the prior, `log_median`.
-  double prior_weight = 0.0, log_median = 0.0;
+  std::array<double, 2> log_focal;  ///< Of either image.
+  /// Of the square of log f less its mean under the prior, `log_median`; where there is one length, the second's.
+  std::array<double, 2> prior_weight = {}, log_median = {};
 
   static FocalManifold From(const FocalParameters& model);
   FocalParameters Model() const;
@@ -73,11 +75,16 @@ struct FocalManifold {
   TangentMatrix Tangent() const;
   FocalManifold Retract(const Step& step) const;
 
-  double Penalty() const { return prior_weight * (log_focal - log_median) * (log_focal - log_median); }
+  double Penalty() const {
+    double penalty = 0.0;
+    for (int k = 2 - kFocals; k < 2; ++k)
+      penalty += prior_weight[k] * (log_focal[k] - log_median[k]) * (log_focal[k] - log_median[k]);
+    return penalty;
+  }
   void AddPenalty(Eigen::Matrix<double, kFreedom, kFreedom>* normal, Step* gradient) const {
-    if constexpr (!kHeld) {
-      (*normal)(5, 5) += prior_weight;
-      (*gradient)[5] += prior_weight * (log_focal - log_median);
+    for (int k = 2 - kFocals, at = 5; k < 2; ++k, ++at) {
+      (*normal)(at, at) += prior_weight[k];
+      (*gradient)[at] += prior_weight[k] * (log_focal[k] - log_median[k]);
     }
   }
 };

@@ -178,22 +178,25 @@ double SlopeOfPull(const RobustLoss& loss, double distance) {
 
 template <UnknownFocal kUnknown, bool kHeld>
 RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::VectorXd& weights,
-                                   const RefineOptions& options, const FocalPrior& prior, FocalParameters* model) {
+                                   const RefineOptions& options, const FocalPriors& priors, FocalParameters* model) {
   using Manifold = FocalManifold<kUnknown, kHeld>;
   RefineReport report;
   PairNormalization identity;
   Observations observations;
   report.status = Prepare(points, weights, Manifold::kFreedom, false, model->head<9>(), &identity, &observations);
-  if (!((*model)[9] > 0.0)) report.status = Status::kDegenerate;
+  if (!((*model)[9] > 0.0) || !((*model)[10] > 0.0)) report.status = Status::kDegenerate;
   if (report.status != Status::kOk) return report;
   Manifold state = Manifold::From(*model);
   RobustCost<SampsonResiduals> cost(observations, options.loss);
-  if (!kHeld && prior.log_sigma > 0.0) {
+  if (!kHeld && (priors[0].log_sigma > 0.0 || priors[1].log_sigma > 0.0)) {
     const Eigen::VectorXd distances = cost.Distances(state.Parameters());
-    state.prior_weight = ResidualVariance(options.loss, distances.data(), observations.weights.data(),
-                                          observations.size(), Manifold::kFreedom) /
-                         (prior.log_sigma * prior.log_sigma);
-    state.log_median = std::log(prior.focal);
+    const double variance = ResidualVariance(options.loss, distances.data(), observations.weights.data(),
+                                             observations.size(), Manifold::kFreedom);
+    for (int k = 2 - Manifold::kFocals; k < 2; ++k) {
+      if (!(priors[k].log_sigma > 0.0)) continue;
+      state.prior_weight[k] = variance / (priors[k].log_sigma * priors[k].log_sigma);
+      state.log_median[k] = std::log(priors[k].focal);
+    }
   }
   const double penalty = state.Penalty();
   const bool moved = MinimizeOn(cost, options, &state, &report);
@@ -201,6 +204,20 @@ RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::Vecto
   report.final_cost -= state.Penalty();
   if (moved) Keep(state.Model(), &report, model);
   return report;
+}
+
+template <bool kHeld>
+RefineReport RefineOnFocalManifold(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
+                                   const RefineOptions& options, const FocalPriors& priors, FocalParameters* model) {
+  switch (unknown) {
+    case UnknownFocal::kBoth:
+      return RefineOnFocalManifold<UnknownFocal::kBoth, kHeld>(points, weights, options, priors, model);
+    case UnknownFocal::kSecond:
+      return RefineOnFocalManifold<UnknownFocal::kSecond, kHeld>(points, weights, options, priors, model);
+    case UnknownFocal::kEach:
+      break;
+  }
+  return RefineOnFocalManifold<UnknownFocal::kEach, kHeld>(points, weights, options, priors, model);
 }
 
 /// Refines in normalised coordinates: `to` takes a model there, `back` takes it from there.
@@ -290,17 +307,13 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
 }
 
 RefineReport RefineFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
-                         const RefineOptions& options, const FocalPrior& prior, FocalParameters* model) {
-  const auto refine = unknown == UnknownFocal::kBoth ? RefineOnFocalManifold<UnknownFocal::kBoth, false>
-                                                     : RefineOnFocalManifold<UnknownFocal::kSecond, false>;
-  return refine(points, weights, options, prior, model);
+                         const RefineOptions& options, const FocalPriors& priors, FocalParameters* model) {
+  return RefineOnFocalManifold<false>(unknown, points, weights, options, priors, model);
 }
 
 RefineReport RefineWithFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
                              const RefineOptions& options, FocalParameters* model) {
-  const auto refine = unknown == UnknownFocal::kBoth ? RefineOnFocalManifold<UnknownFocal::kBoth, true>
-                                                     : RefineOnFocalManifold<UnknownFocal::kSecond, true>;
-  return refine(points, weights, options, {}, model);
+  return RefineOnFocalManifold<true>(unknown, points, weights, options, {}, model);
 }
 
 double ResidualVariance(const RobustLoss& loss, const double* distances, const double* weights, int count, int free) {

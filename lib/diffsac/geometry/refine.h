@@ -42,11 +42,12 @@ RefineReport RefineFundamental(const PointMatrix& points, const Eigen::VectorXd&
 RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& weights, const RefineOptions& options,
                              Matrix3Parameters* model);
 
-/// The same of E and f (FocalManifold); costs are without the prior's share. The prior, log-normal about prior.focal,
-/// weighs as much as it should beside residuals whose variance is what it is at the start (ResidualVariance), nothing
-/// with prior.log_sigma = 0. RefineWithFocal leaves f as it is.
+/// The same of E and the focal lengths (FocalManifold); costs are without the priors' share. A prior, log-normal about
+/// its `focal`, weighs as much as it should beside residuals whose variance is what it is at the start
+/// (ResidualVariance), nothing with log_sigma = 0; where there is one length, that of the second image counts.
+/// RefineWithFocal leaves the lengths as they are.
 RefineReport RefineFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
-                         const RefineOptions& options, const FocalPrior& prior, FocalParameters* model);
+                         const RefineOptions& options, const FocalPriors& priors, FocalParameters* model);
 RefineReport RefineWithFocal(UnknownFocal unknown, const PointMatrix& points, const Eigen::VectorXd& weights,
                              const RefineOptions& options, FocalParameters* model);
 

@@ -154,7 +154,8 @@ struct FocalFamily {
   Basis basis;
 
   Matrix3Parameters Entries(const Matrix3Parameters& f, double log_focal) const {
-    return WithFocal(kUnknown, f, std::exp(-log_focal));
+    const double inverse = std::exp(-log_focal);
+    return WithFocals(f, kUnknown == UnknownFocal::kBoth ? inverse : 1.0, inverse);
   }
   Eigen::Matrix3d At(const Eigen::Vector4d& unknowns) const {
     return AsMatrix(Entries(basis * unknowns.head<3>(), unknowns[3]));
@@ -194,8 +195,8 @@ int SolveSixPoints(const double (*points)[4], FocalParameters* out) {
     const double left = PolishEssential(family, &unknowns);
     const Eigen::Matrix3d e = family.At(unknowns);
     if (!(left <= kSolved * std::pow(e.squaredNorm(), 3)) || count == MaxSixPointSolutions(kUnknown)) continue;
-    out[count] =
-        AsFocalParameters(family.Entries(family.basis * unknowns.head<3>(), unknowns[3]), std::exp(unknowns[3]));
+    out[count] = AsFocalParameters(kUnknown, family.Entries(family.basis * unknowns.head<3>(), unknowns[3]),
+                                   std::exp(unknowns[3]));
     if (out[count].allFinite()) ++count;
   }
   return count;

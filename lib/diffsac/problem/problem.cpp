@@ -81,10 +81,10 @@ ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<
   });
 }
 
-std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem) {
+std::optional<FocalEstimate> FocalEstimateOf(const std::array<FocalPosterior, 2>& posteriors, const Problem& problem) {
   return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<FocalEstimate> {
-    if constexpr (requires { Description::InPixels(posterior, problem); })
-      return Description::InPixels(posterior, problem);
+    if constexpr (requires { Description::InPixels(posteriors, problem); })
+      return Description::InPixels(posteriors, problem);
     return std::nullopt;
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,7 +22,7 @@ struct FocalPosterior;
 enum class Task : int;
 
 /// "line", "plane", "homography", "fundamental", "essential", "absolute_pose", "shared_focal", "one_focal",
-/// "vanishing_point".
+/// "two_focals", "vanishing_point".
 std::string ToString(Task task);
 /// All of these.
 std::vector<std::string> TaskNames();
@@ -103,9 +104,9 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
 ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                 const Problem& problem);
 
-/// A focal length's posterior, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
+/// The focal lengths' posteriors, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
 /// estimate none.
-std::optional<FocalEstimate> FocalEstimateOf(const FocalPosterior& posterior, const Problem& problem);
+std::optional<FocalEstimate> FocalEstimateOf(const std::array<FocalPosterior, 2>& posteriors, const Problem& problem);
 
 /// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
 /// (LogFalseAlarms of consensus/scores/false_alarms.h); above 0 the problem may have no model at all. threshold: what

@@ -50,8 +50,22 @@ std::optional<FocalSpace> SharedSpace(const Problem& problem) {
   const auto prior1 = PriorOf(First(problem)), prior2 = PriorOf(Second(problem));
   if (!point1 || !point2 || (!prior1 && !prior2)) return std::nullopt;
   const FocalPrior prior = Pooled(prior1 ? *prior1 : *prior2, prior2 ? *prior2 : *prior1);
-  return FocalSpace{FromPixels(*point1, prior.focal), FromPixels(*point2, prior.focal), false, prior.focal,
-                    prior.log_sigma};
+  return FocalSpace{FromPixels(*point1, prior.focal),
+                    FromPixels(*point2, prior.focal),
+                    false,
+                    {prior.focal, prior.focal},
+                    {prior.log_sigma, prior.log_sigma}};
+}
+
+std::optional<FocalSpace> SpaceOfTwo(const Problem& problem) {
+  const auto point1 = PrincipalPoint(First(problem)), point2 = PrincipalPoint(Second(problem));
+  const auto prior1 = PriorOf(First(problem)), prior2 = PriorOf(Second(problem));
+  if (!point1 || !point2 || !prior1 || !prior2) return std::nullopt;
+  return FocalSpace{FromPixels(*point1, prior1->focal),
+                    FromPixels(*point2, prior2->focal),
+                    false,
+                    {prior1->focal, prior2->focal},
+                    {prior1->log_sigma, prior2->log_sigma}};
 }
 
 std::optional<FocalSpace> OneSpace(const Problem& problem) {
@@ -61,7 +75,11 @@ std::optional<FocalSpace> OneSpace(const Problem& problem) {
   const auto point = PrincipalPoint(unknown);
   const auto prior = PriorOf(unknown);
   if (!known.hint.K || !IsCalibration(*known.hint.K) || !point || !prior) return std::nullopt;
-  return FocalSpace{known.hint.K->inverse(), FromPixels(*point, prior->focal), swapped, prior->focal, prior->log_sigma};
+  return FocalSpace{known.hint.K->inverse(),
+                    FromPixels(*point, prior->focal),
+                    swapped,
+                    {FocalOf(*known.hint.K), prior->focal},
+                    {0.0, prior->log_sigma}};
 }
 
 PointMatrix Swapped(const PointMatrix& points) {
@@ -73,27 +91,29 @@ PointMatrix Swapped(const PointMatrix& points) {
 }  // namespace
 
 std::optional<FocalSpace> FocalSpaceOf(UnknownFocal unknown, const Problem& problem) {
-  const auto space = unknown == UnknownFocal::kBoth ? SharedSpace(problem) : OneSpace(problem);
-  const bool usable = space && space->first.allFinite() && space->second.allFinite() && space->unit > 0.0 &&
-                      std::isfinite(space->unit) && space->log_sigma >= 0.0 && std::isfinite(space->log_sigma);
-  return usable ? space : std::nullopt;
+  const auto space = unknown == UnknownFocal::kBoth     ? SharedSpace(problem)
+                     : unknown == UnknownFocal::kSecond ? OneSpace(problem)
+                                                        : SpaceOfTwo(problem);
+  if (!space || !space->first.allFinite() || !space->second.allFinite()) return std::nullopt;
+  for (int k = 0; k < 2; ++k)
+    if (!(space->unit[k] > 0.0) || !std::isfinite(space->unit[k]) || !(space->log_sigma[k] >= 0.0) ||
+        !std::isfinite(space->log_sigma[k]))
+      return std::nullopt;
+  return space;
 }
 
 PointMatrix NormalizeFocal(UnknownFocal unknown, const Problem& problem, double* unit) {
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
-  *unit = space.unit;
   // What an error of a pixel is in either image, on the mean.
-  if (unknown == UnknownFocal::kSecond)
-    *unit = 0.5 * (space.unit + FocalOf(space.swapped ? *problem.hint2.K : *problem.hint1.K));
+  *unit = 0.5 * (space.unit[0] + space.unit[1]);
   return NormalizedCoordinates(space.swapped ? Swapped(problem.points) : problem.points, space.first.inverse(),
                                space.second.inverse());
 }
 
 CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem) {
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
-  const Eigen::DiagonalMatrix<double, 3> focal(model[9], model[9], 1.0);
-  CameraPair cameras{space.first.inverse(), space.second.inverse() * focal};
-  if (unknown == UnknownFocal::kBoth) cameras.K1 = cameras.K1 * focal;
+  const auto scaled = [](double focal) { return Eigen::DiagonalMatrix<double, 3>(focal, focal, 1.0); };
+  CameraPair cameras{space.first.inverse() * scaled(model[9]), space.second.inverse() * scaled(model[10])};
   if (space.swapped) std::swap(cameras.K1, cameras.K2);
   return cameras;
 }
@@ -115,7 +135,7 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   if (of_pixels == Translation::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
   const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
   if (test.translation != Translation::kDetermined) return test;
-  const bool swapped = FocalSpaceOf(unknown, problem).value().swapped, both = unknown == UnknownFocal::kBoth;
+  const bool swapped = FocalSpaceOf(unknown, problem).value().swapped, both = unknown != UnknownFocal::kSecond;
   const bool first = both || swapped, second = both || !swapped;
   double factor = 1.0;
   if (!FindFocalOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, first, second, &factor))
@@ -128,24 +148,19 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   return IsUndetermined(turned.translation) ? turned : test;
 }
 
-FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosterior& posterior, const Problem& problem) {
+FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosteriors& posteriors, const Problem& problem) {
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
   FocalEstimate estimate;
-  const auto set = [&](int image) {
-    estimate.focal_px[image] = space.unit * posterior.focal;
-    estimate.low_px[image] = space.unit * posterior.low;
-    estimate.high_px[image] = space.unit * posterior.high;
-  };
-  set(0);
-  set(1);
-  if (unknown == UnknownFocal::kSecond) {
-    const int known = space.swapped ? 1 : 0;
-    estimate.focal_px[known] = estimate.low_px[known] = estimate.high_px[known] =
-        FocalOf(known == 0 ? *problem.hint1.K : *problem.hint2.K);
+  for (int k = 0; k < 2; ++k) {
+    const int image = space.swapped ? 1 - k : k;
+    estimate.focal_px[image] = space.unit[k] * posteriors[k].focal;
+    estimate.low_px[image] = space.unit[k] * posteriors[k].low;
+    estimate.high_px[image] = space.unit[k] * posteriors[k].high;
+    estimate.observable[image] = posteriors[k].observable;
+    estimate.prior_focal_px[image] = space.unit[k] * posteriors[k].prior.focal;
+    estimate.prior_log_sigma[image] = posteriors[k].prior.log_sigma;
+    estimate.log_correlation = posteriors[k].correlation;
   }
-  estimate.observable = posterior.observable;
-  estimate.prior_focal_px = space.unit * posterior.prior.focal;
-  estimate.prior_log_sigma = posterior.prior.log_sigma;
   return estimate;
 }
 

@@ -28,14 +28,15 @@ enum class Task : int {
   kAbsolutePose,
   kSharedFocal,
   kOneFocal,
+  kTwoFocals,
   kVanishingPoint
 };
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask,
-                          SharedFocalTask, OneFocalTask, VanishingPointTask>;
+                          SharedFocalTask, OneFocalTask, TwoFocalsTask, VanishingPointTask>;
 
 /// Those of which two views with a pose, matched or generated, are problems.
-inline constexpr std::initializer_list<Task> kTwoViewTasks = {Task::kHomography, Task::kFundamental, Task::kEssential,
-                                                              Task::kSharedFocal, Task::kOneFocal};
+inline constexpr std::initializer_list<Task> kTwoViewTasks = {Task::kHomography,  Task::kFundamental, Task::kEssential,
+                                                              Task::kSharedFocal, Task::kOneFocal,    Task::kTwoFocals};
 
 /// Each task has the name of its own geometry model.
 template <class... Descriptions>
@@ -57,6 +58,13 @@ template <class Body>
 auto DispatchTask(Task task, Body&& body) {
   return DispatchDescription(
       task, [&]<TaskDescription Description>() { return body.template operator()<typename Description::Model>(); });
+}
+
+/// Whether a task estimates focal lengths.
+inline bool FindsFocals(Task task) {
+  return DispatchDescription(task, []<class Description>() {
+    return requires { Description::kUnknownFocal; };
+  });
 }
 
 /// One of the geometry models by which a task's minimal sets can be solved, by its place among the description's

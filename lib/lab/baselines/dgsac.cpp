@@ -269,6 +269,7 @@ template DgsacResult EstimateDgsac<Essential>(const PointMatrix&, const DgsacOpt
 template DgsacResult EstimateDgsac<AbsolutePose>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<SharedFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<OneFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<TwoFocals>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<VanishingPoint>(const PointMatrix&, const DgsacOptions&, const Rng&);
 
 void DgsacOptions::Bind(OptionsBinder& b) {

@@ -43,7 +43,6 @@ bool HasLabels(const Example& pair) {
   return static_cast<Eigen::Index>(pair.truth.assignment.size()) == pair.problem.points.rows();
 }
 
-// One camera took both images where their focal length is one.
 void GiveHints(const PairsOptions& options, Example* pair) {
   if (!pair->truth.cameras) return;
   const auto& [K1, K2] = *pair->truth.cameras;
@@ -54,9 +53,12 @@ void GiveHints(const PairsOptions& options, Example* pair) {
   }
   if (!(options.focal_hint_log_sigma > 0.0)) return;
   Rng rng = Rng(0).Fork("focal_hint/" + pair->id);
-  const double factor = std::exp(options.focal_hint_log_sigma * rng.Normal());
-  problem.hint1.focal = FocalPrior{factor * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
-  problem.hint2.focal = FocalPrior{factor * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
+  const auto factor = [&] { return std::exp(options.focal_hint_log_sigma * rng.Normal()); };
+  const double factor1 = factor();
+  // One camera took both images where their focal length is one.
+  const double factor2 = options.task == Task::kTwoFocals ? factor() : factor1;
+  problem.hint1.focal = FocalPrior{factor1 * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
+  problem.hint2.focal = FocalPrior{factor2 * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
 }
 
 // A view of the pairs of some scenes: filtered, as problems of one task.
@@ -159,12 +161,12 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("max_pairs", max_pairs, AtLeast(0)).Help("at most so many pairs of it, evenly spread; 0 keeps all");
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0))
       .Help("the truth is first refined on the matches near it, truncated at so many pixels (poses stay); 0: as given");
-  const bool unknown_focal = task == Task::kSharedFocal || task == Task::kOneFocal;
+  const bool unknown_focal = FindsFocals(task);
   b.Field("focal_hint_log_sigma", focal_hint_log_sigma, AtLeast(0.0))
-      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .OnlyIf(unknown_focal, "task: shared_focal, one_focal or two_focals")
       .Help("σ of log f of a prior about the true focal length, drawn for each pair, as EXIF would give it; 0: none");
   b.Field("principal_points", principal_points)
-      .OnlyIf(unknown_focal, "task: shared_focal or one_focal")
+      .OnlyIf(unknown_focal, "task: shared_focal, one_focal or two_focals")
       .Help("whether the true principal points are given; else they are the images' centres");
   b.Field("dominant_plane", dominant_plane)
       .OnlyIf(task == Task::kHomography, "task: homography")

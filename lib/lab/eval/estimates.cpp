@@ -281,13 +281,17 @@ void VisitFocals(Columns<Records>& columns) {
         return row;
       },
       [](R& r, Row row) {
-        if (std::isfinite(row[0])) r.focal = FocalEstimate{{row[0], row[3]}, {row[1], row[4]}, {row[2], row[5]}, false};
+        if (std::isfinite(row[0])) r.focal = FocalEstimate{{row[0], row[3]}, {row[1], row[4]}, {row[2], row[5]}};
       });
   columns.Values(
       "focal_observable", Presence::kSome,
-      [](const R& r) { return r.focal ? std::optional<std::int32_t>(r.focal->observable) : std::nullopt; },
-      [](R& r, std::int32_t observable) {
-        if (r.focal) r.focal->observable = observable != 0;
+      [](const R& r) -> std::optional<std::int32_t> {
+        if (!r.focal) return std::nullopt;
+        const auto& [first, second] = r.focal->observable;
+        return first && second ? 1 : first ? 2 : second ? 3 : 0;
+      },
+      [](R& r, std::int32_t which) {
+        if (r.focal) r.focal->observable = {which == 1 || which == 2, which == 1 || which == 3};
       });
 }
 

@@ -1,9 +1,11 @@
 #include "lab/images/estimate_photographs.h"
 
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include "diffsac/core/logging.h"
+#include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
 #include "lab/images/feature_store.h"
@@ -17,6 +19,42 @@ MatchIndices IndicesOf(const std::vector<DescriptorMatch>& matches) {
   for (std::size_t i = 0; i < matches.size(); ++i)
     indices.row(static_cast<Eigen::Index>(i)) << matches[i].first, matches[i].second;
   return indices;
+}
+
+/// What all pairs know of a length one alone does not move: the pair has had its say.
+CameraHint Held(CameraHint hint, FocalSource from) {
+  constexpr double kHeld = 2e-3;
+  if (from == FocalSource::kPairs) hint.focal->log_sigma = kHeld;
+  return hint;
+}
+
+/// The length of all pairs, with its own interval.
+void TellPooled(const FocalPrior& pooled, int image, FocalEstimate* focal) {
+  focal->focal_px[image] = pooled.focal;
+  focal->low_px[image] = pooled.focal * std::exp(-pooled.log_sigma);
+  focal->high_px[image] = pooled.focal * std::exp(pooled.log_sigma);
+  focal->prior_focal_px[image] = pooled.focal;
+  focal->prior_log_sigma[image] = pooled.log_sigma;
+  focal->observable[image] = true;
+}
+
+void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, const PairEstimation& estimation,
+                  EstimatedPair* pair) {
+  const std::array<int, 2> of = {images.image1, images.image2};
+  Problem& problem = pair->example.problem;
+  if (!problem.cameras) {
+    problem.hint1 = Held(cameras.hints[of[0]], cameras.from[of[0]]);
+    problem.hint2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
+  }
+  SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
+  pair->estimate = estimation.method.Run(problem, estimation.seed);
+  std::optional<FocalEstimate>& focal = pair->estimate.focal;
+  for (int k = 0; k < 2; ++k) {
+    const FocalSource from = cameras.from[of[k]];
+    pair->focal_from[k] = from == FocalSource::kPairs ? from : SourceOfFocal(problem, focal, k, from);
+    if (from == FocalSource::kPairs && focal) TellPooled(*cameras.hints[of[k]].focal, k, &*focal);
+  }
+  pair->done = true;
 }
 
 }  // namespace
@@ -53,13 +91,10 @@ bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::ato
   return true;
 }
 
-std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store, bool calibrated,
-                                         const PairEstimation& estimation, const std::atomic<bool>& stop) {
+std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store,
+                                         const PhotographCameras& cameras, const PairEstimation& estimation,
+                                         const std::atomic<bool>& stop) {
   const std::vector<SourcePair>& pairs = source.scenes.at(0).pairs;
-  std::vector<CameraHint> hints(source.images.size());
-  if (!calibrated)
-    for (std::size_t i = 0; i < hints.size(); ++i)
-      hints[i] = ExifHint(source.images[i].path, store.SizeOf(static_cast<int>(i)));
   std::vector<EstimatedPair> estimated(pairs.size());
   Progress progress("pairs", static_cast<std::int64_t>(pairs.size()));
   ForEachPair(store, pairs, estimation.threads, stop,
@@ -71,14 +106,33 @@ std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const Featur
                 pair.example = std::move(matched.example);
                 pair.matches = IndicesOf(matched.matches);
                 pair.ms_matching = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-                pair.example.problem.hint1 = hints[pairs[i].image1];
-                pair.example.problem.hint2 = hints[pairs[i].image2];
-                SetTask(estimation.task, estimation.inlier_threshold_px, &pair.example);
-                pair.estimate = estimation.method.Run(pair.example.problem, estimation.seed);
-                pair.done = true;
+                EstimatePair(pairs[i], cameras, estimation, &pair);
                 progress.Advance();
               });
   return estimated;
+}
+
+bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& estimation,
+                              const std::atomic<bool>& stop, PhotographCameras* cameras,
+                              std::vector<EstimatedPair>* pairs) {
+  const std::vector<SourcePair>& images = source.scenes.at(0).pairs;
+  std::vector<std::array<int, 2>> of_done;
+  std::vector<Estimate> estimates;
+  std::vector<std::size_t> done;
+  for (std::size_t i = 0; i < pairs->size(); ++i) {
+    if (!(*pairs)[i].done) continue;
+    done.push_back(i);
+    of_done.push_back({images[i].image1, images[i].image2});
+    estimates.push_back((*pairs)[i].estimate);
+  }
+  PoolFocals(of_done, estimates, cameras);
+  Progress progress("pairs, by the focal lengths of all", static_cast<std::int64_t>(done.size()));
+  ParallelFor(static_cast<std::int64_t>(done.size()), estimation.threads, [&](std::int64_t i) {
+    if (stop) return;
+    EstimatePair(images[done[i]], *cameras, estimation, &(*pairs)[done[i]]);
+    progress.Advance();
+  });
+  return !stop;
 }
 
 }  // namespace diffsac

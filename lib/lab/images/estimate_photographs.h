@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "lab/images/feature_store.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/match_pair.h"
+#include "lab/images/photograph_cameras.h"
 #include "lab/images/photographs.h"
 #include "lab/truth/example.h"
 
@@ -19,6 +21,7 @@ struct EstimatedPair {
   MatchIndices matches;  ///< Keypoints of image 1 and 2 behind each of the example's points.
   Estimate estimate;
   double ms_matching = 0.0;
+  std::array<FocalSource, 2> focal_from = {};  ///< Of either image.
 };
 
 /// What is done with each pair of photographs.
@@ -37,8 +40,16 @@ bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::ato
                         ImageSource* source);
 
 /// Matches and estimates the pairs of the source's scene, and shows the progress. As many as pairs; those that `stop`
-/// left out are not done.
-std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store, bool calibrated,
-                                         const PairEstimation& estimation, const std::atomic<bool>& stop);
+/// left out are not done. `cameras`: of the images, where no calibration is given.
+std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store,
+                                         const PhotographCameras& cameras, const PairEstimation& estimation,
+                                         const std::atomic<bool>& stop);
+
+/// Of pairs of unknown focal lengths: what all pairs of a camera say of its focal length together (PoolFocals) becomes
+/// what is known of it in *cameras, with which all that are done are estimated again. False when `stop` turned true:
+/// the rest is as it was.
+bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& estimation,
+                              const std::atomic<bool>& stop, PhotographCameras* cameras,
+                              std::vector<EstimatedPair>* pairs);
 
 }  // namespace diffsac

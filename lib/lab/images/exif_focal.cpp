@@ -104,6 +104,16 @@ std::optional<double> ExifFocalPx(const std::string& path, const ImageSize& size
   return focal;
 }
 
+std::string ExifCamera(const std::string& path) {
+  const ExifFields fields(path);
+  const std::string maker = fields.Text(EXIF_TAG_MAKE), model = fields.Text(EXIF_TAG_MODEL);
+  const double focal_mm = fields.Number(EXIF_TAG_FOCAL_LENGTH);
+  const double width = fields.Number(EXIF_TAG_PIXEL_X_DIMENSION), height = fields.Number(EXIF_TAG_PIXEL_Y_DIMENSION);
+  if (model.empty() || !(focal_mm > 0.0) || !(width > 0.0) || !(height > 0.0)) return "";
+  return maker + ", " + model + ", " + std::to_string(focal_mm) + " mm, " + std::to_string(Longer(width, height)) +
+         " x " + std::to_string(std::min(width, height));
+}
+
 #if defined(DIFFSAC_HAS_LENSFUN)
 namespace {
 

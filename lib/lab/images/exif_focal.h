@@ -18,6 +18,10 @@ namespace diffsac {
 /// longer side, above fifty of them). Never throws: a focal length is a hint.
 std::optional<double> ExifFocalPx(const std::string& path, const ImageSize& size);
 
+/// Maker, model, focal length and size of an image as a JPEG file's EXIF data say them, in one text: images of which
+/// all of it is the same are of one camera, at one zoom. Empty where a part is missing.
+std::string ExifCamera(const std::string& path);
+
 /// How far a camera's focal length is from what EXIF says, as a standard deviation of its logarithm: fields are whole
 /// millimetres, and lenses breathe.
 inline constexpr double kExifLogSigma = 0.1;

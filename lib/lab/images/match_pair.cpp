@@ -9,6 +9,9 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/data/point_files.h"
+#include "lab/eval/report_script.h"
+#include "lab/files/files.h"
+#include "lab/files/temporary_files.h"
 #include "lab/images/detection.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
@@ -149,11 +152,21 @@ Eigen::VectorXd QualitiesOf(const TextTable& table, const std::string& file, boo
   return ratio ? given : Eigen::VectorXd(1.0 - given.array());
 }
 
+TextTable ReadMatchTable(const std::string& file) {
+  const TextColumns columns = {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}};
+  const std::filesystem::path extension = std::filesystem::path(file).extension();
+  if (extension != ".npy" && extension != ".npz") return ReadTextTable(file, columns);
+  const std::string text = TemporaryBeside(std::filesystem::temp_directory_path() / "matches.csv");
+  RunPythonScript("convert.py", {"matches", file, text});
+  TextTable table = ReadTextTable(text, columns);
+  RemoveFile(text);
+  return table;
+}
+
 }  // namespace
 
 MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration, bool* scores) {
-  const TextTable table =
-      ReadTextTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}});
+  const TextTable table = ReadMatchTable(given.file);
   if (given.sizes.empty() && calibration.focal > 0.0 && calibration.center.empty())
     throw Error("--focal alone takes each image's middle as the principal point: give --sizes, or --center");
   const ImageCameras cameras(calibration, {given.file, given.file});

@@ -10,6 +10,7 @@
 
 #include "lab/eval/estimates.h"
 #include "lab/eval/format.h"
+#include "lab/images/photograph_cameras.h"
 
 namespace diffsac {
 namespace {
@@ -36,14 +37,21 @@ double SpreadDegrees(const Eigen::MatrixXd& covariance, int first) {
 /// With a digit behind the point, unless that would be a long number.
 std::string PixelText(double value) { return Format(std::abs(value) < 1e7 ? "%.1f" : "%.4g", value); }
 
-std::string FocalText(const FocalEstimate& focal) {
+FocalSource SourceOf(const Problem& problem, const std::optional<FocalEstimate>& focal, int image) {
+  const CameraHint& hint = image == 0 ? problem.hint1 : problem.hint2;
+  return SourceOfFocal(problem, focal, image, hint.focal ? FocalSource::kExif : FocalSource::kPrior);
+}
+
+std::string FocalText(const Problem& problem, const FocalEstimate& focal) {
   const auto text = [&](const std::string& name, int image) {
     return "  " + name + " = " + PixelText(focal.focal_px[image]) + " px, 68 % within " +
-           PixelText(focal.low_px[image]) + " and " + PixelText(focal.high_px[image]);
+           PixelText(focal.low_px[image]) + " and " + PixelText(focal.high_px[image]) +
+           (focal.observable[image]                                 ? "\n"
+            : SourceOf(problem, focal, image) == FocalSource::kExif ? ": not observable, EXIF's\n"
+                                                                    : ": not observable, the prior's\n");
   };
   const bool shared = focal.focal_px[0] == focal.focal_px[1];
-  const std::string lengths = shared ? text("f", 0) : text("f1", 0) + "\n" + text("f2", 1);
-  return lengths + (focal.observable ? "\n" : ": not observable, the prior's\n");
+  return shared ? text("f", 0) : text("f1", 0) + text("f2", 1);
 }
 
 std::string RotationText(const Eigen::Matrix3d& r) {
@@ -74,7 +82,8 @@ std::string LetterOf(Task task) {
 
 std::string NameOf(const Problem& problem) {
   const std::string name = ToString(problem.task);
-  return name == "shared_focal" ? "essential matrix and focal length" : name + " matrix";
+  if (name == "shared_focal") return "essential matrix and focal length";
+  return name == "two_focals" ? "essential matrix and two focal lengths" : name + " matrix";
 }
 
 std::size_t InlierCount(const Estimate& estimate) {
@@ -100,10 +109,14 @@ Json MatrixJson(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-Json FocalJson(const FocalEstimate& focal) {
-  return {
-      {"px", focal.focal_px},           {"low_px", focal.low_px},           {"high_px", focal.high_px},
-      {"observable", focal.observable}, {"prior_px", focal.prior_focal_px}, {"prior_log_sigma", focal.prior_log_sigma}};
+Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
+  return {{"px", focal.focal_px},
+          {"low_px", focal.low_px},
+          {"high_px", focal.high_px},
+          {"observable", focal.observable},
+          {"prior_px", focal.prior_focal_px},
+          {"prior_log_sigma", focal.prior_log_sigma},
+          {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
 /// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio where that is known.
@@ -142,7 +155,7 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   const bool determined = !IsUndetermined(estimate.translation);
   // Digits of what is anything would be taken for what they are not.
   if (determined) text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
-  if (estimate.focal) text += FocalText(*estimate.focal);
+  if (estimate.focal) text += FocalText(pair.problem, *estimate.focal);
   if (!determined) {
     if (estimate.translation == Translation::kTurn && estimate.turn) text += RotationText(*estimate.turn);
     return text + "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n" +
@@ -211,7 +224,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"translation", ToString(record.translation)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
                      {"share_behind", record.share_behind},
-                     {"focal", record.focal ? FocalJson(*record.focal) : Json(nullptr)},
+                     {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inlier_rows},
                      {"rows_left_out", estimate.rows_left_out},

@@ -34,6 +34,11 @@ std::string PoseColumns(const EstimateRecord& record) {
   return text;
 }
 
+std::string SourceColumns(const EstimatedPair& pair) {
+  const bool known = pair.estimate.focal || pair.example.problem.cameras;
+  return known ? "," + ToString(pair.focal_from[0]) + "," + ToString(pair.focal_from[1]) : ",,";
+}
+
 std::string FocalColumns(const EstimateRecord& record, const Problem& problem) {
   if (record.focal) return "," + NumberText(record.focal->focal_px[0]) + "," + NumberText(record.focal->focal_px[1]);
   if (!problem.cameras) return ",,";
@@ -42,17 +47,17 @@ std::string FocalColumns(const EstimateRecord& record, const Problem& problem) {
 
 std::string Milliseconds(double value) { return Format("%.3g", value); }
 
-/// Of COLMAP's camera of an image: as it was given; with the focal length of EXIF data; or COLMAP's guess.
-ColmapCamera ColmapCameraOf(const SourceImage& image, const ImageSize& size) {
+/// Of COLMAP's camera of an image: as it was given; with the focal length that is known of it; or COLMAP's guess.
+ColmapCamera ColmapCameraOf(const SourceImage& image, const CameraHint& hint, const ImageSize& size) {
   ColmapCamera colmap;
   colmap.size = size;
   const double middle_x = 0.5 * size.width, middle_y = 0.5 * size.height;
   if (!image.camera) {
     constexpr double kGuess = 1.2;
-    const std::optional<double> focal = ExifFocalPx(image.path, size);
-    colmap.has_prior_focal_length = focal.has_value();
+    colmap.has_prior_focal_length = hint.focal && hint.focal->log_sigma <= kExifLogSigma;
     colmap.model = ColmapModelNumber("SIMPLE_RADIAL").value();
-    colmap.parameters = {focal.value_or(kGuess * std::max(size.width, size.height)), middle_x, middle_y, 0.0};
+    colmap.parameters = {hint.focal ? hint.focal->focal : kGuess * std::max(size.width, size.height), middle_x,
+                         middle_y, 0.0};
     return colmap;
   }
   if (image.camera->colmap) return *image.camera->colmap;
@@ -94,22 +99,25 @@ Photographs NamedByDatabase(Photographs photographs, std::vector<EstimatedPair>*
   return photographs;
 }
 
-// Images of a calibration that was given share a camera where it is the same; of others nobody knows who took them.
+// Images of a calibration that was given share a camera where it is the same, others where one took them.
 NewColmapDatabase DatabaseOf(const Photographs& photographs, const FeatureStore& store,
-                             const std::vector<EstimatedPair>& pairs) {
+                             const PhotographCameras& cameras, const std::vector<EstimatedPair>& pairs) {
   NewColmapDatabase database;
   std::set<std::string> paired;
   for (const EstimatedPair& pair : pairs) paired.insert({pair.example.image1, pair.example.image2});
   std::map<std::tuple<int, int, int, std::vector<double>>, std::size_t> shared;
+  std::map<std::tuple<int, int, int>, std::size_t> of_camera;
   for (std::size_t i = 0; i < photographs.source.images.size(); ++i) {
     const SourceImage& image = photographs.source.images[i];
     if (!paired.contains(image.name)) continue;
     const ImageSize size = store.SizeOf(static_cast<int>(i));
     const ImageFeatures features = store.Load(static_cast<int>(i));
-    const ColmapCamera camera = ColmapCameraOf(image, size);
+    const ColmapCamera camera = ColmapCameraOf(image, cameras.hints[i], size);
     std::size_t number = database.cameras.size();
     if (image.camera)
       number = shared.try_emplace({camera.model, size.width, size.height, camera.parameters}, number).first->second;
+    else
+      number = of_camera.try_emplace({cameras.camera[i], size.width, size.height}, number).first->second;
     if (number == database.cameras.size()) database.cameras.push_back(camera);
     database.images.push_back(
         {photographs.files[i], number, PointMatrix(features.positions.array() + 0.5), features.frames});
@@ -256,7 +264,7 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
   std::string text =
       "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_"
       "px,"
-      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation\n";
+      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source\n";
   for (const EstimatedPair& pair : pairs) {
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
     text += CsvText(files.at(pair.example.image1)) + "," + CsvText(files.at(pair.example.image2)) + "," +
@@ -266,14 +274,14 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
             NumberText(record.noise_scale) + "," + Milliseconds(pair.ms_matching) + "," +
             Milliseconds(pair.estimate.report.ms_total);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (i < record.model.size() ? NumberText(record.model[i]) : "");
-    text += "," + ToString(record.translation) + "\n";
+    text += "," + ToString(record.translation) + SourceColumns(pair) + "\n";
   }
   return text;
 }
 
-void WritePhotographResults(const Photographs& given, const FeatureStore& store, std::vector<EstimatedPair> pairs,
-                            ExperimentOptions experiment, double inlier_threshold_px, const std::string& output,
-                            std::ostream& out) {
+void WritePhotographResults(const Photographs& given, const FeatureStore& store, const PhotographCameras& cameras,
+                            std::vector<EstimatedPair> pairs, ExperimentOptions experiment, double inlier_threshold_px,
+                            const std::string& output, std::ostream& out) {
   const std::string scene = given.source.scenes.at(0).name, folder = FolderOfMatches(output, scene);
   const std::size_t asked = pairs.size();
   std::erase_if(pairs, [](const EstimatedPair& pair) { return !pair.done; });
@@ -287,7 +295,7 @@ void WritePhotographResults(const Photographs& given, const FeatureStore& store,
   ExperimentResults results = ResultsOf(pairs, std::move(experiment), scene, folder, inlier_threshold_px);
   results.partial = pairs.size() < asked;
   KeepEstimates(results, output);
-  NewColmapDatabase database = DatabaseOf(photographs, store, pairs);
+  NewColmapDatabase database = DatabaseOf(photographs, store, cameras, pairs);
   AddMatches(pairs, &database);
   const std::string path = (fs::path(output) / kDatabaseFile).string();
   CreateColmapDatabase(path, database);

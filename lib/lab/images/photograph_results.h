@@ -16,16 +16,17 @@ inline constexpr const char* kPairProgram = "diffsac_pair";
 
 /// poses.csv: a line for each pair,
 /// image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_px,
-/// ms_matching,ms_estimate,m11,...,m33: x2 = R x1 + t with R as a unit quaternion, qw >= 0, and |t| = 1; the focal
-/// lengths that were given or found; the model row by row (docs/estimates.md). Unknown values are empty.
+/// ms_matching,ms_estimate,m11,...,m33,translation,focal1_source,focal2_source: x2 = R x1 + t with R as a unit
+/// quaternion, qw >= 0, and |t| = 1; the focal lengths that were given or found, and where they come from
+/// (FocalSource); the model row by row (docs/estimates.md). Unknown values are empty.
 std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& method,
                      std::uint64_t seed);
 
 /// Writes all of them: correspondence files in `output`/matches/NAME, estimates.h5, report.html, config.yaml (to try
 /// other rows on these matches by diffsac_eval), a COLMAP database and poses.csv, and says in `out` what there is.
 /// `pairs`: those of the scene of `photographs`. `experiment`: has one row. Throws Error.
-void WritePhotographResults(const Photographs& photographs, const FeatureStore& store, std::vector<EstimatedPair> pairs,
-                            ExperimentOptions experiment, double inlier_threshold_px, const std::string& output,
-                            std::ostream& out);
+void WritePhotographResults(const Photographs& photographs, const FeatureStore& store, const PhotographCameras& cameras,
+                            std::vector<EstimatedPair> pairs, ExperimentOptions experiment, double inlier_threshold_px,
+                            const std::string& output, std::ostream& out);
 
 }  // namespace diffsac

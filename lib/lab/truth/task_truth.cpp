@@ -235,9 +235,11 @@ ModelParameters TrueFocalModel(UnknownFocal unknown, const Problem& problem, con
   const auto space = FocalSpaceOf(unknown, problem);
   if (!space || !truth.essential || !truth.cameras) return {};
   const Eigen::Matrix3d& essential = *truth.essential;
-  const double focal = FocalOf(space->swapped ? truth.cameras->K1 : truth.cameras->K2) / space->unit;
+  const auto& [K1, K2] = *truth.cameras;
+  const double focal1 = FocalOf(space->swapped ? K2 : K1) / space->unit[0],
+               focal2 = FocalOf(space->swapped ? K1 : K2) / space->unit[1];
   const Eigen::Matrix3d placed = space->swapped ? Eigen::Matrix3d(essential.transpose()) : essential;
-  return AsFocalParameters(AsParameters(placed), focal);
+  return AsFocalParameters(AsParameters(placed), focal1, focal2);
 }
 
 template <UnknownFocal kUnknown>
@@ -295,6 +297,9 @@ const TaskTruth& TruthOf(Task task) {
     TaskTruth& one_focal = truths[Task::kOneFocal];
     one_focal.error = FocalError<UnknownFocal::kSecond>;
     one_focal.true_model = TrueFocalModel<UnknownFocal::kSecond>;
+    TaskTruth& two_focals = truths[Task::kTwoFocals];
+    two_focals.error = FocalError<UnknownFocal::kEach>;
+    two_focals.true_model = TrueFocalModel<UnknownFocal::kEach>;
 
     truths[Task::kAbsolutePose].error = AbsolutePoseError;
     TaskTruth& vanishing_point = truths[Task::kVanishingPoint];

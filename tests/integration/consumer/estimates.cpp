@@ -68,6 +68,9 @@ int main() {
   const auto one = EstimateOneFocal(sized, K);
   PrintEstimate("one_focal", one);
   Print("one_focal.focal", one.focal.value().focal_px);
+  const auto two = EstimateTwoFocals(sized);
+  PrintEstimate("two_focals", two);
+  Print("two_focals.focal", two.focal.value().focal_px);
   PrintEstimate("line", EstimateLine(rows.middleCols<2>(5), PointOptions(9.0)));
   PrintEstimate("plane", EstimatePlane(rows.leftCols<3>(), PointOptions(0.3)));
   PrintSeveral("essentials", EstimateEssentials(matches, {K, K}));

@@ -25,6 +25,12 @@ namespace fs = std::filesystem;
 const Task kEssential = TaskFromString("essential");
 
 // Four views of a textured plane, and what a run on them needs.
+PhotographCameras Unknown(const Photographs& photographs, const FeatureStore& store, bool same = false) {
+  std::vector<ImageSize> sizes;
+  for (std::size_t i = 0; i < photographs.files.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
+  return CamerasOfPhotographs(photographs.source.images, sizes, same);
+}
+
 struct Run {
   TemporaryFolder folder;
   std::string photos = folder / "photos", output = folder / "out";
@@ -57,11 +63,12 @@ struct Run {
     fs::create_directories(output);
     REQUIRE(PreparePhotographs(cameras, threads, stop, &store, &photographs.source));
     const auto method = Method();
-    std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, cameras.given(),
+    std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, Unknown(photographs, store),
                                                      {*method, kEssential, 1.0, experiment.seed, threads}, stop);
     if (estimated != nullptr) *estimated = pairs;
     std::ostringstream out;
-    WritePhotographResults(photographs, store, std::move(pairs), experiment, 1.0, output, out);
+    WritePhotographResults(photographs, store, Unknown(photographs, store), std::move(pairs), experiment, 1.0, output,
+                           out);
     return out.str();
   }
 };
@@ -192,8 +199,9 @@ TEST_CASE("photographs: without a calibration the cameras of the database are gu
   const Task task = TaskFromString("fundamental");
   const auto method = MakeEstimator(run.experiment.methods.at(0).config, task, {});
   std::ostringstream out;
-  WritePhotographResults(photographs, store,
-                         EstimatePairs(photographs.source, store, false, {*method, task, 1.0, 0, 2}, run.stop),
+  const PhotographCameras unknown = Unknown(photographs, store);
+  WritePhotographResults(photographs, store, unknown,
+                         EstimatePairs(photographs.source, store, unknown, {*method, task, 1.0, 0, 2}, run.stop),
                          run.experiment, 1.0, run.output, out);
   const ColmapDatabase database(run.output + "/database.db");
   CHECK_FALSE(database.CameraOf(1).has_prior_focal_length);
@@ -210,15 +218,15 @@ TEST_CASE("photographs: what was done before an interruption is kept") {
   REQUIRE(PreparePhotographs(cameras, 1, run.stop, &store, &photographs.source));
   const auto method = run.Method();
   std::vector<EstimatedPair> pairs =
-      EstimatePairs(photographs.source, store, true, {*method, kEssential, 1.0, 5, 1}, run.stop);
+      EstimatePairs(photographs.source, store, Unknown(photographs, store), {*method, kEssential, 1.0, 5, 1}, run.stop);
   pairs[1].done = pairs[4].done = false;
   std::ostringstream out;
-  WritePhotographResults(photographs, store, pairs, run.experiment, 1.0, run.output, out);
+  WritePhotographResults(photographs, store, Unknown(photographs, store), pairs, run.experiment, 1.0, run.output, out);
   CHECK(Lines(ReadFile(run.output + "/poses.csv")).size() == 5);
   CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("Partial results"));
   run.stop = true;
   const std::vector<EstimatedPair> none =
-      EstimatePairs(photographs.source, store, true, {*method, kEssential, 1.0, 5, 1}, run.stop);
+      EstimatePairs(photographs.source, store, Unknown(photographs, store), {*method, kEssential, 1.0, 5, 1}, run.stop);
   CHECK(std::none_of(none.begin(), none.end(), [](const EstimatedPair& pair) { return pair.done; }));
 }
 

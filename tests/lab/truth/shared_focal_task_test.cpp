@@ -39,7 +39,7 @@ const std::vector<std::uint8_t> kAll(50, 1);
 void CheckTruth(const Example& pair, Task task) {
   const SolverSpace space(pair.problem);
   REQUIRE(space.is_accepted());
-  REQUIRE(pair.truth.model.size() == 10);
+  REQUIRE(pair.truth.model.size() == 11);
   DispatchDescription(task, [&]<class Description>() {
     if constexpr (requires { Description::kUnknownFocal; }) {
       const typename Description::Model::Parameters model = pair.truth.model;
@@ -74,19 +74,29 @@ TEST_CASE("a task of unknown focal length keeps the calibration from the problem
   REQUIRE(one.problem.hint1.K);
   CheckTruth(one, Task::kOneFocal);
 
+  Example two = Pair(700.0, 1100.0);
+  SetTask(Task::kTwoFocals, 1.0, &two);
+  CHECK_FALSE(two.problem.hint1.K);
+  two.problem.hint1.focal = FocalPrior{650.0, 0.1};
+  two.truth.model = TrueModel(two.problem, two.truth);
+  CheckTruth(two, Task::kTwoFocals);
+  CHECK(TwoFocalsTask::PriorsOf(two.problem, 0.4)[0].log_sigma == 0.1);
+  CHECK(TwoFocalsTask::PriorsOf(two.problem, 0.4)[1].log_sigma == 0.4);
+
   SECTION("the calibrated image may be the second") {
     one.problem.hint2.K = one.truth.cameras->K2;
     one.problem.hint1.K.reset();
     one.truth.model = TrueModel(one.problem, one.truth);
     CheckTruth(one, Task::kOneFocal);
-    const FocalEstimate focal = OneFocalTask::InPixels({1.0, 0.9, 1.1, true, {1.0, 0.2}}, one.problem);
+    const FocalEstimate focal =
+        OneFocalTask::InPixels({{{1.0, 1.0, 1.0, true, {1.0, 0.0}}, {1.0, 0.9, 1.1, true, {1.0, 0.2}}}}, one.problem);
     CHECK(focal.focal_px[1] == Approx(1100.0));
     CHECK(focal.low_px[1] == focal.focal_px[1]);
     CHECK(focal.low_px[0] == Approx(0.9 * focal.focal_px[0]));
   }
   SECTION("errors are those of pose and focal length") {
     ModelParameters model = pair.truth.model;
-    model[9] *= 1.25;
+    model[10] *= 1.25;
     CHECK(TruthOf(Task::kSharedFocal).error(&model, kAll, pair).focal == Approx(0.25));
     const EstimateError failure = TruthOf(Task::kSharedFocal).error(nullptr, {}, pair);
     CHECK(failure.failed);
@@ -102,20 +112,21 @@ TEST_CASE("the solver's unit is the prior's focal length") {
   const double usual = SolverSpace(problem).unit();
   CHECK(usual > 800.0);
   CHECK(usual < 1200.0);
-  CHECK(SharedFocalTask::PriorOf(problem, 0.4).log_sigma == 0.4);
+  CHECK(SharedFocalTask::PriorsOf(problem, 0.4)[1].log_sigma == 0.4);
   problem.hint1.focal = FocalPrior{950.0, 0.1};
   // One camera: what is said of one image is said of the other.
   CHECK(SolverSpace(problem).unit() == Approx(950.0));
-  CHECK(SharedFocalTask::PriorOf(problem, 0.4).log_sigma == 0.1);
+  CHECK(SharedFocalTask::PriorsOf(problem, 0.4)[1].log_sigma == 0.1);
   problem.hint2.focal = FocalPrior{1050.0, 0.1};
   CHECK(SolverSpace(problem).unit() == Approx(std::sqrt(950.0 * 1050.0)));
-  CHECK(SharedFocalTask::PriorOf(problem, 0.4).log_sigma == 0.1);
+  CHECK(SharedFocalTask::PriorsOf(problem, 0.4)[1].log_sigma == 0.1);
   problem.hint2.focal = FocalPrior{1050.0, 0.3};
   CHECK(SolverSpace(problem).unit() < 962.0);
-  const FocalEstimate focal = *FocalEstimateOf({1.1, 1.0, 1.2, false, {1.0, 0.1}}, problem);
+  const FocalEstimate focal =
+      *FocalEstimateOf({{{1.1, 1.0, 1.2, false, {1.0, 0.1}}, {1.1, 1.0, 1.2, false, {1.0, 0.1}}}}, problem);
   CHECK(focal.focal_px[0] == Approx(1.1 * SolverSpace(problem).unit()));
-  CHECK(focal.prior_focal_px == Approx(SolverSpace(problem).unit()));
-  CHECK_FALSE(focal.observable);
+  CHECK(focal.prior_focal_px[0] == Approx(SolverSpace(problem).unit()));
+  CHECK_FALSE(focal.observable[0]);
 }
 
 TEST_CASE("what a task of unknown focal length needs") {

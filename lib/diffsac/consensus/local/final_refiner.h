@@ -47,15 +47,15 @@ class FinalRefiner {
     return *best;
   }
 
-  /// The posterior of the chosen model's focal length, and the model at its median in place of *chosen, whose score may
-  /// fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
-  std::optional<FocalPosterior> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
-    FocalPosterior posterior;
+  /// The posterior of the chosen model's focal lengths, and the model at its median in place of *chosen, whose score
+  /// may fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
+  std::optional<FocalPosteriors> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
+    FocalPosteriors posterior;
     const std::optional<CameraPrior>& cameras = scorer_.prior().cameras;
     if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
     ++*fits;
-    if (!Model::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focal(), &model,
+    if (!Model::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focals(), &model,
                             &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;

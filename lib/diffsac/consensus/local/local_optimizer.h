@@ -197,7 +197,7 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, [[may
     const auto refine = [&] {
       if constexpr (HasFocalPosterior<Model>)
         if (const auto& cameras = scorer.prior().cameras)
-          return Model::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focal(), &model, steps);
+          return Model::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focals(), &model, steps);
       if constexpr (HasRobustRefine<Model>)
         return Model::Refine(scorer.points(), scorer.AllWeights(), loss, &model, steps);
       else

@@ -217,7 +217,7 @@ template <MinimalModel Model>
 bool FitAgain(const Scorer<Model>& scorer, const Eigen::VectorXd& weights, typename Model::Parameters* model) {
   if constexpr (HasFocalPosterior<Model>)
     if (const auto& cameras = scorer.prior().cameras)
-      return Model::FitFrom(scorer.points(), weights, cameras->focal(), model);
+      return Model::FitFrom(scorer.points(), weights, cameras->focals(), model);
   return FitAgain<Model>(scorer.points(), weights, model);
 }
 

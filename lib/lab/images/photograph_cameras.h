@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/problem/problem.h"
+#include "lab/images/image_source.h"
+
+namespace diffsac {
+
+/// Where a focal length comes from: a calibration; the matches of its pair; those of all pairs of its camera; EXIF
+/// data; what cameras in general have.
+enum class FocalSource { kGiven, kMatches, kPairs, kExif, kPrior };
+/// "given", "matches", "pairs", "exif", "prior".
+std::string ToString(FocalSource source);
+
+/// What is known of the camera of each photograph without a calibration.
+struct PhotographCameras {
+  std::vector<int> camera;        ///< By image: which camera took it, from 0.
+  std::vector<CameraHint> hints;  ///< By image.
+  std::vector<FocalSource> from;  ///< By image: where its hint comes from.
+  bool IsOne() const;             ///< Whether one camera took all.
+};
+
+/// Which camera took each of the photographs: images are of one camera where EXIF data say the same maker, model, focal
+/// length and size of all of them, or `same`, and `sizes`, by image and empty where they are not known yet, are the
+/// same; else each has its own. Hints are EXIF's focal lengths, where sizes are known.
+PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, const std::vector<ImageSize>& sizes,
+                                       bool same);
+
+/// Gives each camera the focal length that all pairs say together, as a prior about it. What a pair says beside its
+/// priors is normal, of both log f with their correlation: two views know the ratio of their lengths far better than
+/// either, so that those of all cameras are found together, by Student's t. Pairs are surer than they are right: their
+/// variances are multiplied until half of them agree. What may be chance, or has no translation, says nothing.
+void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
+                PhotographCameras* cameras);
+
+/// Where the focal length of image 0 or 1 of a pair comes from; `hint`: where its hint does.
+FocalSource SourceOfFocal(const Problem& problem, const std::optional<FocalEstimate>& focal, int image,
+                          FocalSource hint);
+
+}  // namespace diffsac

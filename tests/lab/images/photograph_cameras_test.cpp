@@ -1,0 +1,123 @@
+#include "lab/images/photograph_cameras.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "core/temporary_folder.h"
+#include "diffsac/core/random.h"
+#include "lab/images/exif_test_util.h"
+
+namespace diffsac {
+namespace {
+
+constexpr std::uint16_t kMake = 0x010F, kModel = 0x0110, kFocal = 0x920A, kWidth = 0xA002, kHeight = 0xA003;
+
+std::string Photograph(const TemporaryFolder& folder, const std::string& name, const std::string& model,
+                       std::uint32_t focal_mm) {
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", cv::Mat(30, 40, CV_8UC1, cv::Scalar(90)), jpeg);
+  ExifBytes exif;
+  exif.texts = {{kMake, "Maker"}, {kModel, model}};
+  exif.shorts = {{kWidth, 40}, {kHeight, 30}};
+  exif.rationals = {{kFocal, {focal_mm, 1}}};
+  WriteFileAtomically(folder.File(name), WithExif({jpeg.begin(), jpeg.end()}, exif.ToString()));
+  return folder.File(name);
+}
+
+std::vector<SourceImage> Images(const std::vector<std::string>& paths) {
+  std::vector<SourceImage> images;
+  for (const std::string& path : paths) images.push_back({path, path, {}, {}});
+  return images;
+}
+
+/// What a pair says of a length of 1000 px, drawn about `said`, when 900 px within 43 % was known before.
+Estimate Saying(double said1, double said2, Rng& rng) {
+  constexpr double kSigma = 0.1, kPrior = 0.43;
+  Estimate estimate;
+  estimate.status = Status::kOk;
+  estimate.log_false_alarms = -20.0;
+  estimate.translation = Translation::kDetermined;
+  FocalEstimate focal;
+  for (int k = 0; k < 2; ++k) {
+    const double f = (k == 0 ? said1 : said2) * std::exp(kSigma * rng.Normal());
+    focal.focal_px[k] = f;
+    focal.low_px[k] = f * std::exp(-kSigma);
+    focal.high_px[k] = f * std::exp(kSigma);
+    focal.observable[k] = true;
+    focal.prior_focal_px[k] = 900.0;
+    focal.prior_log_sigma[k] = kPrior;
+  }
+  estimate.focal = focal;
+  return estimate;
+}
+
+PhotographCameras TwoCameras(int images) {
+  PhotographCameras cameras;
+  for (int i = 0; i < images; ++i) cameras.camera.push_back(i % 2);
+  cameras.hints.resize(static_cast<std::size_t>(images));
+  cameras.from.assign(static_cast<std::size_t>(images), FocalSource::kPrior);
+  return cameras;
+}
+
+}  // namespace
+
+TEST_CASE("photographs are of one camera where EXIF data say all the same, or who took them does") {
+  const TemporaryFolder folder;
+  const auto images = Images({Photograph(folder, "a.jpg", "One", 35), Photograph(folder, "b.jpg", "One", 35),
+                              Photograph(folder, "c.jpg", "One", 50), Photograph(folder, "d.jpg", "Two", 35),
+                              folder.File("none"), folder.File("neither")});
+  const PhotographCameras cameras = CamerasOfPhotographs(images, {}, false);
+  CHECK(cameras.camera == std::vector<int>{0, 0, 1, 2, 3, 4});
+  CHECK_FALSE(cameras.IsOne());
+  CHECK(CamerasOfPhotographs({images[0], images[1]}, {}, false).IsOne());
+  CHECK_FALSE(CamerasOfPhotographs({images[4], images[5]}, {}, false).IsOne());
+  CHECK(CamerasOfPhotographs(images, {}, true).IsOne());
+  // Reduced, a photograph has another focal length; turned by a quarter it has not.
+  CHECK(CamerasOfPhotographs({images[0], images[1]}, {{40, 30}, {20, 15}}, false).camera == std::vector<int>{0, 1});
+  CHECK(CamerasOfPhotographs({images[0], images[1]}, {{40, 30}, {30, 40}}, false).IsOne());
+}
+
+TEST_CASE("many pairs know a camera's focal length better than one, some of them wrong") {
+  Rng rng(1);
+  for (int trial = 0; trial < 5; ++trial) {
+    PhotographCameras cameras = TwoCameras(6);
+    std::vector<std::array<int, 2>> pairs;
+    std::vector<Estimate> estimates;
+    for (int i = 0; i < 6; ++i)
+      for (int j = i + 1; j < 6; ++j) {
+        pairs.push_back({i, j});
+        const bool wrong = pairs.size() % 5 == 0;
+        const auto truth = [&](int image) { return wrong ? 400.0 : cameras.camera[image] == 0 ? 1000.0 : 700.0; };
+        estimates.push_back(Saying(truth(i), truth(j), rng));
+      }
+    PoolFocals(pairs, estimates, &cameras);
+    for (int i = 0; i < 6; ++i) {
+      CAPTURE(trial, i);
+      const FocalPrior pooled = cameras.hints[i].focal.value();
+      CHECK(pooled.focal == Approx(i % 2 == 0 ? 1000.0 : 700.0).epsilon(0.09));
+      CHECK(pooled.log_sigma < 0.06);
+      CHECK(cameras.from[i] == FocalSource::kPairs);
+      CHECK(pooled.focal == cameras.hints[i % 2].focal->focal);
+    }
+  }
+}
+
+TEST_CASE("what may be chance, does not move or is not observable says nothing of a camera") {
+  Rng rng(2);
+  Estimate chance = Saying(1000, 700, rng), turned = chance, unknown = chance, none;
+  chance.log_false_alarms = 1.0;
+  turned.translation = Translation::kTurn;
+  unknown.focal->observable = {};
+  PhotographCameras cameras = TwoCameras(2);
+  PoolFocals({{0, 1}, {0, 1}, {0, 1}, {0, 1}}, {chance, turned, unknown, none}, &cameras);
+  CHECK_FALSE(cameras.hints[0].focal);
+  CHECK(cameras.from[1] == FocalSource::kPrior);
+  Problem problem;
+  CHECK(SourceOfFocal(problem, unknown.focal, 0, FocalSource::kExif) == FocalSource::kExif);
+  CHECK(SourceOfFocal(problem, chance.focal, 1, FocalSource::kExif) == FocalSource::kMatches);
+  problem.cameras = CameraPair{};
+  CHECK(ToString(SourceOfFocal(problem, {}, 1, FocalSource::kPrior)) == "given");
+}
+
+}  // namespace diffsac
