@@ -24,13 +24,13 @@ namespace fs = std::filesystem;
 
 const Task kEssential = TaskFromString("essential");
 
-// Four views of a textured plane, and what a run on them needs.
 PhotographCameras Unknown(const Photographs& photographs, const FeatureStore& store, bool same = false) {
   std::vector<ImageSize> sizes;
   for (std::size_t i = 0; i < photographs.files.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
   return CamerasOfPhotographs(photographs.source.images, sizes, same);
 }
 
+// Four views of a textured plane, and what a run on them needs.
 struct Run {
   TemporaryFolder folder;
   std::string photos = folder / "photos", output = folder / "out";
