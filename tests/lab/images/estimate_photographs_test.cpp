@@ -98,7 +98,7 @@ TEST_CASE("photographs: of an image and its copy no motion is told, and no t") {
   run.Go();
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 2);
-  CHECK(lines[1].ends_with(",static"));
+  CHECK(lines[1].find(",static,") != std::string::npos);
   std::vector<std::string> fields;
   std::istringstream line(lines[1]);
   for (std::string field; std::getline(line, field, ',');) fields.push_back(field);
@@ -126,9 +126,9 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
 
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 7);
-  CHECK(lines[0].ends_with(",m33,translation"));
+  CHECK(lines[0].ends_with(",m33,translation,focal1_source,focal2_source"));
   CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
-  CHECK(lines[1].ends_with(",determined"));
+  CHECK(lines[1].ends_with(",determined,given,given"));
   run.Go(1);
   const std::vector<std::string> again = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(again.size() == lines.size());

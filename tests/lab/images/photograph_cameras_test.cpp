@@ -64,9 +64,10 @@ PhotographCameras TwoCameras(int images) {
 
 TEST_CASE("photographs are of one camera where EXIF data say all the same, or who took them does") {
   const TemporaryFolder folder;
-  const auto images = Images({Photograph(folder, "a.jpg", "One", 35), Photograph(folder, "b.jpg", "One", 35),
-                              Photograph(folder, "c.jpg", "One", 50), Photograph(folder, "d.jpg", "Two", 35),
-                              folder.File("none"), folder.File("neither")});
+  const auto images =
+      Images({Photograph(folder, "a.jpg", "Model One", 35), Photograph(folder, "b.jpg", "Model One", 35),
+              Photograph(folder, "c.jpg", "Model One", 50), Photograph(folder, "d.jpg", "Model Two", 35),
+              folder.File("none"), folder.File("neither")});
   const PhotographCameras cameras = CamerasOfPhotographs(images, {}, false);
   CHECK(cameras.camera == std::vector<int>{0, 0, 1, 2, 3, 4});
   CHECK_FALSE(cameras.IsOne());
@@ -103,12 +104,14 @@ TEST_CASE("many pairs know a camera's focal length better than one, some of them
   }
 }
 
-TEST_CASE("what may be chance, does not move or is not observable says nothing of a camera") {
+TEST_CASE("what may be chance, does not move or knows no more than the prior says nothing of a camera") {
   Rng rng(2);
   Estimate chance = Saying(1000, 700, rng), turned = chance, unknown = chance, none;
   chance.log_false_alarms = 1.0;
   turned.translation = Translation::kTurn;
   unknown.focal->observable = {};
+  unknown.focal->low_px.fill(900.0 * std::exp(-0.43));
+  unknown.focal->high_px.fill(900.0 * std::exp(0.43));
   PhotographCameras cameras = TwoCameras(2);
   PoolFocals({{0, 1}, {0, 1}, {0, 1}, {0, 1}}, {chance, turned, unknown, none}, &cameras);
   CHECK_FALSE(cameras.hints[0].focal);
