@@ -10,6 +10,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
@@ -183,30 +184,19 @@ void CheckUse(const CLI::App& app, Request* request) {
       throw Error(option + (one ? " is for folders and lists of photographs" : " is for two images"));
 }
 
-bool FindsFocals(const std::string& task) { return task == "shared_focal" || task == "two_focals"; }
-
-/// of_one_camera: whether images without a calibration are.
-std::string TaskOf(const Request& request, bool of_one_camera) {
+/// `images`: without a calibration, those of which EXIF data may say that one camera took them.
+std::string TaskOf(const Request& request, const std::vector<SourceImage>& images) {
   const bool calibrated = request.calibration.IsGiven();
   if (request.same_camera && (calibrated || (!request.task.empty() && request.task != "shared_focal")))
     throw Error("--same-camera is for images without a calibration, whose focal length is looked for");
   if (request.task == "essential" && !calibrated && !request.only_rows)
     throw Error("an essential matrix needs --calibration, --cameras or --focal");
-  if (FindsFocals(request.task) && calibrated)
+  if (!request.task.empty() && FindsFocals(TaskFromString(request.task)) && calibrated)
     throw Error(request.task + " finds the focal length: it takes no --calibration, --cameras or --focal");
   if (!request.task.empty()) return request.task;
-  return calibrated ? "essential" : of_one_camera ? "shared_focal" : "two_focals";
-}
-
-bool AreOfOneCamera(const Request& request, const std::vector<SourceImage>& images) {
-  return CamerasOfPhotographs(images, {}, request.same_camera).IsOne();
-}
-
-bool AreOfOneCamera(const Request& request) {
-  if (request.images.empty()) return request.same_camera;
-  std::vector<SourceImage> images;
-  for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
-  return AreOfOneCamera(request, images);
+  if (calibrated) return "essential";
+  const bool one = images.empty() ? request.same_camera : CamerasOfPhotographs(images, {}, request.same_camera).IsOne();
+  return one ? "shared_focal" : "two_focals";
 }
 
 /// One focal length for both images, where EXIF data say that there are two.
@@ -260,7 +250,7 @@ ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
 }
 
 int ListRows(const Request& request) {
-  const std::string task = TaskOf(request, request.same_camera);
+  const std::string task = TaskOf(request, {});
   std::cout << "--task " << task << ":\n";
   for (const EstimatorRow& row : AllRows(request, task).methods)
     std::cout << "  " << row.name << (row.label.empty() || row.label == row.name ? "" : ": " + row.label) << "\n";
@@ -294,12 +284,14 @@ void RefuseInputs(const Request& request) {
 }
 
 int RunTwo(Request request) {
-  const std::string task = TaskOf(request, AreOfOneCamera(request));
+  std::vector<SourceImage> images;
+  for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
+  const std::string task = TaskOf(request, images);
   RefuseInputs(request);
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
   if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
   const bool given = !request.given.file.empty();
-  if (given && FindsFocals(task) && request.given.sizes.empty())
+  if (given && FindsFocals(TaskFromString(task)) && request.given.sizes.empty())
     throw Error(
         "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
         "fundamental");
@@ -364,7 +356,7 @@ int EndInterrupted(const Request& request, const std::string& what) {
 
 int RunMany(const Request& request) {
   Photographs photographs = ListPhotographs(request.images, request.list);
-  const std::string task = TaskOf(request, AreOfOneCamera(request, photographs.source.images));
+  const std::string task = TaskOf(request, photographs.source.images);
   std::vector<std::string> paths;
   for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
   const ImageCameras cameras(request.calibration, paths);
@@ -386,8 +378,8 @@ int RunMany(const Request& request) {
   for (std::size_t i = 0; i < paths.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
   PhotographCameras unknown = CamerasOfPhotographs(photographs.source.images, sizes, request.same_camera);
   std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, unknown, estimation, stop_requested);
-  const bool settled =
-      !FindsFocals(task) || EstimateWithPooledFocals(photographs.source, estimation, stop_requested, &unknown, &pairs);
+  const bool settled = !FindsFocals(experiment.task) ||
+                       EstimateWithPooledFocals(photographs.source, estimation, stop_requested, &unknown, &pairs);
   const auto is_done = [](const EstimatedPair& pair) { return pair.done; };
   const auto done = std::count_if(pairs.begin(), pairs.end(), is_done), asked = std::ssize(pairs);
   if (done == 0) return EndInterrupted(request, "no pair was matched");

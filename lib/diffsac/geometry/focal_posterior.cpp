@@ -30,6 +30,22 @@ FocalPosterior PriorAlone(const FocalPrior& prior) {
   return {prior.focal, prior.focal / spread, prior.focal * spread, false, prior};
 }
 
+/// Where there is one length the second image's says the first one's: the same, or that it is calibrated.
+LogFocals Tied(UnknownFocal unknown, LogFocals log_focals) {
+  if (unknown == UnknownFocal::kBoth) log_focals[0] = log_focals[1];
+  if (unknown == UnknownFocal::kSecond) log_focals[0] = 0.0;
+  return log_focals;
+}
+
+FocalPosteriors Tied(UnknownFocal unknown, FocalPosteriors posteriors) {
+  if (unknown == UnknownFocal::kBoth) {
+    posteriors[1].correlation = 1.0;
+    posteriors[0] = posteriors[1];
+  }
+  if (unknown == UnknownFocal::kSecond) posteriors[0] = {1.0, 1.0, 1.0, true, {1.0, 0.0}};
+  return posteriors;
+}
+
 /// Where the posterior is looked at, ascending.
 std::vector<double> GridOf(double centre, double deviation, double median, double prior_sigma) {
   const double reach = kPriorReach * prior_sigma;
@@ -80,16 +96,13 @@ class OneLength {
     const FocalParameters chosen = At(median, nodes[static_cast<std::size_t>(nearest - line.begin())].model).model;
     if (!chosen.allFinite()) return false;
     *model = chosen;
-    FocalPosterior posterior = PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_);
-    posterior.correlation = unknown_ == UnknownFocal::kSecond ? 0.0 : 1.0;
-    out->fill(posterior);
-    if (unknown_ == UnknownFocal::kSecond) out->front() = {1.0, 1.0, 1.0, true, {1.0, 0.0}};
+    *out = Tied(unknown_, FocalPosteriors{{{}, PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_)}});
     return true;
   }
 
  private:
   FocalNode At(double log_focal, const FocalParameters& start) const {
-    return evidence_.At({unknown_ == UnknownFocal::kSecond ? 0.0 : log_focal, log_focal}, start);
+    return evidence_.At(Tied(unknown_, LogFocals{log_focal, log_focal}), start);
   }
 
   UnknownFocal unknown_;
@@ -186,8 +199,9 @@ class TwoLengths {
     *model = chosen;
     const double correlation = Correlation(line, top);
     for (int k = 0; k < 2; ++k) {
-      (*out)[k] = PosteriorOf(chosen[9 + k], std::exp(Quantile(line, top, k, kTail)),
-                              std::exp(Quantile(line, top, k, 1.0 - kTail)), priors_[k]);
+      const Masses masses = MassesOf(line, top, k);
+      (*out)[k] = PosteriorOf(chosen[9 + k], std::exp(Quantile(masses, kTail)), std::exp(Quantile(masses, 1.0 - kTail)),
+                              priors_[k]);
       (*out)[k].correlation = correlation;
     }
     return true;
@@ -221,15 +235,24 @@ class TwoLengths {
     return scale > 0.0 ? std::clamp(covariance(0, 1) / scale, -1.0, 1.0) : 0.0;
   }
 
-  /// Of one length, below where such a share of the posterior lies.
-  double Quantile(const std::vector<GridNode>& line, double top, int image, double share) const {
-    std::vector<std::pair<double, double>> places;  // log f, and mass.
+  /// Of one length: log f of each node, ascending, and its mass.
+  struct Masses {
+    std::vector<std::pair<double, double>> places;
     double total = 0.0;
+  };
+  Masses MassesOf(const std::vector<GridNode>& line, double top, int image) const {
+    Masses masses;
     ForEachNode(line, top, [&](const LogFocals& place, double mass) {
-      places.emplace_back(place[image], mass);
-      total += mass;
+      masses.places.emplace_back(place[image], mass);
+      masses.total += mass;
     });
-    std::sort(places.begin(), places.end());
+    std::sort(masses.places.begin(), masses.places.end());
+    return masses;
+  }
+
+  /// Below where such a share of the posterior lies.
+  static double Quantile(const Masses& masses, double share) {
+    const auto& [places, total] = masses;
     // Each mass lies half before and half behind its place.
     double below = 0.0, last_at = places.front().first, last_share = 0.0;
     for (const auto& [at, mass] : places) {
@@ -262,13 +285,8 @@ bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eig
   if (!evidence.Select(best) || !evidence.Refine(&best)) return false;
 
   if (evidence.OnOneSurface()) {
-    LogFocals logs = {std::log(priors[0].focal), std::log(priors[1].focal)};
-    if (unknown == UnknownFocal::kSecond) logs[0] = 0.0;
-    if (unknown == UnknownFocal::kBoth) logs[0] = logs[1];
-    *model = evidence.At(logs, best).model;
-    *out = {PriorAlone(priors[0]), PriorAlone(priors[1])};
-    if (unknown == UnknownFocal::kBoth) (*out)[0].correlation = (*out)[1].correlation = 1.0;
-    if (unknown == UnknownFocal::kSecond) out->front() = {1.0, 1.0, 1.0, true, {1.0, 0.0}};
+    *model = evidence.At(Tied(unknown, LogFocals{std::log(priors[0].focal), std::log(priors[1].focal)}), best).model;
+    *out = Tied(unknown, FocalPosteriors{PriorAlone(priors[0]), PriorAlone(priors[1])});
     return model->allFinite();
   }
   if (unknown == UnknownFocal::kEach) return TwoLengths(evidence, priors)(best, model, out);

@@ -130,11 +130,6 @@ class Pool {
 
 }  // namespace
 
-std::string ToString(FocalSource source) {
-  constexpr const char* kNames[] = {"given", "matches", "pairs", "exif", "prior"};
-  return kNames[static_cast<int>(source)];
-}
-
 bool PhotographCameras::IsOne() const {
   return std::all_of(camera.begin(), camera.end(), [&](int number) { return number == camera.front(); });
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/core/enum_names.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 #include "lab/images/image_source.h"
@@ -14,8 +15,12 @@ namespace diffsac {
 /// Where a focal length comes from: a calibration; the matches of its pair; those of all pairs of its camera; EXIF
 /// data; what cameras in general have.
 enum class FocalSource { kGiven, kMatches, kPairs, kExif, kPrior };
-/// "given", "matches", "pairs", "exif", "prior".
-std::string ToString(FocalSource source);
+template <>
+inline constexpr auto kEnumNames<FocalSource> = NamesOf<FocalSource>({{FocalSource::kGiven, "given"},
+                                                                      {FocalSource::kMatches, "matches"},
+                                                                      {FocalSource::kPairs, "pairs"},
+                                                                      {FocalSource::kExif, "exif"},
+                                                                      {FocalSource::kPrior, "prior"}});
 
 /// What is known of the camera of each photograph without a calibration.
 struct PhotographCameras {
