@@ -295,11 +295,10 @@ int RunTwo(Request request) {
     throw Error(
         "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
         "fundamental");
-  bool scores = false;
   MatchedImages matched;
-  if (given) matched = ReadMatches(request.given, request.calibration, &scores);
+  if (given) matched = ReadMatches(request.given, request.calibration);
   // Networks have learned what ratios say.
-  if (scores && request.method.empty()) request.method = "prosac_marginalised";
+  if (matched.pair.problem.scored && request.method.empty()) request.method = "prosac_marginalised";
   const ExperimentOptions experiment = ChosenRow(request, task);
   const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
   if (!given)

@@ -35,11 +35,11 @@
 ///
 /// Needs Eigen and TBB alone. Functions may be called from any number of threads. The same input, options and seed give
 /// the same result. Bad data is never an exception: the result's status says what was wrong. Options that make no
-/// sense, matrices K that are no calibration, ratios outside [0, 1], inputs of unlike lengths and models that are not
-/// found throw diffsac::Error, whose text says what was expected.
+/// sense, matrices K that are no calibration, ratios or scores outside [0, 1], inputs of unlike lengths and models that
+/// are not found throw diffsac::Error, whose text says what was expected.
 ///
-/// Rows with a value that is not finite are left out. Rows that are equal are one point, with the best of their ratios,
-/// for all that is found and said. Masks and assignments have all N rows all the same.
+/// Rows with a value that is not finite are left out. Rows that are equal are one point, with the best of their ratios
+/// or scores, for all that is found and said. Masks and assignments have all N rows all the same.
 namespace diffsac {
 
 /// Of images.
@@ -85,13 +85,17 @@ struct Matches {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points1;  ///< N × 2, in pixels.
   Eigen::Matrix<double, Eigen::Dynamic, 2> points2;  ///< N × 2, in pixels; row i matches row i of `points1`.
   Eigen::VectorXd match_ratios = {};  ///< N: nearest to second-nearest descriptor distance, from 0 to 1, lower is
-                                      ///< better (of scores from 0 to 1, higher is better: 1 − score); empty: unknown.
-  ImageSize size1 = {};  ///< In pixels; {}: unknown. Sizes help fundamental matrices.
-  ImageSize size2 = {};  ///< As `size1`.
+                                      ///< better; empty: unknown.
+  ImageSize size1 = {};               ///< In pixels; {}: unknown. Sizes help fundamental matrices.
+  ImageSize size2 = {};               ///< As `size1`.
   /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
   /// and KeyPoint::angle · π / 180); empty: unknown. The networks of essential and fundamental matrices read them, and
   /// do without where they are unknown.
   Eigen::Matrix<double, Eigen::Dynamic, 2> similarities = {};
+  /// N: instead of ratios, what a matcher says of each match, from 0 to 1, higher is better (LightGlue's and the like);
+  /// empty: unknown. Give all matches: a cut by score (LightGlue's filter_threshold) loses more than it helps. No
+  /// network is used with scores.
+  Eigen::VectorXd scores = {};
 };
 
 /// Points of a scene and where an image shows them.
@@ -99,6 +103,7 @@ struct ScenePoints {
   Eigen::Matrix<double, Eigen::Dynamic, 3> points3d;  ///< N × 3, in the scene's unit.
   Eigen::Matrix<double, Eigen::Dynamic, 2> points2d;  ///< N × 2, in pixels.
   Eigen::VectorXd match_ratios = {};                  ///< As Matches::match_ratios.
+  Eigen::VectorXd scores = {};                        ///< As Matches::scores.
 };
 
 /// A result. Model: a matrix, or the coefficients of a line or plane.

@@ -67,7 +67,10 @@ expect_error 'expected one array, or keypoints0' pair --from-matches "$own/two.n
 run_expecting 0 pair --from-matches "$own/m.csv" --calibration "$own/K.txt" "$own/a.pgm" "$own/b.pgm" --picture "$own/given.png"
 expect_file "$own/given.png"
 { echo "x1,y1,x2,y2,score"; awk '{printf "%s,%s,%s,%s,%s\n", $1, $2, $3, $4, 1 - $5}' "$own/m.txt"; } >"$own/scores.csv"
-run_expecting 0 pair --from-matches "$own/scores.csv" --task homography --json "$own/scores.json"
+run_expecting 0 pair --from-matches "$own/scores.csv" --task homography --json "$own/scores.json" --matches "$own/scores.txt"
+run_expecting 0 pair --from-matches "$own/scores.txt" --task homography --json "$own/scores_again.json"
+python3 -c 'import json, sys; a, b = (json.load(open(f)) for f in sys.argv[1:]); assert (a["model"], a["method"]) == (b["model"], b["method"]), (a, b)' \
+  "$own/scores.json" "$own/scores_again.json" || fail "scores that are written are not read as scores"
 python3 - "$own"/{images,given,columns,scores}.json <<'END' || fail "given matches are estimated as others"
 import json, sys
 images, given, columns, scores = (json.load(open(path)) for path in sys.argv[1:])

@@ -29,16 +29,25 @@ void RequireOneEach(Eigen::Index rows, Eigen::Index points, const char* name) {
 }
 
 /// Of points that are not finite, which are left out, they may be anything.
-void SetRatios(const Eigen::VectorXd& ratios, Problem* problem) {
+void RequireShares(const Eigen::VectorXd& values, const PointMatrix& points, const char* name, const char* what) {
   constexpr double kMost = 1.0 + 1e-6;  // Rounded from single precision.
-  RequireOneEach(ratios.size(), problem->points.rows(), "match_ratios");
-  for (Eigen::Index i = 0; i < ratios.size(); ++i)
-    if (!(ratios[i] >= 0.0 && ratios[i] <= kMost) && problem->points.row(i).allFinite())
-      throw Error(
-          "match_ratios: expected the nearest distance over the second-nearest, from 0 to 1 (of scores give "
-          "1 - score), got " +
-          std::to_string(ratios[i]) + " in row " + std::to_string(i));
-  problem->match_ratio = ratios;
+  RequireOneEach(values.size(), points.rows(), name);
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (!(values[i] >= 0.0 && values[i] <= kMost) && points.row(i).allFinite())
+      throw Error(std::string(name) + ": expected " + what + ", got " + std::to_string(values[i]) + " in row " +
+                  std::to_string(i));
+}
+
+/// `input`: Matches or ScenePoints.
+template <class Input>
+void SetRatiosOrScores(const Input& input, Problem* problem) {
+  problem->scored = input.scores.size() > 0;
+  Require(!problem->scored || input.match_ratios.size() == 0, "scores", "none beside match_ratios: one of them");
+  RequireShares(input.match_ratios, problem->points, "match_ratios",
+                "the nearest distance over the second-nearest, from 0 to 1, lower is better");
+  RequireShares(input.scores, problem->points, "scores", "what a matcher says, from 0 to 1, higher is better");
+  problem->match_ratio = input.match_ratios;
+  if (problem->scored) problem->match_ratio = (1.0 - input.scores.array()).max(0.0);
 }
 
 void SetSimilarities(const PointMatrix& similarities, Problem* problem) {
@@ -74,7 +83,7 @@ Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
   problem.inlier_threshold = max_residual_px;
   problem.points.resize(count, 4);
   problem.points << matches.points1, matches.points2;
-  SetRatios(matches.match_ratios, &problem);
+  SetRatiosOrScores(matches, &problem);
   SetSimilarities(matches.similarities, &problem);
   problem.size1 = CheckedSize(matches.size1, "size1");
   problem.size2 = CheckedSize(matches.size2, "size2");
@@ -91,7 +100,7 @@ Problem ProblemOf(const ScenePoints& points, const SceneFrame& frame, const Eige
   problem.inlier_threshold = max_residual_px;
   problem.points.resize(count, 5);
   problem.points << frame.Apply(points.points3d), points.points2d;
-  SetRatios(points.match_ratios, &problem);
+  SetRatiosOrScores(points, &problem);
   const Eigen::Matrix3d checked = CheckedCalibration(K, "K");
   problem.cameras = CameraPair{checked, checked};
   return problem;

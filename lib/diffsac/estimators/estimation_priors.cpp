@@ -27,6 +27,14 @@ CameraPrior FocalCameraPrior(const FocalPriors& priors, double strength) {
 
 double InlierProbabilityOfRatio(double ratio) { return 0.05 + 0.9 / (1.0 + std::exp((ratio - 0.79) / 0.06)); }
 
+double InlierProbabilityOfScore(double score) { return 0.05 + 0.9 * score; }
+
+Eigen::VectorXd MatchPriors(const Problem& problem) {
+  if (problem.match_ratio.size() != problem.points.rows()) return {};
+  if (problem.scored) return (1.0 - problem.match_ratio.array()).unaryExpr(&InlierProbabilityOfScore);
+  return problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+}
+
 EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOptions& options) {
   EstimationPriors priors;
   priors.unit = space.unit();
@@ -40,8 +48,7 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   priors.point_weights = PointWeights(problem);
   if (options.inlier_prior_power > 0.0) {
     priors.inlier_priors = priors.point_weights;
-    if (priors.inlier_priors.size() == 0 && problem.match_ratio.size() == problem.points.rows())
-      priors.inlier_priors = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+    if (priors.inlier_priors.size() == 0) priors.inlier_priors = MatchPriors(problem);
   }
   return priors;
 }

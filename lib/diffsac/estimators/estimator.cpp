@@ -78,18 +78,18 @@ Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
   options.Check();
 }
 
-std::shared_ptr<const RobustEstimator> Estimator::Make(bool rated) const {
+std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
   if (several_) return std::make_shared<ClassicalEstimator>(WithBudget(SeveralStructures(task_), options_));
-  if (!HasNetwork(task_) || !options_.use_network)
+  if (!HasNetwork(task_) || !options_.use_network || known == kScores)
     return std::make_shared<ClassicalEstimator>(WithBudget(RecommendedClassical(task_), options_));
-  const auto network = NetworkOf(FindModel(ModelFile(task_, rated), options_.models_folder), task_);
+  const auto network = NetworkOf(FindModel(ModelFile(task_, known == kRatios), options_.models_folder), task_);
   return std::make_shared<DiffsacEstimator>(network, LearnedOptionsOf(task_, options_), 1);
 }
 
-const RobustEstimator& Estimator::For(bool rated) const {
+const RobustEstimator& Estimator::For(Known known) const {
   const std::lock_guard lock(mutex_);
-  auto& made = made_[rated ? 1 : 0];
-  if (made == nullptr) made = Make(rated);
+  auto& made = made_[known];
+  if (made == nullptr) made = Make(known);
   return *made;
 }
 
@@ -97,7 +97,9 @@ const RobustEstimator& Estimator::For(bool rated) const {
 Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
   constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
   Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
-  const RobustEstimator& estimator = For(problem.match_ratio.size() > 0);
+  const RobustEstimator& estimator = For(problem.match_ratio.size() == 0 ? kNothing
+                                         : problem.scored                ? kScores
+                                                                         : kRatios);
   if (several_) return estimator.Run(problem, seed);
   Problem scaled = problem;
   const auto run = [&](const ScalesFor& scales) {

@@ -17,7 +17,8 @@ struct EstimateOptions {
   /// the search is confident earlier.
   int max_iterations = 0;
   /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
-  /// points: whether a network chooses them; without one those of most segments are taken, by length.
+  /// points: whether a network chooses them; without one those of most segments are taken, by length. Of matches with
+  /// scores there is no network: it has learned what ratios say.
   bool use_network = true;
   /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
   std::string models_folder = {};
@@ -46,15 +47,15 @@ class Estimator {
   Estimate Run(const Problem& problem, std::uint64_t seed = 0, bool threshold_asked = true) const;
 
  private:
-  /// rated: for matches with ratios.
-  const RobustEstimator& For(bool rated) const;
-  std::shared_ptr<const RobustEstimator> Make(bool rated) const;
+  enum Known { kNothing, kRatios, kScores };  ///< Of the matches.
+  const RobustEstimator& For(Known known) const;
+  std::shared_ptr<const RobustEstimator> Make(Known known) const;
 
   Task task_;
   EstimateOptions options_;
   bool several_;
   mutable std::mutex mutex_;
-  mutable std::shared_ptr<const RobustEstimator> made_[2];  ///< Without ratios, with them.
+  mutable std::shared_ptr<const RobustEstimator> made_[3];  ///< By what is known.
 };
 
 /// The Estimator of these, of those that were asked for last.

@@ -35,7 +35,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
   const Eigen::VectorXd network =
       Eigen::Map<const Eigen::VectorXf>(of_network.data(), static_cast<Eigen::Index>(of_network.size())).cast<double>();
   if (problem.match_ratio.size() != problem.points.rows() || source == PriorSource::kNetwork) return network;
-  const Eigen::VectorXd of_ratio = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  const Eigen::VectorXd of_ratio = MatchPriors(problem);
   if (source == PriorSource::kRatio) return of_ratio;
   return (of_ratio.array() * network.array()).sqrt();
 }

@@ -17,8 +17,7 @@ constexpr float kConstant = -0.76f, kOfRatio = 0.56f, kOfShared = 3.0f, kOfStret
 Eigen::VectorXf OfMatches(const Problem& problem, const FeatureSet& features, int first_neighborhood) {
   const Eigen::Index count = problem.points.rows();
   Eigen::ArrayXf prior = Eigen::ArrayXf::Constant(count, 0.5f);
-  if (problem.match_ratio.size() == count)
-    prior = problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>().array();
+  if (problem.match_ratio.size() == count) prior = MatchPriors(problem).cast<float>().array();
   if (first_neighborhood < 0) return prior;
   const auto column = [&](int i) { return features.values.col(first_neighborhood + i).array(); };
   const Eigen::ArrayXf logit = kConstant + kOfRatio * (prior / (1.0f - prior)).log() + kOfShared * column(0) +

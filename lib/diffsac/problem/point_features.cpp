@@ -155,7 +155,7 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     column += PointDimension(task_);
   }
   if (columns.ratio) {
-    const bool known = problem.match_ratio.size() == problem.points.rows();
+    const bool known = !problem.scored && problem.match_ratio.size() == problem.points.rows();
     features.values.col(column).setZero();
     if (known) features.values.col(column) = ((problem.match_ratio.array() - kRatioMean) / kRatioSpread).cast<float>();
     ++column;

@@ -58,8 +58,10 @@ struct Problem {
   Task task{};                    ///< By default the first, lines.
   PointMatrix points;             ///< N × PointDimension(task), in the data's unit; two views: pixels.
   double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
-  /// Two views: N matching ratios (nearest to second-nearest descriptor distance), lower is better; empty if unknown.
+  /// Two views: N numbers from 0 to 1, lower is better: matching ratios (nearest to second-nearest descriptor distance)
+  /// or, where `scored`, 1 − a matcher's score; empty if unknown.
   Eigen::VectorXd match_ratio = {};
+  bool scored = false;  ///< What `match_ratio` is. Both order matches; as probabilities they say different things.
   /// Two views: N × 2, how the keypoint of image 2 differs from that of image 1: the logarithm of the ratio of their
   /// sizes, size2 / size1, and the turn angle2 − angle1 in radians, in (−π, π], positive from the x axis towards the y
   /// axis of the image as OpenCV's KeyPoint::angle: around a right match a step Δ1 in image 1 is about

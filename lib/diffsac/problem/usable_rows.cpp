@@ -85,6 +85,7 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   part.greatest_scale_factor = whole.greatest_scale_factor;
   part.points = whole.points(rows, Eigen::all);
   if (whole.match_ratio.size() == count) part.match_ratio = whole.match_ratio(rows);
+  part.scored = whole.scored;
   if (whole.similarities.rows() == count) part.similarities = whole.similarities(rows, Eigen::all);
   if (whole.descriptors.rows() == count) part.descriptors = whole.descriptors(rows, Eigen::all);
   return part;

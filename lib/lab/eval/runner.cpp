@@ -108,7 +108,7 @@ Outcome OutcomeOf(const ExperimentOptions& experiment, const TableRow& method, c
   Outcome outcome{MakeRecord(experiment, example, estimate), {}, {}};
   if (!method.GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
   outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
-  const Eigen::VectorXf of_ratio = example.problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio).cast<float>();
+  const Eigen::VectorXf of_ratio = MatchPriors(example.problem).cast<float>();
   outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
   return outcome;
 }

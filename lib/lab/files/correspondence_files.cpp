@@ -149,16 +149,24 @@ PointMatrix CorrespondenceScene::Impl::ReadSimilarities(const std::string& id, E
 }
 
 void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* problem) {
-  LazyFile &matches = File("matches.h5"), &quality = File("match_conf.h5"), &calibration = File("K1_K2.h5"),
-           &sizes = File("sizes.h5"), &descriptors = File("descriptors.h5");
+  LazyFile &matches = File("matches.h5"), &quality = File("match_conf.h5"), &scores = File("match_scores.h5"),
+           &calibration = File("K1_K2.h5"), &sizes = File("sizes.h5"), &descriptors = File("descriptors.h5");
   const Numbers points = matches.Read(id);
   if (points.shape.size() != 2 || points.shape[1] != 4)
     throw Error(matches.Place(id) + ": expected Nx4 (x1 y1 x2 y2), found " + ShapeText(points));
   const auto count = static_cast<Eigen::Index>(points.shape[0]);
   problem->points = Eigen::Map<const PointMatrix>(points.values.data(), count, 4);
-  if (quality.exists()) {
-    const Numbers ratios = ReadPerMatch(quality, id, count);
-    problem->match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
+  problem->scored = scores.exists();
+  if (problem->scored && quality.exists())
+    throw Error(scores.path() + ": expected ratios, match_conf.h5, or scores, found both");
+  if (problem->scored || quality.exists()) {
+    const Numbers values = ReadPerMatch(problem->scored ? scores : quality, id, count);
+    problem->match_ratio = Eigen::Map<const Eigen::VectorXd>(values.values.data(), count);
+  }
+  if (problem->scored) {
+    if (!(problem->match_ratio.array() >= 0.0 && problem->match_ratio.array() <= 1.0).all())
+      throw Error(scores.Place(id) + ": expected scores from 0 to 1");
+    problem->match_ratio = 1.0 - problem->match_ratio.array();
   }
   if (File("similarities.h5").exists()) problem->similarities = ReadSimilarities(id, count);
   if (calibration.exists()) {

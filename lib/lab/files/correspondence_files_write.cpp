@@ -13,9 +13,10 @@ namespace {
 namespace fs = std::filesystem;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr const char* kFiles[] = {"matches.h5",     "match_conf.h5",    "K1_K2.h5",       "R.h5",     "T.h5",
-                                  "Egt.h5",         "Fgt.h5",           "Hgt.h5",         "sizes.h5", "labels.h5",
-                                  "descriptors.h5", "match_indices.h5", "similarities.h5"};
+constexpr const char* kFiles[] = {
+    "matches.h5",     "match_conf.h5",    "K1_K2.h5",        "R.h5",           "T.h5",
+    "Egt.h5",         "Fgt.h5",           "Hgt.h5",          "sizes.h5",       "labels.h5",
+    "descriptors.h5", "match_indices.h5", "similarities.h5", "match_scores.h5"};
 
 void PutMatrix(Hdf5Output& file, const std::string& key, const Eigen::Matrix3d& matrix) {
   const RowMajor3 rows = matrix;
@@ -134,11 +135,15 @@ void SceneWriter::WriteMatches() const {
 }
 
 void SceneWriter::WriteInputs() const {
-  WritePerMatch(
-      "match_conf.h5", [](const Example& pair) { return pair.problem.match_ratio.size(); },
-      [](Hdf5Output& file, const Example& pair) {
-        file.Put(pair.id, pair.problem.match_ratio.data(), {static_cast<hsize_t>(pair.problem.match_ratio.size())});
-      });
+  for (const bool scored : {false, true})
+    WritePerMatch(
+        scored ? "match_scores.h5" : "match_conf.h5",
+        [=](const Example& pair) { return pair.problem.scored == scored ? pair.problem.match_ratio.size() : 0; },
+        [=](Hdf5Output& file, const Example& pair) {
+          Eigen::VectorXd values = pair.problem.match_ratio;
+          if (scored) values = 1.0 - values.array();
+          file.Put(pair.id, values.data(), {static_cast<hsize_t>(values.size())});
+        });
   WritePerMatch(
       "similarities.h5", [](const Example& pair) { return pair.problem.similarities.rows(); },
       [](Hdf5Output& file, const Example& pair) {

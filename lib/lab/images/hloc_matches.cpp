@@ -70,8 +70,8 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
     problem.points.resize(pair.matches.rows(), 4);
     for (Eigen::Index i = 0; i < pair.matches.rows(); ++i)
       problem.points.row(i) << image1.keypoints.row(pair.matches(i, 0)), image2.keypoints.row(pair.matches(i, 1));
-    // Ratios are better the lower they are.
-    if (pair.scores.size() > 0) problem.match_ratio = 1.0 - pair.scores.array();
+    problem.scored = pair.scores.size() > 0;
+    if (problem.scored) problem.match_ratio = 1.0 - pair.scores.array();
     problem.similarities = SimilaritiesOf(image1.frames, image2.frames, pair.matches);
     problem.size1 = image1.size;
     problem.size2 = image2.size;

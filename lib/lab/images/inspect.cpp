@@ -57,7 +57,7 @@ std::string ContentsOf(const Example& pair) {
   const auto add = [&](bool has, const char* name) {
     if (has) text += (text.empty() ? "" : " ") + std::string(name);
   };
-  add(pair.problem.match_ratio.size() > 0, "ratio");
+  add(pair.problem.match_ratio.size() > 0, pair.problem.scored ? "score" : "ratio");
   add(pair.problem.similarities.size() > 0, "similarities");
   add(pair.problem.size1.width > 0, "sizes");
   add(pair.problem.cameras.has_value(), "K");
@@ -85,7 +85,7 @@ class Inspector {
     Check(pair, Inside(problem.points, 0, problem.size1) && Inside(problem.points, 2, problem.size2),
           "a point lies outside its image");
     Check(pair, (problem.match_ratio.array() >= 0.0).all() && (problem.match_ratio.array() <= 1.0).all(),
-          "a ratio is not in [0, 1]");
+          problem.scored ? "a score is not in [0, 1]" : "a ratio is not in [0, 1]");
     Check(pair, TruthAgrees(pair), "E, F, the poses and K disagree");
   }
 

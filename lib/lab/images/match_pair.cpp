@@ -140,9 +140,9 @@ std::optional<Eigen::VectorXd> ColumnOf(const TextTable& table, const std::strin
   return table.values.col(found - table.names.begin());
 }
 
-Eigen::VectorXd QualitiesOf(const TextTable& table, const std::string& file, bool* scores) {
+Eigen::VectorXd QualitiesOf(const TextTable& table, const std::string& file, bool* scored) {
   const auto ratio = ColumnOf(table, "ratio"), score = ColumnOf(table, "score");
-  *scores = !ratio && score;
+  *scored = !ratio && score;
   if (!ratio && !score) return {};
   const Eigen::VectorXd& given = ratio ? *ratio : *score;
   for (Eigen::Index i = 0; i < given.size(); ++i)
@@ -165,7 +165,7 @@ TextTable ReadMatchTable(const std::string& file) {
 
 }  // namespace
 
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration, bool* scores) {
+MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
   const TextTable table = ReadMatchTable(given.file);
   if (given.sizes.empty() && calibration.focal > 0.0 && calibration.center.empty())
     throw Error("--focal alone takes each image's middle as the principal point: give --sizes, or --center");
@@ -173,7 +173,7 @@ MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& cal
   MatchedImages matched;
   matched.pair.id = std::filesystem::path(given.file).stem().string();
   Problem& problem = matched.pair.problem;
-  problem.match_ratio = QualitiesOf(table, given.file, scores);
+  problem.match_ratio = QualitiesOf(table, given.file, &problem.scored);
   const auto log_size = ColumnOf(table, "log_size"), angle = ColumnOf(table, "angle");
   if (log_size && angle) {
     problem.similarities.resize(table.values.rows(), 2);

@@ -37,14 +37,14 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
 /// Matches that something else made, in a NumPy file (convert.py, "matches", says of which) or a text file: x1 y1 x2 y2
 /// of each, in pixels, the centre of the first one (0, 0); then what there is of ratio, log_size and angle (as
 /// `diffsac_pair --matches` writes them). With a header columns are found by these names, in any order, and score, in
-/// [0, 1] and higher for better, may stand for ratio, which then is 1 − score. Equal matches stay.
+/// [0, 1] and higher for better, may stand for ratio. Equal matches stay.
 struct GivenMatches {
   std::string file;
   std::vector<ImageSize> sizes;  ///< Of the images; one stands for both, none: unknown.
 };
 
-/// The same of such a file, in no time. *scores: whether it has scores. Throws Error: a file that cannot be read, a
+/// The same of such a file, in no time. Throws Error: a file that cannot be read, a
 /// line of it, a calibration that is none or that needs the images' sizes.
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration, bool* scores);
+MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration);
 
 }  // namespace diffsac

@@ -119,15 +119,19 @@ Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
           {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
-/// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio where that is known.
+bool HasRatioOrScore(const Problem& problem) { return problem.match_ratio.size() == problem.points.rows(); }
+double RatioOrScore(const Problem& problem, Eigen::Index match) {
+  return problem.scored ? 1.0 - problem.match_ratio[match] : problem.match_ratio[match];
+}
+
+/// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio or score where that is known.
 Json CorrespondencesJson(const Problem& problem) {
   const auto rounded = [](double value) { return FiniteJson(std::round(1e4 * value) / 1e4); };
-  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     Json row = Json::array();
     for (Eigen::Index c = 0; c < problem.points.cols(); ++c) row.push_back(rounded(problem.points(i, c)));
-    if (has_ratio) row.push_back(rounded(problem.match_ratio[i]));
+    if (HasRatioOrScore(problem)) row.push_back(rounded(RatioOrScore(problem, i)));
     rows.push_back(std::move(row));
   }
   return rows;
@@ -189,13 +193,13 @@ std::string UndeterminedText(Translation translation, Task task) {
 }
 
 std::string MatchesText(const Problem& problem) {
-  std::string text;
-  const bool has_ratio = problem.match_ratio.size() == problem.points.rows();
   const bool has_similarity = problem.similarities.rows() == problem.points.rows();
+  std::string text;
+  if (problem.scored) text = std::string("x1 y1 x2 y2 score") + (has_similarity ? " log_size angle\n" : "\n");
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     const double* match = problem.points.row(i).data();
     text += Format("%.17g %.17g %.17g %.17g", match[0], match[1], match[2], match[3]);
-    text += Format(" %.17g", has_ratio ? problem.match_ratio[i] : 1.0);
+    text += Format(" %.17g", HasRatioOrScore(problem) ? RatioOrScore(problem, i) : 1.0);
     if (has_similarity) text += Format(" %.17g %.17g", problem.similarities(i, 0), problem.similarities(i, 1));
     text += "\n";
   }

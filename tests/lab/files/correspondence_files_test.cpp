@@ -173,6 +173,28 @@ TEST_CASE("correspondences from elsewhere: other types and shapes, a homography'
   CHECK(Has(ReadErrorOf(path), "img1-img2"));
 }
 
+TEST_CASE("Scores have a file of their own, beside which there are no ratios") {
+  TemporaryFolder folder;
+  CorrespondenceSet set = SyntheticSet(2, 20, Rng(4));
+  const std::string path = folder / "scene", id = set.pairs[0].id;
+  for (Example& pair : set.pairs) pair.problem.scored = true;
+  WriteCorrespondences(path, set);
+  CHECK_FALSE(std::filesystem::exists(path + "/match_conf.h5"));
+  const Problem read = CorrespondenceScene(path).Read(0).problem;
+  CHECK(read.scored);
+  CHECK(read.match_ratio.isApprox(set.pairs[0].problem.match_ratio, 1e-15));
+  for (const auto& [shape, value, error] :
+       {std::tuple(19, 0.5, "expected 20 values"), std::tuple(20, 1.5, "expected scores from 0 to 1"),
+        std::tuple(20, std::nan(""), "expected scores from 0 to 1")}) {
+    PutRaw(path + "/match_scores.h5", id, {static_cast<hsize_t>(shape)}, value);
+    CHECK(Has(ReadErrorOf(path), "match_scores.h5: " + id + ": " + error));
+  }
+  PutRaw(path + "/match_conf.h5", id, {20}, 0.5);
+  CHECK(Has(ReadErrorOf(path), "match_scores.h5: expected ratios, match_conf.h5, or scores, found both"));
+  set.pairs[1].problem.scored = false;
+  CHECK(Has(ErrorOf([&] { WriteCorrespondences(path, set); }), "match_conf.h5: only 1 of 2"));
+}
+
 TEST_CASE("missing, truncated and wrong files are named with their data set") {
   TemporaryFolder folder;
   const CorrespondenceSet set = SyntheticSet(2, 20, Rng(4));

@@ -122,7 +122,9 @@ TEST_CASE("hloc: pairs in both forms of names, scores, sizes, a calibration") {
   REQUIRE(old.points.rows() == 2);
   CHECK(old.points.row(0) == Eigen::RowVector4d(1, 5.5, 32, 8.5));
   CHECK(old.points.row(1) == Eigen::RowVector4d(21, 7.5, 2, 5.5));
+  CHECK(old.scored);
   CHECK(old.match_ratio == Eigen::Vector2d(0.75, 0.875));
+  CHECK_FALSE(fs::exists(folder / "pairs/matches/match_conf.h5"));
   CHECK(old.size1 == ImageSize{320, 240});
   REQUIRE(old.cameras);
   CHECK(old.cameras->K2(0, 2) == 160.0);
