@@ -96,9 +96,9 @@ Eigen::Matrix<double, Eigen::Dynamic, Columns> Rows(const ArrayLike& array, cons
 }
 
 /// Empty where there is none.
-Eigen::VectorXd Ratios(const OptionalArray& ratio, Eigen::Index points) {
-  if (!ratio) return {};
-  return Eigen::Map<const Eigen::VectorXd>(NumbersOf(*ratio, "ratio", {points}).data(), points);
+Eigen::VectorXd OneEach(const OptionalArray& given, const char* name, Eigen::Index points) {
+  if (!given) return {};
+  return Eigen::Map<const Eigen::VectorXd>(NumbersOf(*given, name, {points}).data(), points);
 }
 
 /// Rows of which `given` is masked are left out, as those are whose points are.
@@ -107,6 +107,15 @@ void LeaveOutMasked(const OptionalArray& given, const Eigen::MatrixXd& values, P
   if (!given || !IsMasked(*given)) return;
   for (Eigen::Index i = 0; i < values.rows(); ++i)
     if (values.row(i).hasNaN()) points->row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// `points`: those of `input` (Matches or ScenePoints) that are left out where a ratio or score is masked.
+template <class Input, class Points>
+void SetRatiosOrScores(const RatioOrScores& given, Input* input, Points* points) {
+  input->match_ratios = OneEach(given.ratio, "ratio", points->rows());
+  input->scores = OneEach(given.scores, "scores", points->rows());
+  LeaveOutMasked(given.ratio, input->match_ratios, points);
+  LeaveOutMasked(given.scores, input->scores, points);
 }
 
 std::string& PackagedModels() {
@@ -174,26 +183,24 @@ bool TruthOf(const Truth& value, const char* name) {
   return nb::cast<bool>(nb::bool_(value));
 }
 
-Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
+Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const RatioOrScores& given, const OptionalSize& size1,
                   const OptionalSize& size2, const OptionalArray& similarities) {
   Matches matches;
   matches.points1 = Points2(x1, "x1");
   matches.points2 = Rows<2>(x2, "x2", matches.points1.rows());
-  matches.match_ratios = Ratios(ratio, matches.points1.rows());
   matches.size1 = SizeOf(size1, "size1");
   matches.size2 = SizeOf(size2, "size2");
   if (similarities) matches.similarities = Rows<2>(*similarities, "similarities", matches.points1.rows());
-  LeaveOutMasked(ratio, matches.match_ratios, &matches.points1);
+  SetRatiosOrScores(given, &matches, &matches.points1);
   LeaveOutMasked(similarities, matches.similarities, &matches.points1);
   return matches;
 }
 
-ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const OptionalArray& ratio) {
+ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const RatioOrScores& given) {
   ScenePoints points;
   points.points3d = Points3(points3d, "points3d");
   points.points2d = Rows<2>(points2d, "points2d", points.points3d.rows());
-  points.match_ratios = Ratios(ratio, points.points3d.rows());
-  LeaveOutMasked(ratio, points.match_ratios, &points.points2d);
+  SetRatiosOrScores(given, &points, &points.points2d);
   return points;
 }
 

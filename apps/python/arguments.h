@@ -49,11 +49,15 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> Points3(const ArrayLike& array, const c
 Eigen::Matrix<double, Eigen::Dynamic, 4> Points4(const ArrayLike& array, const char* name);
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name);
 
-/// `x1`, `x2`: N × 2; `ratio`: N. A row of which anything is masked is not finite.
-Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const OptionalArray& ratio, const OptionalSize& size1,
+/// N each; at most one of them.
+struct RatioOrScores {
+  const OptionalArray &ratio, &scores;
+};
+/// `x1`, `x2`: N × 2. A row of which anything is masked is not finite.
+Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const RatioOrScores& given, const OptionalSize& size1,
                   const OptionalSize& size2, const OptionalArray& similarities = {});
-/// `points3d`: N × 3, `points2d`: N × 2; `ratio`: N.
-ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const OptionalArray& ratio);
+/// `points3d`: N × 3, `points2d`: N × 2.
+ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const RatioOrScores& given);
 
 /// Models are those of this folder where neither the caller nor $DIFFSAC_MODELS says another.
 void SetPackagedModels(const std::filesystem::path& folder);

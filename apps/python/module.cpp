@@ -3,9 +3,9 @@
 #include <nanobind/stl/filesystem.h>
 
 #include <array>
-#include <cstring>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "arguments.h"
 #include "results.h"
@@ -58,18 +58,18 @@ void DefineLearned(nb::module_* module, const char* name, const char* doc, Call 
   module->def(
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalSize& size1, const OptionalSize& size2, const OptionalArray& similarities,
-          const Real& max_residual_px, const Whole& max_iterations, const Truth& use_network,
-          const OptionalPath& models_folder, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, ratio, size1, size2, similarities);
+          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
+          const OptionalArray& similarities, const Real& max_residual_px, const Whole& max_iterations,
+          const Truth& use_network, const OptionalPath& models_folder, const Whole& seed) {
+        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2, similarities);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         ImageOptions options = Options(max_residual_px, max_iterations, seed);
         SetNetwork(use_network, models_folder, &options);
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
-      "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0,
-      "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0, doc);
+      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "size1"_a = nb::none(), "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0,
+      "max_iterations"_a = 0, "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0, doc);
 }
 
 /// Several models of two views.
@@ -78,15 +78,16 @@ void DefineSeveral(nb::module_* module, const char* name, const char* doc, Call 
   module->def(
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalSize& size1, const OptionalSize& size2, const Real& max_residual_px,
-          const Whole& max_iterations, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, ratio, size1, size2);
+          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
+          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
+        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         const ImageOptions options = Options(max_residual_px, max_iterations, seed);
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
-      "size2"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "size1"_a = nb::none(), "size2"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0,
+      doc);
 }
 
 /// Two views of unknown focal length.
@@ -95,10 +96,10 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
   module->def(
       name,
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalSize& size1, const OptionalSize& size2, const OptionalPair& principal_point1,
-          const OptionalPair& principal_point2, const OptionalPair& prior, const OptionalPair& prior2,
-          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, ratio, size1, size2);
+          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
+          const OptionalPair& principal_point1, const OptionalPair& principal_point2, const OptionalPair& prior,
+          const OptionalPair& prior2, const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
+        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         FocalOptions options;
         static_cast<ImageOptions&>(options) = Options(max_residual_px, max_iterations, seed);
@@ -108,10 +109,10 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
         if (const auto likely = PairOf(prior2, "prior2")) options.prior2 = FocalPrior{likely->x(), likely->y()};
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "size1"_a = nb::none(),
-      "size2"_a = nb::none(), "principal_point1"_a = nb::none(), "principal_point2"_a = nb::none(),
-      "prior"_a = nb::none(), "prior2"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0,
-      doc);
+      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "size1"_a = nb::none(), "size2"_a = nb::none(), "principal_point1"_a = nb::none(),
+      "principal_point2"_a = nb::none(), "prior"_a = nb::none(), "prior2"_a = nb::none(), "max_residual_px"_a = 0.0,
+      "max_iterations"_a = 0, "seed"_a = 0, doc);
 }
 
 /// Points of a scene and where an image shows them; estimate(points, K, options).
@@ -120,14 +121,14 @@ void DefineScenePoints(nb::module_* module, const char* name, const char* doc, C
   module->def(
       name,
       [=](const ArrayLike& points3d, const ArrayLike& points2d, const ArrayLike& K, const OptionalArray& ratio,
-          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-        const ScenePoints points = ScenePointsOf(points3d, points2d, ratio);
+          const OptionalArray& scores, const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
+        const ScenePoints points = ScenePointsOf(points3d, points2d, {ratio, scores});
         const Eigen::Matrix3d matrix = Matrix3(K, "K");
         const ImageOptions options = Options(max_residual_px, max_iterations, seed);
         return Unlocked([&] { return estimate(points, matrix, options); });
       },
-      "points3d"_a, "points2d"_a, "K"_a, "ratio"_a = nb::none(), nb::kw_only(), "max_residual_px"_a = 0.0,
-      "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "points3d"_a, "points2d"_a, "K"_a, "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0, doc);
 }
 
 /// Points in the plane or in space, which `read` makes of an array; estimate(points, options).
@@ -244,7 +245,8 @@ void TranslateError(const std::exception_ptr& thrown, void*) {
   } catch (const Error& error) {
     // By its name here.
     std::string text = error.what();
-    if (text.starts_with("match_ratios: ")) text.replace(0, std::strlen("match_ratios"), "ratio");
+    constexpr std::string_view kRatios = "match_ratios";
+    if (const auto at = text.find(kRatios); at != text.npos) text.replace(at, kRatios.size(), "ratio");
     PyErr_SetString(PyExc_ValueError, text.c_str());
   }
 }

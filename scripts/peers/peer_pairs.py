@@ -47,7 +47,10 @@ def read_pair(folder, pair):
     turn = rotations[1] @ rotations[0].T
     height1, width1, height2, width2 = (float(v) for v in of("sizes", pair).reshape(-1))
     k1, k2 = of("K1_K2", pair).reshape(2, 3, 3)
-    matches, ratios = of("matches", pair).astype(float), of("match_conf", pair).reshape(-1).astype(float)
+    matches, scored = of("matches", pair).astype(float), os.path.exists(f"{folder}/match_scores.h5")
+    ratios = of("match_scores" if scored else "match_conf", pair).reshape(-1).astype(float)
+    if scored:
+        ratios = 1.0 - ratios    # In the order of which estimators get matches.
     return types.SimpleNamespace(matches=matches, ratios=ratios, k1=k1, k2=k2, sizes=(width1, height1, width2, height2), turn=turn,
                                  shift=shifts[1] - turn @ shifts[0])
 

@@ -371,8 +371,26 @@ class TestMistakes(unittest.TestCase):
     def test_trouble_ratios(self):
         s = self.scene
         for wrong in (-s.ratio, 300 * s.ratio, np.nan * s.ratio):
-            self.refused("ratio: expected the nearest distance over the second-nearest, from 0 to 1 (of scores give 1 - "
-                         "score), got", diffsac.estimate_fundamental, s.x1, s.x2, wrong)  # fmt: skip
+            self.refused("ratio: expected the nearest distance over the second-nearest, from 0 to 1, lower is better, got",
+                         diffsac.estimate_fundamental, s.x1, s.x2, wrong)  # fmt: skip
+
+    def test_scores(self):
+        s = self.scene
+        scores = 1 - s.ratio
+        for estimate in (
+            diffsac.estimate_essential(s.x1, s.x2, K, K, scores=scores, models_folder="/none"),  # Which no network is read from.
+            diffsac.estimate_essential(s.x1, s.x2, K, K, scores=list(scores.astype(np.float32))),
+            diffsac.estimate_absolute_pose(s.points3d, s.x2, K, scores=scores),
+        ):
+            self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.5)
+            self.assertIsNone(estimate.inlier_probabilities)
+        masked = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=np.ma.masked_array(scores, np.arange(200) < 7))
+        self.assertEqual(masked.rows_left_out, 7)
+        for wrong in (-scores, 30 * scores, np.nan * scores):
+            self.refused("scores: expected what a matcher says, from 0 to 1, higher is better, got",
+                         diffsac.estimate_two_focals, s.x1, s.x2, scores=wrong, size1=SIZE, size2=SIZE)  # fmt: skip
+        self.refused("scores: expected shape (200,), got (5,)", diffsac.estimate_fundamental, s.x1, s.x2, scores=scores[:5])
+        self.refused("scores: expected none beside ratio", diffsac.estimate_fundamental, s.x1, s.x2, s.ratio, scores=scores)
 
     def test_trouble_messages_are_one_line_that_names_the_option(self):
         s = self.scene
@@ -395,7 +413,7 @@ class TestMistakes(unittest.TestCase):
         for arguments, options, text in (
             ((s.x1,), {}, "estimate_fundamental: missing a required argument: 'x2'"),
             ((s.x1, s.x2), dict(sead=1), "estimate_fundamental: no argument 'sead'; did you mean 'seed'?"),
-            ((s.x1, s.x2), dict(zzz=1), "no argument 'zzz'; there are x1, x2, ratio, size1"),
+            ((s.x1, s.x2), dict(zzz=1), "no argument 'zzz'; there are x1, x2, ratio, scores, size1"),
             ((s.x1, s.x2, s.ratio, 1), {}, "too many positional arguments: x1, x2, ratio, and all others by name"),
         ):
             with self.assertRaises(TypeError) as context:

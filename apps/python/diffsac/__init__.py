@@ -5,7 +5,8 @@
         use(estimate.pose.rotation, estimate.inliers)
 
 Points are arrays of N rows in pixels (lines and planes: in any unit). `ratio` has for each match the distance of the
-nearest descriptor to that of the second-nearest, lower is better: not needed, but it helps most. `max_residual_px` is the
+nearest descriptor to that of the second-nearest, lower is better: not needed, but it helps most. `scores`, of matchers that give
+some, are in its place: from 0 to 1, higher is better, of all matches. `max_residual_px` is the
 greatest residual of an inlier in the unit of the points (0: 1 px, homographies 3, absolute poses 4, and of points that
 are in no pixels as much in thousandths of how far they go), `max_iterations` how many minimal samples are
 drawn at most (0: what is recommended). The same input, options and seed give the same result.
