@@ -146,6 +146,10 @@ void ForEachCombination(int shift, const Function& function) {
                                          : FinalRefinement::kNone;
       options.stopping = i % 3 ? Stopping::kBudget : Stopping::kConfidence;
       options.refit_candidates = 1 + i % 3;
+      if (optimizer != LocalOptimization::kNone) {
+        options.basins = 2 * (i % 4);
+        options.polish = i % 2;
+      }
       options.local_samples = 4;
       ++i;
       function(options);

@@ -342,6 +342,49 @@ TEST_CASE("After the first improvement minimal models were never improved") {
       }
 }
 
+TEST_CASE("A draw near the better optimum that was worse itself was never improved") {
+  ConsensusOptions options = Plain();
+  options.score = options.final_score = ScoreKind::kMsac;
+  options.local_optimization = LocalOptimization::kRefinement;
+  options.refit_candidates = 3;
+  const auto search = [&](const ConsensusOptions& o) {
+    return SearchSets<RefinedPlace<RefineMode::kToMean>>(TwoClusters(), 1.0, std::vector<int>{2, 11}, o, Rng(1));
+  };
+  CHECK(std::abs(search(options).model[0]) < 0.9);
+  options.basins = 2;
+  const auto found = search(options);
+  CHECK(std::abs(found.model[0] - 100.0) < 0.9);
+  // A confident search has nothing to look for.
+  options.stopping = Stopping::kConfidence;
+  options.confidence = 0.01;
+  CHECK(search(options).hypotheses < found.hypotheses);
+}
+
+TEST_CASE("Hypotheses of one basin count as one, the better of them") {
+  PointMatrix points(40, 1);
+  for (int i = 0; i < 40; ++i) points(i, 0) = 0.1 * i;
+  const auto at = [](double place) { return Place::Parameters::Constant(place); };
+  BestHypotheses<Place> best(points, 1.0, 3, 0.8);
+  CHECK(best.bar() == -1.0);
+  best.Offer(at(1.05), 5.0);
+  best.Offer(at(1.15), 4.0);  // 19 of 21 points are common.
+  REQUIRE(best.entries().size() == 1);
+  best.Offer(at(2.05), 4.5);
+  best.Offer(at(1.15), 6.0);
+  REQUIRE(best.entries().size() == 2);
+  CHECK(best.entries()[0].model == at(1.15));
+  CHECK(best.entries()[1].model == at(2.05));
+  // Between the two, like neither enough.
+  best.Offer(at(1.55), 7.0);
+  best.Offer(at(3.05), 1.0);
+  CHECK(best.entries().size() == 3);
+  CHECK(best.bar() == 4.5);
+  // None is kept where there is no room.
+  BestHypotheses<Place> none(points, 1.0, 0, 0.8);
+  none.Offer(at(1.0), 5.0);
+  CHECK(none.entries().empty());
+}
+
 TEST_CASE("The degeneracy hook is asked for each new best model and judged by the score") {
   PointMatrix points(8, 1);
   points << 0, 0.1, 5, 5.1, 4.9, 5.05, 20, 30;

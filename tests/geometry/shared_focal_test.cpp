@@ -355,7 +355,7 @@ bool Marginalise(UnknownFocal unknown, const UnknownFocalScene& scene, const Foc
 template <class Draw>
 void CheckCalibrated(UnknownFocal unknown, double log_sigma, const Draw& draw) {
   // A grid of two dimensions takes longer.
-  const int trials = unknown == kEach ? 150 : 300;
+  const int trials = unknown == kEach ? 100 : 200;
   Rng rng(1);
   int covered = 0;
   for (int trial = 0; trial < trials; ++trial) {
@@ -381,16 +381,16 @@ void CheckCalibrated(UnknownFocal unknown, double log_sigma, const Draw& draw) {
 }  // namespace
 
 TEST_CASE(
-    "the interval of the focal length holds the true one in 68 of 100 problems where four matches share an error") {
+    "the interval of the focal length holds the true one in 68 of 100 problems where sixteen matches share an error") {
   for (const UnknownFocal unknown : {kBoth, kSecond, kEach}) {
     CAPTURE(static_cast<int>(unknown));
     const auto shared = [](UnknownFocalScene scene) {
-      scene.points = scene.points.replicate(4, 1).eval();
+      scene.points = scene.points.replicate(16, 1).eval();
       return scene;
     };
-    const auto any = [&](Rng& rng) { return shared(MakeUnknownFocalScene(unknown, 250, rng, kNoise)); };
+    const auto any = [&](Rng& rng) { return shared(MakeUnknownFocalScene(unknown, 60, rng, kNoise)); };
     const auto forward = [&](Rng& rng) {
-      return shared(MakeUnknownFocalScene(unknown, 250, rng, kNoise, Motion::kForward));
+      return shared(MakeUnknownFocalScene(unknown, 60, rng, kNoise, Motion::kForward));
     };
     CheckCalibrated(unknown, 0.3, any);
     CheckCalibrated(unknown, 0.1, any);

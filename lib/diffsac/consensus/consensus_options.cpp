@@ -55,6 +55,14 @@ void BindRefits(ConsensusOptions& o, OptionsBinder& b) {
       .Help("σ is estimated in a last refit, where the assumed one counts as so many inliers; 0: it stays");
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
+  const bool optimised = o.local_optimization != LocalOptimization::kNone;
+  b.Field("basins", o.basins, Within(0, 1e4))
+      .OnlyIf(optimised, "a local_optimization")
+      .Help("so many of the best draws that differ are optimised locally after the search, unless it ended confident");
+  b.Field("polish", o.polish, Within(0, 1e4))
+      .OnlyIf(optimised, "a local_optimization")
+      .Help(
+          "there as well: the chosen model is optimised locally so many times more, from other samples of its inliers");
   b.Field("refine_finalists", o.refine_finalists, Within(0, 1e4))
       .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement: lm or lm_marginalised")
       .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");

@@ -145,6 +145,13 @@ struct ConsensusOptions {
   /// `final_score` wins, the one that scored higher before the refit when they tie. As `final_score`, gaussian_uniform
   /// is the log-likelihood ratio of the mixture with the share of inliers estimated (MixtureScore in mixture.h).
   int refit_candidates = 1;
+  /// Where the search did not end confident: so many of the best draws that differ (of their inliers less than 0.9 are
+  /// common) are each optimised locally as well, and hypotheses count as distinct by the same measure. 0: none, and
+  /// those are distinct that differ in one inlier.
+  int basins = 0;
+  /// There as well: the chosen model is optimised locally and refined so many times more, each time from other random
+  /// samples of its inliers; kept where the final score rises.
+  int polish = 0;
   ScoreKind final_score = ScoreKind::kInlierCount;
   /// All candidates are refitted once and refined by a few steps, and so many, those of the highest final score, to the
   /// end. 0: all of them.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -18,6 +19,7 @@
 namespace diffsac {
 
 /// The best K hypotheses seen so far that differ in their inliers, best first; the earlier one first where scores tie.
+/// Two differ where less than `alike` of the inliers of either are inliers of both.
 template <MinimalModel Model>
 class BestHypotheses {
  public:
@@ -27,11 +29,14 @@ class BestHypotheses {
     std::vector<std::uint8_t> inliers;  ///< At `threshold`; empty when only one hypothesis is kept.
   };
 
-  BestHypotheses(const PointMatrix& points, double threshold, int capacity)
-      : points_(points), threshold_(threshold), capacity_(capacity) {}
+  BestHypotheses(const PointMatrix& points, double threshold, int capacity, double alike = 1.0)
+      : points_(points), threshold_(threshold), capacity_(capacity), alike_(alike) {}
 
   /// A score must be above this to enter.
-  double bar() const { return static_cast<int>(entries_.size()) < capacity_ ? -1.0 : entries_.back().score; }
+  double bar() const {
+    if (capacity_ == 0) return std::numeric_limits<double>::infinity();
+    return static_cast<int>(entries_.size()) < capacity_ ? -1.0 : entries_.back().score;
+  }
   /// A score must be above this to become the best.
   double best() const { return entries_.empty() ? -1.0 : entries_.front().score; }
   const std::vector<Entry>& entries() const { return entries_; }
@@ -41,12 +46,11 @@ class BestHypotheses {
     Entry entry{model, score, {}};
     if (capacity_ > 1) {
       entry.inliers = InlierMask<Model>(points_, model, threshold_);
-      const auto twin = std::find_if(entries_.begin(), entries_.end(),
-                                     [&](const Entry& other) { return other.inliers == entry.inliers; });
-      if (twin != entries_.end()) {
-        if (!(score > twin->score)) return;
-        entries_.erase(twin);
-      }
+      const auto twin = [&](const Entry& other) { return Alike(other.inliers, entry.inliers); };
+      const auto worse =
+          std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return score > e.score; });
+      if (std::any_of(entries_.begin(), worse, twin)) return;
+      entries_.erase(std::remove_if(worse, entries_.end(), twin), entries_.end());
     }
     const auto place =
         std::find_if(entries_.begin(), entries_.end(), [&](const Entry& other) { return score > other.score; });
@@ -55,9 +59,20 @@ class BestHypotheses {
   }
 
  private:
+  bool Alike(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) const {
+    if (alike_ == 1.0) return a == b;
+    int both = 0, either = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      both += a[i] & b[i];
+      either += a[i] | b[i];
+    }
+    return both >= alike_ * either;
+  }
+
   const PointMatrix& points_;
   double threshold_;
   int capacity_;
+  double alike_;
   std::vector<Entry> entries_;
 };
 
@@ -165,7 +180,9 @@ class ConsensusSearch {
         scales_(scales),
         scorer_(points, PriorOf(priors, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
-        best_(points, scales.score_threshold, std::max(1, options.refit_candidates)),
+        best_(points, scales.score_threshold, std::max(1, options.refit_candidates),
+              options.basins > 0 ? kSameBasin : 1.0),
+        starts_(points, scales.score_threshold, options.basins, kSameBasin),
         improve_(scorer_, score_, options, scales_, rng),
         refine_(scorer_, options, scales_),
         rule_(options, points.rows(), Model::kMinimalSize),
@@ -184,7 +201,7 @@ class ConsensusSearch {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(sampler, options_.max_iterations - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
-        const auto* draw = block_.Next(std::min(best_.bar(), best_minimal_));
+        const auto* draw = block_.Next(std::min({best_.bar(), best_minimal_, starts_.bar()}));
         if (draw == nullptr) break;
         Take(*draw);
         result_.stop = rule_.After(result_.iterations);
@@ -194,7 +211,10 @@ class ConsensusSearch {
   }
 
   ConsensusResult Finish() {
+    const bool confident = result_.stop == StopReason::kConfidence;
+    if (!confident) ImproveStarts();
     std::optional<ScoredModel<Model>> chosen = refine_(best_.entries(), &result_.hypotheses);
+    if (chosen && !confident) Polish(&*chosen);
     result_.unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
     result_.first_sets = FirstSets(sets_, Model::kMinimalSize);
     if (!chosen || refine_.CountInliers(chosen->model) < Model::kMinimalSize) return std::move(result_);
@@ -213,6 +233,7 @@ class ConsensusSearch {
     int rise = -1;
     for (int i = 0; i < draw.solutions; ++i) {
       best_.Offer(draw.models[i], draw.scores[i]);
+      starts_.Offer(draw.models[i], draw.scores[i]);
       if (!(draw.scores[i] > best_minimal_)) continue;
       best_minimal_ = draw.scores[i];
       rise = i;
@@ -235,11 +256,30 @@ class ConsensusSearch {
     if (best_.best() > before) rule_.Update(refine_.CountInliers(best_.entries().front().model));
   }
 
+  /// The loop improves a draw only where it is the best so far, of which there are seven in a thousand; a draw near a
+  /// better optimum may be worse than one near another.
+  void ImproveStarts() {
+    for (const auto& start : starts_.entries()) Improve({start.model, start.score}, nullptr, best_.best());
+  }
+
+  /// Looks for a better optimum near by: again from random samples of the chosen model's inliers.
+  void Polish(ScoredModel<Model>* chosen) {
+    for (int i = 0; i < options_.polish; ++i) {
+      const std::vector<ScoredModel<Model>> other{improve_.Again(chosen->model, &result_.hypotheses)};
+      const std::optional<ScoredModel<Model>> refined = refine_(other, &result_.hypotheses);
+      if (refined && refined->score > chosen->score) *chosen = *refined;
+    }
+  }
+
+  /// Of two models of one basin so many inliers are common.
+  static constexpr double kSameBasin = 0.9;
+
   const ConsensusOptions& options_;
   const NoiseScales scales_;
   const Scorer<Model> scorer_;
   const Score score_;
   BestHypotheses<Model> best_;
+  BestHypotheses<Model> starts_;  ///< Draws, as they were solved.
   LocalOptimizer<Model> improve_;
   FinalRefiner<Model> refine_;
   StoppingRule rule_;

@@ -41,6 +41,11 @@ ConsensusOptions MarginalisedConsensus(Task task) {
   StopWhenConfident(&consensus);
   // A sample of inliers alone is not yet a good model.
   consensus.min_iterations = 100;
+  if (task == Task::kFundamental) {
+    // Its landscape has many optima. Essential matrices gain nothing by it (docs/experiments.md).
+    consensus.basins = 10;
+    consensus.polish = 5;
+  }
   if (task == Task::kHomography) SuitHomographies(&consensus);
   return consensus;
 }

@@ -20,8 +20,18 @@ constexpr double kAcrossSteps[] = {-2.6, -1.6, -0.8, 0.0, 0.8, 1.6, 2.6};
 /// Rows whose share of the posterior is below exp(this) of the greatest are the last ones.
 constexpr double kNegligible = -12.0;
 
-FocalPosterior PosteriorOf(double focal, double low, double high, const FocalPrior& prior) {
-  return {focal, low, high, std::log(high / low) < 2.0 * kNarrower * prior.log_sigma, prior};
+/// Of log f: the covariance where the matches say kIntervalShare of what they say in this one.
+template <class Matrix>
+Matrix Widened(const Matrix& covariance, const Matrix& of_prior) {
+  const Matrix prior = of_prior.inverse();
+  return (kIntervalShare * (covariance.inverse() - prior) + prior).inverse();
+}
+
+/// deviation: the standard deviation of log f that the interval shall have.
+FocalPosterior PosteriorOf(double focal, double low, double high, const FocalPrior& prior, double deviation) {
+  const double wider = deviation / (0.5 * std::log(high / low));
+  return {focal, focal * std::pow(low / focal, wider), focal * std::pow(high / focal, wider),
+          deviation < kNarrower * prior.log_sigma, prior};
 }
 
 /// What is known of a length that the matches say nothing of.
@@ -96,7 +106,12 @@ class OneLength {
     const FocalParameters chosen = At(median, nodes[static_cast<std::size_t>(nearest - line.begin())].model).model;
     if (!chosen.allFinite()) return false;
     *model = chosen;
-    *out = Tied(unknown_, FocalPosteriors{{{}, PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_)}});
+    using Scalar = Eigen::Matrix<double, 1, 1>;
+    const double half = 0.5 * (high - low);
+    const double variance = Widened<Scalar>(Scalar(half * half), Scalar(prior_.log_sigma * prior_.log_sigma))(0, 0);
+    *out = Tied(
+        unknown_,
+        FocalPosteriors{{{}, PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_, std::sqrt(variance))}});
     return true;
   }
 
@@ -197,12 +212,21 @@ class TwoLengths {
     const FocalParameters chosen = evidence_.At(Place(along, across), nearest.model).model;
     if (!chosen.allFinite()) return false;
     *model = chosen;
-    const double correlation = Correlation(line, top);
+    Eigen::Vector2d low, high;
     for (int k = 0; k < 2; ++k) {
       const Masses masses = MassesOf(line, top, k);
-      (*out)[k] = PosteriorOf(chosen[9 + k], std::exp(Quantile(masses, kTail)), std::exp(Quantile(masses, 1.0 - kTail)),
-                              priors_[k]);
-      (*out)[k].correlation = correlation;
+      low[k] = Quantile(masses, kTail);
+      high[k] = Quantile(masses, 1.0 - kTail);
+    }
+    const Eigen::Vector2d half = 0.5 * (high - low), prior(priors_[0].log_sigma, priors_[1].log_sigma);
+    Eigen::Matrix2d covariance = half.cwiseAbs2().asDiagonal();
+    covariance(0, 1) = covariance(1, 0) = Correlation(line, top) * half.prod();
+    const Eigen::Matrix2d wide = Widened<Eigen::Matrix2d>(covariance, Eigen::Matrix2d(prior.cwiseAbs2().asDiagonal()));
+    const Eigen::Vector2d deviations = wide.diagonal().cwiseSqrt();
+    if (!deviations.allFinite()) return false;
+    for (int k = 0; k < 2; ++k) {
+      (*out)[k] = PosteriorOf(chosen[9 + k], std::exp(low[k]), std::exp(high[k]), priors_[k], deviations[k]);
+      (*out)[k].correlation = std::clamp(wide(0, 1) / deviations.prod(), -1.0, 1.0);
     }
     return true;
   }

@@ -37,7 +37,7 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
   Eigen::Vector2d mean, prior, sigma, prior_sigma;
   for (int k = 0; k < 2; ++k) {
     const double low = std::log(focal.low_px[k]), high = std::log(focal.high_px[k]);
-    mean[k] = 0.5 * (low + high);
+    mean[k] = std::log(focal.focal_px[k]);
     sigma[k] = std::max(0.5 * (high - low), 1e-3);
     prior[k] = std::log(focal.prior_focal_px[k]);
     prior_sigma[k] = focal.prior_log_sigma[k];
@@ -49,7 +49,9 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
   covariance(0, 1) = covariance(1, 0) = correlation * sigma[0] * sigma[1];
   Eigen::Matrix2d of_prior = prior_sigma.cwiseAbs2().asDiagonal();
   if (focal.log_correlation == 1.0) of_prior(0, 1) = of_prior(1, 0) = correlation * prior_sigma[0] * prior_sigma[1];
-  const Eigen::Matrix2d prior_information = of_prior.inverse(), posterior = covariance.inverse();
+  // Its interval takes a share of what the matches say.
+  const Eigen::Matrix2d prior_information = of_prior.inverse(),
+                        posterior = (covariance.inverse() - prior_information) / kIntervalShare + prior_information;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(posterior - prior_information);
   // A direction of which it says nothing has next to no information.
   constexpr double kLeastInformation = 1e-2;

@@ -231,6 +231,9 @@ class LocalOptimizer {
     return best;
   }
 
+  /// The best model met on another way from `model`, which may score less.
+  ScoredModel<Model> Again(const typename Model::Parameters& model, int* fits) { return Optimize({model, -1.0}, fits); }
+
  private:
   bool active() const { return options_.local_optimization != LocalOptimization::kNone; }
 
