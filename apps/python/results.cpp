@@ -123,6 +123,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
   fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
   fields["share_behind"] = estimate.share_behind;
+  fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
   return fields;
 }
 

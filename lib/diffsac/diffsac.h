@@ -136,6 +136,9 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// E, and F with cameras given: the second camera seen from the first, |t| = 1, chosen by cheirality. t = 0 where the
   /// camera turned in place or stood still (`translation`); absent where a line leaves the motion open.
   std::optional<RigidMotion> pose = {};
+  /// Of matches that lie on one plane, which mostly two motions explain: the other one. There is no pose_covariance
+  /// then.
+  std::optional<RigidMotion> other_pose = {};
   /// E: of the pose, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second camera's frame, t in units
   /// of its length, orthogonal to it: rank 5. Absent where the inliers do not determine the pose.
   std::optional<Eigen::MatrixXd> pose_covariance = {};

@@ -99,6 +99,7 @@ class TwoViewEstimate(Estimate):
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
     translation: Translation
     share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
+    other_pose: Optional[Pose]  # Of matches on one plane: another motion that explains them as well; else None.
 
 
 @dataclass(frozen=True, eq=False)

@@ -145,6 +145,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   TwoViewEstimate result;
   if (estimate.status == Status::kOk && problem.cameras) result.pose = PoseOfEstimate(estimate, problem);
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
+  result.other_pose = estimate.other_pose;
   result.translation = estimate.translation;
   result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
@@ -161,6 +162,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate, problem);
+    result.other_pose = estimate.other_pose;
     result.cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);
   }

@@ -6,6 +6,9 @@
 
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/static_overlay.h"
+#include "diffsac/geometry/parallax.h"
+#include "diffsac/geometry/pose.h"
+#include "diffsac/problem/plane_pose.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 
@@ -31,11 +34,64 @@ bool IsStill(const Problem& problem, double threshold) {
   return 10 * std::ssize(RowsFartherThan(problem, threshold)) <= count;
 }
 
+/// Those of the problem, or that the estimate found.
+std::optional<CameraPair> CamerasOf(const Estimate& estimate, const Problem& problem) {
+  if (problem.cameras) return problem.cameras;
+  return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<CameraPair> {
+    if constexpr (requires { Description::CamerasOf(estimate.model, problem); })
+      return Description::CamerasOf(estimate.model, problem);
+    return std::nullopt;
+  });
+}
+
+/// Whether the motion is that of a plane: of a homography, and of F that a plane leaves open.
+bool IsPoseOfPlane(const Estimate& estimate, const Problem& problem) {
+  return problem.cameras && (problem.task == Task::kHomography || estimate.translation == Translation::kPlane);
+}
+
+std::optional<PlanePoses> PosesOf(const Estimate& estimate, const Problem& problem) {
+  if (!problem.cameras) return std::nullopt;
+  const PlaneViews views{problem.points, estimate.inliers, *problem.cameras, problem.inlier_threshold};
+  return problem.task == Task::kHomography ? PosesOfPlane(ModelMatrix(estimate.model), views) : PosesOfPlane(views);
+}
+
+/// E of a motion, for tests of it.
+Eigen::Matrix3d EssentialOf(const RigidMotion& motion) {
+  return EssentialFromPose({motion.rotation, motion.translation});
+}
+
+/// Two motions explain matches of one plane. Epipolar geometry finds either, by chance, so that the other is told.
+void TellOtherPose(const Problem& problem, Estimate* estimate) {
+  if (estimate->turn || !IsTwoView(problem.task)) return;
+  if (IsPoseOfPlane(*estimate, problem)) {
+    if (const auto poses = PosesOf(*estimate, problem)) estimate->other_pose = poses->other;
+    return;
+  }
+  const auto pose = PoseOfEstimate(*estimate, problem);
+  const auto cameras = CamerasOf(*estimate, problem);
+  if (!pose || !cameras || problem.task == Task::kFundamental) return;
+  const Eigen::Matrix3d f = FundamentalFromEssential(EssentialOf(*pose), cameras->K1, cameras->K2);
+  if (TestPlane(problem.points, AsParameters(f), estimate->inliers).translation != Translation::kPlane) return;
+  const auto poses = PosesOfPlane({problem.points, estimate->inliers, *cameras, problem.inlier_threshold});
+  if (!poses || !poses->other) return;
+  const auto degrees = [&](const RigidMotion& motion) {
+    return std::max(RotationAngleDegrees(motion.rotation, pose->rotation),
+                    DirectionAngleDegrees(motion.translation, pose->translation));
+  };
+  estimate->other_pose = degrees(poses->pose) <= degrees(*poses->other) ? *poses->other : poses->pose;
+  estimate->pose_covariance.reset();
+}
+
 /// The verdict on the translation. What stands still on the images (a watermark) beside a camera that turned looks like
 /// parallax: the verdict is that of the others where these say that it turned.
 ParallaxTest VerdictOf(const Problem& problem, const Estimate& estimate) {
   const ParallaxTest test = ParallaxOfEstimate(estimate.model, estimate.inliers, problem);
-  if (test.translation != Translation::kDetermined || problem.task == Task::kHomography) return test;
+  if (test.translation != Translation::kDetermined) return test;
+  if (problem.task == Task::kHomography) {
+    const auto poses = PosesOf(estimate, problem);
+    return poses ? CalibratedParallax(EssentialOf(poses->pose), *problem.cameras, estimate.inliers, problem.points)
+                 : test;
+  }
   const std::vector<int> rows = RowsFartherThan(problem, kStillReach * estimate.inlier_threshold);
   std::vector<std::uint8_t> inliers;
   for (const int row : rows) inliers.push_back(estimate.inliers[static_cast<std::size_t>(row)]);
@@ -71,6 +127,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
       estimate->pose_covariance.reset();
       estimate->share_behind = 0.0;
     }
+    TellOtherPose(problem, estimate);
   }
   estimate->log_false_alarms = estimate->share_behind > kMostBehind
                                    ? std::numeric_limits<double>::infinity()
@@ -93,6 +150,10 @@ void GiveToAll(const UsableRows& rows, Estimate* estimate) {
 std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem) {
   if (estimate.status != Status::kOk) return std::nullopt;
   if (estimate.turn) return RigidMotion{*estimate.turn, Eigen::Vector3d::Zero()};
+  if (IsPoseOfPlane(estimate, problem)) {
+    const auto poses = PosesOf(estimate, problem);
+    return poses ? std::optional(poses->pose) : std::nullopt;
+  }
   if (IsUndetermined(estimate.translation)) return std::nullopt;
   return PoseOfEstimate(estimate.model, estimate.inliers, problem);
 }

@@ -55,8 +55,8 @@ struct Estimate {
   /// E, unknown focal lengths, absolute pose: of the points that fit, the share that lies behind a camera. They are no
   /// inliers. Much of it where an image is mirrored, say: beyond kMostBehind, log_false_alarms is infinite.
   double share_behind = 0.0;
-  /// Absolute pose of points on a plane: another pose that explains them as well, beside that of `model`
-  /// (AbsolutePose::OtherMinimum). Then pose_covariance is absent.
+  /// Of points on a plane: another pose that explains them as well, beside that of `model`
+  /// (AbsolutePose::OtherMinimum; of two views PosesOfPlane). Then pose_covariance is absent.
   std::optional<RigidMotion> other_pose = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
@@ -82,8 +82,8 @@ struct Estimate {
   bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
 
-/// The motion that an estimate says: PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or
-/// stood still; nothing where a plane or a line leaves it open.
+/// PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or stood still; of a homography or a
+/// plane, by cameras, PosesOfPlane; nothing where a line, or a plane without cameras, leaves it open.
 std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem);
 
 /// What a learned estimator's network was made by.

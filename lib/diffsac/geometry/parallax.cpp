@@ -1,7 +1,6 @@
 #include "diffsac/geometry/parallax.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,98 +9,14 @@
 #include <numbers>
 
 #include "diffsac/geometry/fundamental.h"
-#include "diffsac/geometry/homography.h"
-#include "diffsac/geometry/svd3.h"
+#include "diffsac/geometry/robust_map.h"
 
 namespace diffsac {
 namespace {
 
-/// So many rows, evenly spread, determine a rotation or a homography well enough for the test.
-constexpr int kMostFitted = 500;
 /// The least noise, of the extent of the points, a tenth of a pixel in 2000: no calibration is more exact, and a
 /// principal point that is half a pixel off would otherwise make parallax of a turn whose matches are exact.
 constexpr double kLeastLength = 5e-5;
-
-PointMatrix RowsOf(const PointMatrix& points, const std::vector<std::uint8_t>& inliers) {
-  std::vector<int> rows;
-  for (int i = 0; i < points.rows(); ++i)
-    if (inliers[i] != 0) rows.push_back(i);
-  return points(rows, Eigen::all);
-}
-
-PointMatrix Spread(const PointMatrix& points, int most) {
-  if (points.rows() <= most) return points;
-  PointMatrix chosen(most, 4);
-  for (int i = 0; i < most; ++i) chosen.row(i) = points.row(i * points.rows() / most);
-  return chosen;
-}
-
-double Extent(const PointMatrix& points) {
-  return (points.rightCols(2).colwise().maxCoeff() - points.rightCols(2).colwise().minCoeff()).norm();
-}
-
-/// How far a match is from x2 ~ M x1, in σ of its noise where both points have 1: Mahalanobis. Infinite where M turns
-/// it behind the camera.
-double MapDistance(const Eigen::Matrix3d& m, const double* p) {
-  const Eigen::Vector3d q = m * Eigen::Vector3d(p[0], p[1], 1.0);
-  if (!(q[2] > 0.0)) return std::numeric_limits<double>::infinity();
-  const Eigen::Vector2d y = q.hnormalized(), r = y - Eigen::Vector2d(p[2], p[3]);
-  const Eigen::Matrix2d j = (m.topLeftCorner<2, 2>() - y * m.block<1, 2>(2, 0)) / q[2];
-  const Eigen::Matrix2d noise = Eigen::Matrix2d::Identity() + j * j.transpose();
-  return std::sqrt(r.dot(noise.inverse() * r));
-}
-
-Eigen::VectorXd MapDistances(const Eigen::Matrix3d& m, const PointMatrix& points, double least, double greatest) {
-  Eigen::VectorXd distances(points.rows());
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    distances[i] = std::clamp(MapDistance(m, points.data() + 4 * i), least, greatest);
-  return distances;
-}
-
-double Median(Eigen::VectorXd values) {
-  double* middle = values.data() + values.size() / 2;
-  std::nth_element(values.data(), middle, values.data() + values.size());
-  return *middle;
-}
-
-/// argmin Σ w |R a − b|² over unit rays (Kabsch; Wahba 1965); false when the rays leave it open.
-bool FitRotation(const PointMatrix& points, const Eigen::VectorXd& weights, Eigen::Matrix3d* rotation) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d a(points(i, 0), points(i, 1), 1.0), b(points(i, 2), points(i, 3), 1.0);
-    sum += weights[i] / (a.norm() * b.norm()) * b * a.transpose();
-  }
-  const Svd3 svd = ComputeRotationSvd3(sum);
-  if (!(svd.values[1] > 1e-12 * svd.values[0])) return false;
-  *rotation = svd.u * svd.v.transpose();
-  return rotation->allFinite();
-}
-
-bool FitHomography(const PointMatrix& points, const Eigen::VectorXd& weights, Eigen::Matrix3d* homography) {
-  Matrix3Parameters h;
-  if (!Homography::Fit(points, weights, &h)) return false;
-  *homography = AsMatrix(h);
-  return homography->allFinite();
-}
-
-/// Of most of the matches: by the sum of distances first, which half of them may spoil, then with weights that let go
-/// of those that are far from it.
-template <class Fit>
-bool FitRobustly(const PointMatrix& points, double least, double greatest, const Fit& fit, Eigen::Matrix3d* map) {
-  constexpr int kSumRounds = 10, kRounds = 16;
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.rows());
-  for (int round = 0; round < kRounds; ++round) {
-    if (!fit(points, weights, map)) return round > 0;
-    const Eigen::VectorXd distances = MapDistances(*map, points, least, greatest);
-    const double middle = Median(distances);
-    if (round < kSumRounds) {
-      weights = distances.cwiseMax(0.5 * middle).cwiseInverse() * middle;
-    } else {
-      weights = (1.0 + (distances.array() / (2.0 * middle)).square()).square().inverse();
-    }
-  }
-  return true;
-}
 
 /// What the matches say of parallax, by their distances to a map and to epipolar lines.
 class Evidence {
@@ -164,15 +79,14 @@ bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, double least,
 }
 
 /// `fit` makes the map of what no translation would show, `without` says what that is.
-template <class Fit>
 ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, const std::vector<std::uint8_t>& inliers,
-                  int parameters, const Fit& fit, Translation without) {
+                  int parameters, MapFit fit, Translation without) {
   ParallaxTest test;
   const PointMatrix rows = RowsOf(points, inliers);
   if (rows.rows() < 2 || !points.allFinite()) return test;
   const double greatest = Extent(points), least = kLeastLength * greatest;
   Eigen::Matrix3d map;
-  if (!(greatest > 0.0) || !FitRobustly(Spread(rows, kMostFitted), least, greatest, fit, &map)) return test;
+  if (!(greatest > 0.0) || !FitRobustly(rows, least, greatest, fit, &map)) return test;
   const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
   const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
   test.translation = Translation::kDetermined;
@@ -202,7 +116,7 @@ bool FindFocalOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>&
                      double* factor) {
   constexpr int kSteps = 16, kSections = 40;
   const double greatest = Extent(points), least = 1e-4 * kLeastLength * greatest;
-  PointMatrix rows = Spread(RowsOf(points, inliers), kMostFitted);
+  PointMatrix rows = SpreadRows(RowsOf(points, inliers));
   Eigen::Matrix3d map;
   if (!(greatest > 0.0) || !FitRobustly(rows, least, greatest, FitHomography, &map)) return false;
   // Whatever the focal length, a turn is this homography.

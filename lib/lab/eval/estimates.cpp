@@ -387,14 +387,14 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   return record;
 }
 
-std::array<double, 7> PoseNumbers(const EstimateRecord& record) {
+std::array<double, 7> PoseNumbers(const std::optional<RigidMotion>& pose) {
   std::array<double, 7> numbers;
   numbers.fill(kNan);
-  if (!record.pose) return numbers;
-  Eigen::Quaterniond q(record.pose->rotation);
+  if (!pose) return numbers;
+  Eigen::Quaterniond q(pose->rotation);
   if (q.w() < 0.0) q.coeffs() *= -1.0;
   numbers = {q.w(), q.x(), q.y(), q.z(), kNan, kNan, kNan};
-  if (!IsUndetermined(record.translation)) std::copy_n(record.pose->translation.data(), 3, numbers.begin() + 4);
+  if (!pose->translation.isZero(0.0)) std::copy_n(pose->translation.data(), 3, numbers.begin() + 4);
   return numbers;
 }
 

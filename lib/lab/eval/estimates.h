@@ -70,8 +70,8 @@ Status StatusFromText(const std::string& text);
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool whole = true);
 
 /// qw, qx, qy, qz, tx, ty, tz: x2 = R x1 + t with R as a unit quaternion, qw >= 0. NaN without a pose, and of a
-/// translation that is not determined.
-std::array<double, 7> PoseNumbers(const EstimateRecord& record);
+/// translation of zero, which is one that is not determined.
+std::array<double, 7> PoseNumbers(const std::optional<RigidMotion>& pose);
 
 /// The file's content, for other processes.
 std::string EstimatesToBytes(const EstimateFile& file);

@@ -35,7 +35,7 @@ template <class Visit>
 void VisitEstimate(const EstimateRecord& record, const Visit& visit) {
   constexpr const char* kPose[] = {"qw", "qx", "qy", "qz", "tx", "ty", "tz"};
   visit("noise_scale", std::isfinite(record.noise_scale) ? record.noise_scale : std::nan(""));
-  const std::array<double, 7> pose = PoseNumbers(record);
+  const std::array<double, 7> pose = PoseNumbers(record.pose);
   for (std::size_t i = 0; i < pose.size(); ++i) visit(kPose[i], pose[i]);
   visit("model", record.model);
 }
