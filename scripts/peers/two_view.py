@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Other people's estimators of essential and fundamental matrices on the pairs of a run of diffsac_eval: their models as a CSV file, from
-which diffsac_eval makes rows of type `recorded`. Not part of the build; scripts/peers/environment.sh makes the environment of it.
+"""Other people's estimators of essential and fundamental matrices, and of two unknown focal lengths, on the pairs of a run of
+diffsac_eval: their models as a CSV file, from which diffsac_eval makes rows of type `recorded`. Not part of the build;
+scripts/peers/environment.sh makes the environment of it.
 
   P=.deps/peers/bin/python
   $P scripts/peers/two_view.py --task fundamental --run RUN --scenes SCENE... --output FILE.csv [--seeds 5] [--peers poselib,magsac]
@@ -8,9 +9,10 @@ which diffsac_eval makes rows of type `recorded`. Not part of the build; scripts
 
 RUN is a folder that diffsac_eval wrote, whose problems.csv says which pairs of which condition; SCENE a folder of pairs that it read.
 The CSV's first lines tell versions and options of every row; then row,condition,id,seed,ms,model. `model` is nine numbers row by row,
-of norm 1: E in coordinates of the cameras (K^-1 pixel), F in pixels, (0, 0) the centre of the first one. It is empty where there is no
-estimate. `ms` is processor time of the library's call alone. What a killed program has finished is in FILE.csv.part, where the same
-command goes on. --summary prints mAA@10deg as docs/metrics.md has it, F decomposed with the true cameras.
+of norm 1: E in coordinates of the cameras (K^-1 pixel), F in pixels, (0, 0) the centre of the first one; of two_focals E and then both
+focal lengths in pixels, about the middles of the images. It is empty where there is no estimate. `ms` is processor time of the
+library's call alone. What a killed program has finished is in FILE.csv.part[.gz], where the same command goes on. --summary prints
+mAA@10deg as docs/metrics.md has it, F decomposed with the true cameras.
 """
 import os
 
@@ -27,6 +29,7 @@ import shlex
 import signal
 import sys
 import time
+import types
 
 LIBRARIES = {"numpy": "numpy", "h5py": "h5py", "cv2": "opencv-python-headless", "poselib": "poselib", "pysuperansac": "pysuperansac",
              "pymagsac": "pymagsac", "pydegensac": "pydegensac", "pycolmap": "pycolmap"}
@@ -135,8 +138,73 @@ def opencv_accurate(task, pair, seed):
             lambda found: found[0])
 
 
+def middles(pair):
+    return [np.array([width - 1, height - 1]) / 2 for width, height in (pair.sizes[:2], pair.sizes[2:])]
+
+
+def calibration(focal, middle):
+    return np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
+
+
+def likely_focals(pair):
+    """COLMAP's guess."""
+    return [1.2 * max(size) for size in (pair.sizes[:2], pair.sizes[2:])]
+
+
+def two_focals(matrix, focals):
+    """E of norm 1 and the focal lengths as one row; None where one is none."""
+    if not all(np.isfinite(focals)) or min(focals) <= 0 or not np.isfinite(matrix).all() or not np.any(matrix):
+        return None
+    return np.array([*(matrix / np.linalg.norm(matrix)).reshape(-1), *focals])
+
+
+def poselib_focals(task, pair, seed, iterative=False):
+    """F, and the focal lengths that it says: by Bougnoux' formula, or those nearest to a prior (Kocur and others, CVPR 2024)."""
+    import poselib as library
+    estimate, read = poselib("fundamental", pair, seed)
+    def call():
+        f = read(estimate())
+        if f is None:
+            return None
+        if iterative:
+            cameras = [library.Camera("SIMPLE_PINHOLE", [focal, *middle], int(width), int(height))
+                       for focal, middle, (width, height) in zip(likely_focals(pair), middles(pair), (pair.sizes[:2], pair.sizes[2:]))]
+            first, second, _ = library.focals_from_fundamental_iterative(f, *cameras)
+        else:
+            first, second = library.focals_from_fundamental(f, *middles(pair))
+        return f, (first.params[0], second.params[0])
+    def model(found):
+        k1, k2 = (calibration(focal, middle) for focal, middle in zip(found[1], middles(pair)))
+        return two_focals(k2.T @ found[0] @ k1, found[1])
+    return call, model
+
+
+def poselib_iterative(task, pair, seed):
+    return poselib_focals(task, pair, seed, iterative=True)
+
+
+def colmap_focals(task, pair, seed):
+    """Its two-view geometry of cameras without a focal length, and the motion that it makes of it with its guess of them."""
+    import pycolmap as library
+    options = library.TwoViewGeometryOptions()
+    options.ransac.random_seed = seed
+    first, second = (side + 0.5 for side in sides(pair))
+    cameras = [library.Camera(model="SIMPLE_PINHOLE", width=int(width), height=int(height), params=[focal, width / 2, height / 2],
+                              has_prior_focal_length=False)
+               for focal, (width, height) in zip(likely_focals(pair), (pair.sizes[:2], pair.sizes[2:]))]
+    every = np.repeat(np.arange(len(pair.ratios), dtype=np.uint32)[:, None], 2, axis=1)
+    def call():
+        geometry = library.estimate_two_view_geometry(cameras[0], first, cameras[1], second, every, options)
+        there = library.estimate_two_view_geometry_pose(cameras[0], first, cameras[1], second, geometry)
+        return geometry.cam2_from_cam1 if there else None
+    def model(pose):
+        found = types.SimpleNamespace(R=pose.rotation.matrix(), t=pose.translation)
+        return two_focals(matrix_of(found), likely_focals(pair))
+    return call, model
+
+
 Peer = collections.namedtuple("Peer", "estimate module tasks options")
-BOTH, BEST_FIRST = ("essential", "fundamental"), "matches in the order of their ratio, PROSAC"
+BOTH, TWO_FOCALS, BEST_FIRST = ("essential", "fundamental"), ("two_focals",), "matches in the order of their ratio, PROSAC"
 SEEDLESS = "it takes no seed and is random: the seed numbers repetitions"
 PEERS = {
     "poselib": Peer(poselib, "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px, random by its seed"),
@@ -150,11 +218,17 @@ PEERS = {
                    f"score ends; {SEEDLESS}"),
     "opencv_accurate": Peer(opencv_accurate, "cv2", BOTH, f"USAC_ACCURATE (uniform), threshold {EPSILON_PX:g} px, E from points in "
                             "coordinates of the cameras; its seed is fixed: ours permutes the matches; it has no minimum of iterations"),
+    "poselib_bougnoux": Peer(poselib_focals, "poselib", TWO_FOCALS, f"F, {BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px; then "
+                             "focals_from_fundamental"),
+    "poselib_iterative": Peer(poselib_iterative, "poselib", TWO_FOCALS, f"F, {BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px; then "
+                              "focals_from_fundamental_iterative with a prior of 1.2 longer sides and its own weights"),
+    "colmap_guess": Peer(colmap_focals, "pycolmap", TWO_FOCALS, "estimate_two_view_geometry (F or H) with its own options (4 px, at most 10000 iterations); the motion by "
+                         "its guess of 1.2 longer sides"),
 }
 
 
 def measure(peer, task, pair, seed):
-    """The matrix of norm 1 or None, milliseconds."""
+    """The matrix of norm 1, or the row of two_focals, or None; milliseconds."""
     if len(pair.matches) < FEWEST_POINTS:
         return None, 0.0
     call, read = PEERS[peer].estimate(task, pair, seed)
@@ -165,6 +239,8 @@ def measure(peer, task, pair, seed):
         pass
     ms = 1e3 * (time.process_time() - start)
     matrix = None if found is None else read(found)
+    if task in TWO_FOCALS:
+        return matrix, ms
     if matrix is None or np.shape(matrix) != (3, 3) or not np.isfinite(matrix).all() or not np.any(matrix):
         return None, ms
     return np.asarray(matrix) / np.linalg.norm(matrix), ms
@@ -238,7 +314,8 @@ def write_rows(path, first, blocks):
 
 
 def record(arguments):
-    folders, part = folders_of(arguments.scenes), f"{arguments.output}.part"
+    folders, packed = folders_of(arguments.scenes), ".gz" if arguments.output.endswith(".gz") else ""
+    part = f"{arguments.output.removesuffix('.gz')}.part{packed}"
     able = [name for name, peer in PEERS.items() if arguments.task in peer.tasks]
     peers = arguments.peers.split(",") if arguments.peers else able
     once = arguments.once.split(",") if arguments.once else []
@@ -270,15 +347,18 @@ def summarize(arguments):
     first, rows = read_rows(arguments.summary)
     task = next((line[len("# task: "):].strip() for line in first if line.startswith("# task: ")), None)
     folders, pairs, errors, times = folders_of(arguments.scenes), {}, collections.defaultdict(list), collections.defaultdict(list)
-    if task not in BOTH:
-        fail(f"{arguments.summary}: expected a line '# task: essential' or '# task: fundamental'")
+    if task not in BOTH + TWO_FOCALS:
+        fail(f"{arguments.summary}: expected a line '# task: {'|'.join(BOTH + TWO_FOCALS)}'")
     for row, condition, name, seed, ms, model in rows:
         scene = name.split("/")[0]
         if (name, condition) not in pairs:
             pair = pair_of(folders, *name.split("/"))
             pairs[name, condition] = select(pair, pair.ratios <= CONDITIONS[condition])
-        matrix = np.array(model.split(), float).reshape(3, 3) if model else None
-        error = max(errors_of_matrix(matrix, pairs[name, condition], task))
+        numbers, pair = np.array(model.split(), float), pairs[name, condition]
+        if task in TWO_FOCALS and model:
+            pair = types.SimpleNamespace(**vars(pair))
+            pair.k1, pair.k2 = (calibration(focal, middle) for focal, middle in zip(numbers[9:], middles(pair)))
+        error = max(errors_of_matrix(numbers[:9].reshape(3, 3) if model else None, pair, task))
         errors[row, condition, seed, "kitti" if scene.startswith("kitti_") else scene].append(error)
         times[row, condition].append(float(ms))
     for (row, condition), ms in times.items():
@@ -294,7 +374,7 @@ def summarize(arguments):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--task", choices=BOTH)
+    parser.add_argument("--task", choices=BOTH + TWO_FOCALS)
     parser.add_argument("--run")
     parser.add_argument("--scenes", nargs="+", required=True)
     parser.add_argument("--output")

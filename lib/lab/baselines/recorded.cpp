@@ -39,6 +39,18 @@ std::optional<ModelParameters> NumbersOf(const std::string& text) {
   return numbers;
 }
 
+/// Focal lengths are recorded in pixels, behind E.
+ModelParameters InSolverUnits(ModelParameters model, const Problem& problem) {
+  DispatchDescription(problem.task, [&]<class Description>() {
+    if constexpr (requires { Description::kUnknownFocal; }) {
+      const auto space = FocalSpaceOf(Description::kUnknownFocal, problem);
+      if (space && model.size() == Description::Model::Parameters::SizeAtCompileTime)
+        for (int k = 0; k < 2; ++k) model[9 + k] /= space->unit[static_cast<std::size_t>(k)];
+    }
+  });
+  return model;
+}
+
 }  // namespace
 
 void RecordedOptions::Bind(OptionsBinder& b) {
@@ -92,7 +104,7 @@ Estimate RecordedRow::Of(const Example& example, const std::string& condition, s
       throw Error(options_.recording + ": '" + id + "': expected " +
                   std::to_string(Model::Parameters::SizeAtCompileTime) + " numbers of a model, not " +
                   std::to_string(record.model.size()));
-    if (record.model.allFinite()) AcceptModel<Model>(space, record.model, &accepted);
+    if (record.model.allFinite()) AcceptModel<Model>(space, InSolverUnits(record.model, example.problem), &accepted);
     return accepted;
   });
   if (estimate.status != Status::kOk)
