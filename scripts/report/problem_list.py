@@ -16,9 +16,9 @@ _MOST_STEPS, _UNKNOWN_PLACE = 32767, -32768  # Of a coordinate in 16 bits; of on
 
 def undetermined_text(translation, task):
     """Of what the matches leave open, why, as diffsac_pair says it. Empty where it is determined."""
-    letter = {"homography": "H", "fundamental": "F"}.get(task, "t")
+    letter, moved = {"homography": "H", "fundamental": "F"}.get(task, "t"), "F" if task == "fundamental" else "t"
     return {"turn_in_place": "t is not determined: the camera only turned",
-            "static": f"{letter} is not determined: the images show no motion",
+            "static": f"{moved} is not determined: the images show no motion",
             "plane": f"{letter} is not determined: the matches lie on one plane, or the camera only turned",
             "line": f"{letter} is not determined: the matches lie on one line"}.get(translation, "")
 
@@ -100,6 +100,7 @@ class ProblemList:
         if "misclassified" in table:
             table["shown"] = table["misclassified"].fillna(table["shown"])
         chance = table["log_false_alarms"] > 0
+        table["status"] = table["status"].str.replace("_", " ")
         table["status"] = table["status"].where(~chance, table["status"] + ", may be chance")
         table["row"] = table.groupby(["c", "m"]).cumcount()  # Of estimates.h5.
         table["again"] = table.groupby(["c", "m", "id"]).cumcount()  # The names of joined runs occur several times.

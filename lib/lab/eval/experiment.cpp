@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <set>
 
 #include "diffsac/core/status.h"
@@ -108,7 +109,7 @@ void Condition::Bind(OptionsBinder& b) {
 
 void EstimatorRow::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("unique; the type when empty");
-  b.Field("label", label).Help("in tables and pictures; the name when empty");
+  b.Field("label", label).Help("in tables and pictures; the name, with blanks for _, when empty");
   b.Field("series", series).Help("rows of one series are joined in the pictures of budgets");
   b.Field("conditions", conditions).Help("only these; all when empty");
   b.Field("max_problems", max_problems, AtLeast(0)).Help("only the first so many problems (slow rows); 0: all");
@@ -116,7 +117,7 @@ void EstimatorRow::Bind(OptionsBinder& b) {
   type = config.Has("type") ? config.Text("type") : "";
   b.Require(!type.empty(), "type", "a type (ransac, diffsac, oracle, ...)");
   if (name.empty()) name = type;
-  if (label.empty()) label = name;
+  if (label.empty()) std::replace_copy(name.begin(), name.end(), std::back_inserter(label), '_', ' ');
 }
 
 void PaperValue::Bind(OptionsBinder& b) {
