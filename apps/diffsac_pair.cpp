@@ -10,6 +10,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "diffsac/estimators/presets.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
@@ -23,6 +24,7 @@
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
 #include "lab/images/exif_focal.h"
+#include "lab/images/given_matches.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/pair_text.h"
@@ -44,6 +46,8 @@ constexpr const char* kFooter = R"(Examples:
   diffsac_pair 'photos/IMG_*.jpg' --cameras sparse/0       the cameras of a COLMAP model
   diffsac_pair --list pairs.txt                            a line for each pair: a.jpg b.jpg
   diffsac_pair --from-matches m.csv --calibration K.txt    your own matches: x1 y1 x2 y2 and, if known, ratio or score
+  diffsac_pair --from-matches matches.h5 --focal 2900      hloc's, the features beside them; or database.db, or a folder
+  diffsac_pair --task absolute_pose --from-matches points.csv --calibration K.txt      x y X Y Z: the camera's pose
   diffsac_pair --method                                    says which estimators there are
 Exit status: 0 a model (of many pairs, of one at least), 1 none, 2 bad input, 130 interrupted.
 More: docs/two_view.md)";
@@ -80,11 +84,14 @@ void AddInput(CLI::App* app, Request* request) {
   app->add_option("--list", request->list,
                   "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
                   "names (default: all pairs)");
-  app->add_option("--from-matches", request->given.file,
-                  "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
-                  "them (.npy and .npz too, SuperGlue's among them), a line each: x1 y1 x2 y2 [ratio [log_size angle]] "
-                  "in pixels; with a header in any order, and "
-                  "score (0 to 1, higher is better) in the place of ratio");
+  app->add_option(
+      "--from-matches", request->given.file,
+      "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
+      "them (.npy and .npz too, SuperGlue's among them), a line each: x1 y1 x2 y2 [ratio [log_size angle]] "
+      "in pixels; with a header in any order, and "
+      "score (0 to 1, higher is better) in the place of ratio. Many pairs, as photographs: a folder of such "
+      "files, hloc's matches (.h5) with the features beside them, a COLMAP database (.db). Of absolute_pose: "
+      "x y X Y Z [ratio] a line (with a header u, v, x, y, z)");
   app->add_option_function<std::vector<std::string>>(
          "--sizes",
          [request](const std::vector<std::string>& texts) {
@@ -109,9 +116,10 @@ void AddInput(CLI::App* app, Request* request) {
 void AddEstimator(CLI::App* app, Request* request) {
   app->add_option("--task", request->task,
                   "essential, shared_focal (R, t and the focal length of both images, which EXIF data hint at), "
-                  "two_focals (with one for each image), fundamental or homography (default: essential with a "
-                  "calibration; without, shared_focal for images of one camera, else two_focals)")
-      ->check(CLI::IsMember({"essential", "shared_focal", "two_focals", "fundamental", "homography"}));
+                  "two_focals (with one for each image), fundamental, homography or, of points of a known scene, "
+                  "absolute_pose (default: essential with a calibration; without, shared_focal for images of one "
+                  "camera, else two_focals)")
+      ->check(CLI::IsMember({"essential", "shared_focal", "two_focals", "fundamental", "homography", "absolute_pose"}));
   app->add_option("--config", request->config_path,
                   "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
   app->add_option("--method", request->method,
@@ -144,8 +152,11 @@ void AddOutput(CLI::App* app, Request* request) {
   app->add_flag("--overwrite", request->overwrite, "Photographs: replaces results that are there (default: no)");
 }
 
+bool IsManyGiven(const Request& request) { return !request.given.file.empty() && AreManyMatches(request.given.file); }
+
 bool IsOnePair(const Request& request) {
-  return !request.given.file.empty() || (request.list.empty() && AreTwoFiles(request.images));
+  if (!request.given.file.empty()) return !IsManyGiven(request);
+  return (request.list.empty() && AreTwoFiles(request.images));
 }
 
 void CheckGivenMatches(const CLI::App& app, Request* request) {
@@ -158,6 +169,10 @@ void CheckGivenMatches(const CLI::App& app, Request* request) {
   if (request->given.sizes.size() > 2) throw Error("--sizes: expected one size, or two");
   if (!request->images.empty() && !AreTwoFiles(request->images))
     throw Error("--from-matches: expected no images, or the two that the matches are of");
+  if (IsManyGiven(*request) && !request->images.empty())
+    throw Error("--from-matches: images are for the matches of one pair");
+  if (request->task == "absolute_pose" && !request->images.empty())
+    throw Error("--from-matches: points of --task absolute_pose are drawn on no images");
   if (request->images.empty() && app.count("--picture") > 0)
     throw Error("--picture: with --from-matches a picture needs the two images");
   if (request->images.empty()) request->picture.clear();
@@ -168,29 +183,29 @@ void CheckUse(const CLI::App& app, Request* request) {
   request->only_rows = app.count("--method") > 0 && request->method.empty();
   if (request->only_rows) return;
   CheckGivenMatches(app, request);
-  if (!request->given.file.empty()) {
-    for (const char* option : {"--output", "--overwrite"})
-      if (app.count(option) > 0) throw Error(std::string(option) + " is for folders and lists of photographs");
-    return;
-  }
-  if (request->list.empty() && request->images.empty()) throw Error("expected two images, or a folder of photographs");
+  const bool given = !request->given.file.empty();
+  if (request->task == "absolute_pose" && !given)
+    throw Error("--task absolute_pose is for --from-matches, with points x y X Y Z of a known scene");
+  if (!given && request->list.empty() && request->images.empty())
+    throw Error("expected two images, or a folder of photographs");
   std::error_code code;
-  if (request->list.empty() && request->images.size() == 1 && fs::is_regular_file(request->images[0], code))
+  if (!given && request->list.empty() && request->images.size() == 1 && fs::is_regular_file(request->images[0], code))
     throw Error(request->images[0] + ": expected two images, or a folder of photographs");
   const bool one = IsOnePair(*request);
   const std::vector<std::string> of_two = {"--picture", "--json", "--matches"}, of_many = {"--output", "--overwrite"};
   for (const std::string& option : one ? of_many : of_two)
     if (app.count(option) > 0)
-      throw Error(option + (one ? " is for folders and lists of photographs" : " is for two images"));
+      throw Error(option + (one ? " is for folders and lists of photographs" : " is for one pair"));
 }
 
 /// `images`: without a calibration, those of which EXIF data may say that one camera took them.
-std::string TaskOf(const Request& request, const std::vector<SourceImage>& images) {
-  const bool calibrated = request.calibration.IsGiven();
+std::string TaskOf(const Request& request, const std::vector<SourceImage>& images, bool calibrated) {
   if (request.same_camera && (calibrated || (!request.task.empty() && request.task != "shared_focal")))
     throw Error("--same-camera is for images without a calibration, whose focal length is looked for");
   if (request.task == "essential" && !calibrated && !request.only_rows)
     throw Error("an essential matrix needs --calibration, --cameras or --focal");
+  if (request.task == "absolute_pose" && !calibrated && !request.only_rows)
+    throw Error("an absolute pose needs --calibration, --cameras or --focal");
   if (!request.task.empty() && FindsFocals(TaskFromString(request.task)) && calibrated)
     throw Error(request.task + " finds the focal length: it takes no --calibration, --cameras or --focal");
   if (!request.task.empty()) return request.task;
@@ -250,7 +265,7 @@ ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
 }
 
 int ListRows(const Request& request) {
-  const std::string task = TaskOf(request, {});
+  const std::string task = TaskOf(request, {}, request.calibration.IsGiven());
   std::cout << "--task " << task << ":\n";
   for (const EstimatorRow& row : AllRows(request, task).methods)
     std::cout << "  " << row.name << (row.label.empty() || row.label == row.name ? "" : ": " + row.label) << "\n";
@@ -258,7 +273,7 @@ int ListRows(const Request& request) {
 }
 
 double ThresholdOf(const Request& request, const std::string& task) {
-  return request.threshold_px > 0.0 ? request.threshold_px : task == "homography" ? 3.0 : 1.0;
+  return request.threshold_px > 0.0 ? request.threshold_px : UsualThreshold(TaskFromString(task));
 }
 
 void RequireFolderOf(const std::string& file) {
@@ -283,22 +298,24 @@ void RefuseInputs(const Request& request) {
   if (!request.picture.empty()) CheckPictureName(request.picture);
 }
 
+constexpr const char* kNeedsSizes =
+    "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
+    "fundamental";
+
 int RunTwo(Request request) {
   std::vector<SourceImage> images;
   for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
-  const std::string task = TaskOf(request, images);
+  const std::string task = TaskOf(request, images, request.calibration.IsGiven());
   RefuseInputs(request);
   for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
   if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
   const bool given = !request.given.file.empty();
-  if (given && FindsFocals(TaskFromString(task)) && request.given.sizes.empty())
-    throw Error(
-        "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
-        "fundamental");
+  if (given && FindsFocals(TaskFromString(task)) && request.given.sizes.empty()) throw Error(kNeedsSizes);
   MatchedImages matched;
-  if (given) matched = ReadMatches(request.given, request.calibration);
+  if (given) matched = (task == "absolute_pose" ? ReadScenePoints : ReadMatches)(request.given, request.calibration);
   // Networks have learned what ratios say.
-  if (matched.pair.problem.scored && request.method.empty()) request.method = "prosac_marginalised";
+  if (matched.pair.problem.scored && request.method.empty() && task != "absolute_pose")
+    request.method = "prosac_marginalised";
   const ExperimentOptions experiment = ChosenRow(request, task);
   const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
   if (!given)
@@ -355,7 +372,7 @@ int EndInterrupted(const Request& request, const std::string& what) {
 
 int RunMany(const Request& request) {
   Photographs photographs = ListPhotographs(request.images, request.list);
-  const std::string task = TaskOf(request, photographs.source.images);
+  const std::string task = TaskOf(request, photographs.source.images, request.calibration.IsGiven());
   std::vector<std::string> paths;
   for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
   const ImageCameras cameras(request.calibration, paths);
@@ -400,13 +417,56 @@ int RunMany(const Request& request) {
   return any ? kExitOk : kExitNoModel;
 }
 
+/// Pairs that came with their matches, as photographs.
+int RunGiven(Request request) {
+  const bool poses = request.task.empty() || request.task == "essential";
+  if (request.task == "absolute_pose")
+    throw Error(request.given.file + ": --task absolute_pose takes a text file of points x y X Y Z");
+  GivenPairs given = ReadManyMatches(request.given, request.calibration, poses);
+  const std::vector<Example>& read = given.set.pairs;
+  const bool calibrated = read.front().problem.cameras.has_value();
+  const std::string task = TaskOf(request, {}, calibrated);
+  if (FindsFocals(TaskFromString(task)) && !read.front().problem.size1.known()) throw Error(kNeedsSizes);
+  if (given.of_others > 0)
+    LogWarning(request.given.file + ": " + std::to_string(given.of_others) +
+               " pairs of cameras without a prior focal length are left out: --task two_focals takes all");
+  if (read.front().problem.scored && request.method.empty()) request.method = "prosac_marginalised";
+  ExperimentOptions experiment = ChosenRow(request, task);
+  experiment.name = fs::path(request.given.file).lexically_normal().stem().string();
+  if (experiment.name.empty() || experiment.name == ".") experiment.name = "matches";
+  experiment.title = experiment.name + ", " + task;
+  const auto method = MakeEstimator(experiment.methods.front().config, experiment.task, request.context);
+  RefuseResults(request);
+  const RunLock lock(request.output);
+  MakeWritableFolder(request.output);
+  const ImageSource source = SourceOf(given, experiment.name);
+  const double threshold_px = ThresholdOf(request, task);
+  const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, request.context.threads};
+  PhotographCameras unknown = CamerasOfPhotographs(source.images, {}, request.same_camera);
+  const auto files = given.files;
+  std::vector<EstimatedPair> pairs = EstimateGivenPairs(source, std::move(given), unknown, estimation, stop_requested);
+  if (FindsFocals(experiment.task)) EstimateWithPooledFocals(source, estimation, stop_requested, &unknown, &pairs);
+  const auto done = std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.done; });
+  const auto asked = std::ssize(pairs);
+  if (done == 0) return kExitInterrupted;
+  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
+    return pair.done && pair.estimate.status == Status::kOk;
+  });
+  WriteGivenResults(std::move(pairs), files, experiment.name, experiment, threshold_px, request.output, std::cout);
+  if (done < asked || stop_requested) {
+    LogWarning("interrupted: " + std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
+    return kExitInterrupted;
+  }
+  return any ? kExitOk : kExitNoModel;
+}
+
 int Run(const CLI::App& app, Request request) {
   CheckUse(app, &request);
   InitLogging("", false);
   if (request.only_rows) return ListRows(request);
   if (IsOnePair(request)) return RunTwo(request);
   StopOnSignals();
-  return RunMany(request);
+  return request.given.file.empty() ? RunMany(request) : RunGiven(request);
 }
 
 }  // namespace

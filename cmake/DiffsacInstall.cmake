@@ -50,7 +50,7 @@ set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
   DESTINATION ${_share}/configs COMPONENT programs FILES_MATCHING PATTERN "*.yaml")
 install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/two_view.yaml
-  ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml
+  ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml ${PROJECT_SOURCE_DIR}/configs/rows/absolute_pose.yaml
   DESTINATION ${_share}/configs/rows COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)

@@ -91,6 +91,41 @@ expect_error 'images. middles: give --sizes' pair --from-matches "$own/m.txt"
 expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
 expect_error 'is for images, not for --from-matches' pair --from-matches "$own/m.txt" --max-keypoints 10
 expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
+# Many pairs: a folder of files, of which a bad one is named; a database of COLMAP's without matches.
+mkdir "$own/given"
+cp "$own/m.txt" "$own/given/a-b.txt"
+cp "$own/m.csv" "$own/given/wall.csv"
+cp "$own/few.txt" "$own/given"
+run_expecting 0 pair --from-matches "$own/given" --sizes 200x150 --task homography --calibration "$own/K.txt" --output "$own/many"
+grep -q 'left out: .*few\.txt:1: expected 4 to 8 columns' "$own/err" || { cat "$own/err"; fail "the bad file is not named"; }
+grep -q '^given: 2 pairs: 2 are sure' "$own/out" || { cat "$own/out"; fail "no summary"; }
+expect_file "$own/many"/{poses.csv,report.html,estimates.h5,config.yaml,matches/given/matches.h5}
+python3 - "$own/many/poses.csv" "$own/given.json" <<'END' || fail "a pair of a folder is not what its file gives"
+import csv, json, sys
+rows = {row["image1"]: row for row in csv.DictReader(open(sys.argv[1]))}
+assert set(rows) == {"a", "wall"} and rows["a"]["image2"] == "b" and not rows["wall"]["image2"], rows
+model = json.load(open(sys.argv[2]))["model"]
+assert [float(rows["a"][f"m{i}{j}"]) for i in (1, 2, 3) for j in (1, 2, 3)] == model
+assert abs(float(rows["a"]["qw"])) > 0.99, rows["a"]
+END
+expect_error 'holds results already' pair --from-matches "$own/given" --task homography --output "$own/many"
+expect_error 'expected files of matches' pair --from-matches "$own/empty" --task homography --output "$own/none"
+expect_error 'is for one pair' pair --from-matches "$own/given" --json "$own/x.json"
+# Points of a known scene.
+/usr/bin/python3 - "$own" <<'END'
+import sys, numpy as np
+rng, K, t = np.random.default_rng(1), np.array([[300, 0, 100], [0, 300, 75], [0, 0, 1.0]]), np.array([0.1, -0.2, 5])
+X = rng.uniform(-1, 1, (80, 3))
+x = (X + t) @ K.T
+x = x[:, :2] / x[:, 2:] + rng.normal(0, 0.3, (80, 2))
+x[::5] = rng.uniform(0, 150, (16, 2))
+np.savetxt(sys.argv[1] + "/scene.txt", np.hstack([x, X]))
+END
+run_expecting 0 pair --task absolute_pose --from-matches "$own/scene.txt" --calibration "$own/K.txt" --json "$own/scene.json"
+grep -q 'the camera is at (-0\.[01]' "$own/out" || { cat "$own/out"; fail "no absolute pose"; }
+python3 -c 'import json, sys; t = json.load(open(sys.argv[1]))["pose"]["t"]; assert abs(t[2] - 5) < 0.05, t' "$own/scene.json" || fail "another pose"
+expect_error 'absolute pose needs' pair --task absolute_pose --from-matches "$own/scene.txt"
+expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --task absolute_pose --calibration "$own/K.txt"
 # Images that share nothing.
 run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_marginalised --picture ""
 grep -q 'may share nothing' "$own/out" "$own/err" || { cat "$own/out" "$own/err" >&2; fail "chance was taken for a model"; }

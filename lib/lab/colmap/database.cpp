@@ -174,10 +174,16 @@ std::int64_t ColmapDatabase::KeypointCount(std::int64_t image) const {
   return statement.Step() ? statement.Integer(0) : 0;
 }
 
-std::vector<ColmapPair> ColmapDatabase::MatchedPairs() const {
+namespace {
+
+std::string TableOf(bool verified) { return verified ? "two_view_geometries" : "matches"; }
+
+}  // namespace
+
+std::vector<ColmapPair> ColmapDatabase::MatchedPairs(bool verified) const {
   std::vector<ColmapPair> pairs;
   std::size_t left_out = 0;
-  SqliteStatement statement(sqlite_, "SELECT pair_id FROM matches WHERE rows > 0 ORDER BY pair_id");
+  SqliteStatement statement(sqlite_, "SELECT pair_id FROM " + TableOf(verified) + " WHERE rows > 0 ORDER BY pair_id");
   while (statement.Step()) {
     const ColmapPair pair = PairOfId(statement.Integer(0));
     if (images_.contains(pair.image1) && images_.contains(pair.image2))
@@ -191,9 +197,9 @@ std::vector<ColmapPair> ColmapDatabase::MatchedPairs() const {
   return pairs;
 }
 
-MatchIndices ColmapDatabase::Matches(const ColmapPair& pair) const {
+MatchIndices ColmapDatabase::Matches(const ColmapPair& pair, bool verified) const {
   const std::string place = path() + ": " + PairText(*this, pair);
-  SqliteStatement statement(sqlite_, "SELECT rows, cols, data FROM matches WHERE pair_id = ?");
+  SqliteStatement statement(sqlite_, "SELECT rows, cols, data FROM " + TableOf(verified) + " WHERE pair_id = ?");
   statement.Bind(1, PairId(pair));
   if (!statement.Step()) return MatchIndices(0, 2);
   const auto stored = ReadMatrix<std::uint32_t>(statement, 0, place);

@@ -64,10 +64,10 @@ class ColmapDatabase {
   /// How many keypoints there are; 0 where the image has none.
   std::int64_t KeypointCount(std::int64_t image) const;
 
-  /// Pairs that have matches, in ascending order.
-  std::vector<ColmapPair> MatchedPairs() const;
+  /// Pairs that have matches, or `verified` ones (two_view_geometries), in ascending order.
+  std::vector<ColmapPair> MatchedPairs(bool verified = false) const;
   /// Rows of the keypoints of image 1 and 2 for each match; none for a pair that was not matched.
-  MatchIndices Matches(const ColmapPair& pair) const;
+  MatchIndices Matches(const ColmapPair& pair, bool verified = false) const;
 
  private:
   using StoredKeypoints = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -47,6 +47,7 @@ class SceneOfPairs {
       : database_(database), request_(request), calibrated_(calibrated), names_(PairNames(database)) {}
 
   std::vector<ColmapPair> pairs;
+  bool verified = false;  // Of two_view_geometries.
 
   CorrespondenceSet Read();
 
@@ -101,7 +102,7 @@ void SceneOfPairs::AddPair(const ColmapPair& pair, CorrespondenceSet* set) {
   const MatchedImage &image1 = Image(pair.image1), &image2 = Image(pair.image2);
   for (const MatchedImage* image : {&image1, &image2})
     if (!image->problem.empty()) throw Error(image->problem);
-  MatchIndices matches = database_.Matches(pair);
+  MatchIndices matches = database_.Matches(pair, verified);
   Example example;
   example.image1 = image1.name;
   example.image2 = image2.name;
@@ -196,6 +197,32 @@ PrepareResult WriteColmapDatabase(const PairsRequest& request, const std::atomic
   }
   return result;
 }
+
+}  // namespace
+
+GivenPairs ReadColmapPairs(const std::string& path, bool calibrated) {
+  const ColmapDatabase database(path);
+  PairsRequest request;
+  request.input = path;
+  SceneOfPairs scene(database, request, calibrated);
+  std::vector<ColmapPair> pairs = database.MatchedPairs();
+  scene.verified = pairs.empty();
+  if (pairs.empty()) pairs = database.MatchedPairs(true);
+  if (pairs.empty()) throw Error(path + ": it holds no matches (colmap exhaustive_matcher finds some)");
+  for (const ColmapPair& pair : pairs)
+    if (!calibrated || (database.CameraOf(pair.image1).has_prior_focal_length &&
+                        database.CameraOf(pair.image2).has_prior_focal_length))
+      scene.pairs.push_back(pair);
+  GivenPairs given;
+  given.of_others = pairs.size() - scene.pairs.size();
+  if (scene.pairs.empty()) return given;
+  given.set = scene.Read();
+  const auto names = PairNames(database);
+  for (const auto& [id, image] : database.images()) given.files[names.at(id)] = image.name;
+  return given;
+}
+
+namespace {
 
 const Registered<ImageFormat> kColmapDatabase("colmap_database", {.takes_ratios = true, .write = WriteColmapDatabase});
 

@@ -112,6 +112,22 @@ std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const Featur
   return estimated;
 }
 
+std::vector<EstimatedPair> EstimateGivenPairs(const ImageSource& source, GivenPairs given,
+                                              const PhotographCameras& cameras, const PairEstimation& estimation,
+                                              const std::atomic<bool>& stop) {
+  std::vector<EstimatedPair> estimated(given.set.pairs.size());
+  Progress progress("pairs", static_cast<std::int64_t>(estimated.size()));
+  ParallelFor(static_cast<std::int64_t>(estimated.size()), estimation.threads, [&](std::int64_t i) {
+    if (stop) return;
+    EstimatedPair& pair = estimated[i];
+    pair.example = std::move(given.set.pairs[i]);
+    if (!given.set.match_indices.empty()) pair.matches = std::move(given.set.match_indices[i]);
+    EstimatePair(source.scenes.at(0).pairs[i], cameras, estimation, &pair);
+    progress.Advance();
+  });
+  return estimated;
+}
+
 bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& estimation,
                               const std::atomic<bool>& stop, PhotographCameras* cameras,
                               std::vector<EstimatedPair>* pairs) {

@@ -6,6 +6,7 @@
 
 #include "diffsac/estimators/robust_estimator.h"
 #include "lab/images/feature_store.h"
+#include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/photograph_cameras.h"
@@ -44,6 +45,11 @@ bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::ato
 std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store,
                                          const PhotographCameras& cameras, const PairEstimation& estimation,
                                          const std::atomic<bool>& stop);
+
+/// The same of pairs that came with their matches; `source`: SourceOf them.
+std::vector<EstimatedPair> EstimateGivenPairs(const ImageSource& source, GivenPairs given,
+                                              const PhotographCameras& cameras, const PairEstimation& estimation,
+                                              const std::atomic<bool>& stop);
 
 /// Of pairs of unknown focal lengths: what all pairs of a camera say of its focal length together (PoolFocals) becomes
 /// what is known of it in *cameras, with which all that are done are estimated again. False when `stop` turned true:

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <string>
 
 #include "lab/files/correspondence_files.h"
@@ -14,6 +15,20 @@ namespace diffsac {
 /// and counts it in `result`. Throws Error.
 void WriteScene(const PairsRequest& request, const std::string& name, const std::function<CorrespondenceSet()>& read,
                 const std::atomic<bool>& stop, PrepareResult* result);
+
+/// Pairs that came with their matches.
+struct GivenPairs {
+  CorrespondenceSet set;
+  std::map<std::string, std::string> files = {};  ///< Of the images' names.
+  std::size_t of_others = 0;                      ///< Pairs that were left out: of cameras that are not calibrated.
+};
+
+/// hloc's matches and features (HlocFiles): request.input, a file or a folder that holds both. Throws Error.
+GivenPairs ReadHlocPairs(const PairsRequest& request);
+
+/// The matches of a COLMAP database, or, where it has none, its verified ones: of pairs of cameras that are calibrated,
+/// or of all, as they are seen. Throws Error.
+GivenPairs ReadColmapPairs(const std::string& path, bool calibrated);
 
 /// Problem::similarities of matches between keypoints whose frames (N × 2: logarithm of the size, angle in radians) are
 /// given; empty where those of one image are.

@@ -30,7 +30,9 @@ std::string OnlyFile(const std::string& folder, HlocKind kind, const char* what,
               option);
 }
 
-CorrespondenceSet ReadHloc(const PairsRequest& request) {
+}  // namespace
+
+GivenPairs ReadHlocPairs(const PairsRequest& request) {
   std::error_code code;
   const bool is_folder = fs::is_directory(request.input, code);
   const std::string matches =
@@ -59,7 +61,9 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
   for (std::size_t i = 0; i < files.images.size(); ++i)
     image_files[static_cast<std::int64_t>(i)] = files.images[i].name;
   const auto names = PairNames(image_files);
-  CorrespondenceSet set;
+  GivenPairs given;
+  for (const auto& [id, name] : names) given.files[name] = image_files.at(id);
+  CorrespondenceSet& set = given.set;
   for (HlocPair& pair : files.pairs) {
     const HlocImage &image1 = files.images[pair.image1], &image2 = files.images[pair.image2];
     Example example;
@@ -80,8 +84,10 @@ CorrespondenceSet ReadHloc(const PairsRequest& request) {
     set.match_indices.push_back(std::move(pair.matches));
   }
   KeepAllSimilaritiesOrNone(&set);
-  return set;
+  return given;
 }
+
+namespace {
 
 PrepareResult WriteHloc(const PairsRequest& request, const std::atomic<bool>& stop) {
   PrepareResult result;
@@ -89,7 +95,7 @@ PrepareResult WriteHloc(const PairsRequest& request, const std::atomic<bool>& st
                            : fs::is_directory(request.input) ? FolderName(request.input)
                                                              : fs::path(request.input).stem().string();
   WriteScene(
-      request, name, [&] { return ReadHloc(request); }, stop, &result);
+      request, name, [&] { return ReadHlocPairs(request).set; }, stop, &result);
   return result;
 }
 

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <filesystem>
 #include <map>
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "lab/data/point_files.h"
-#include "lab/eval/report_script.h"
-#include "lab/files/files.h"
-#include "lab/files/temporary_files.h"
 #include "lab/images/detection.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
@@ -37,14 +32,6 @@ std::vector<DescriptorMatch> WithoutRepeats(const std::vector<DescriptorMatch>& 
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (best.at(position(matches[i])) == i) kept.push_back(matches[i]);
   return kept;
-}
-
-// Where a camera without distortion sees each keypoint; NaN where none could.
-PointMatrix StraightPositions(const std::optional<LensCamera>& camera, PointMatrix positions) {
-  if (!camera || camera->IsStraight()) return positions;
-  for (Eigen::Index i = 0; i < positions.rows(); ++i)
-    positions.row(i) = camera->Undistort(positions.row(i).transpose()).transpose();
-  return positions;
 }
 
 void FillProblem(const SourceImage& image1, const SourceImage& image2, const ImageFeatures& first,
@@ -73,6 +60,13 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
 }
 
 }  // namespace
+
+PointMatrix StraightPositions(const std::optional<LensCamera>& camera, PointMatrix positions) {
+  if (!camera || camera->IsStraight()) return positions;
+  for (Eigen::Index i = 0; i < positions.rows(); ++i)
+    positions.row(i) = camera->Undistort(positions.row(i).transpose()).transpose();
+  return positions;
+}
 
 MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const ImageFeatures& first,
                       const ImageFeatures& second, DescriptorDistance distance) {
@@ -128,64 +122,6 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
     matched.pair.problem.hint1 = ExifHint(path1, features[0].size);
     matched.pair.problem.hint2 = ExifHint(path2, features[1].size);
   }
-  return matched;
-}
-
-namespace {
-
-/// The column of a table with this name; nothing where it has none.
-std::optional<Eigen::VectorXd> ColumnOf(const TextTable& table, const std::string& name) {
-  const auto found = std::find(table.names.begin(), table.names.end(), name);
-  if (found == table.names.end()) return std::nullopt;
-  return table.values.col(found - table.names.begin());
-}
-
-Eigen::VectorXd QualitiesOf(const TextTable& table, const std::string& file, bool* scored) {
-  const auto ratio = ColumnOf(table, "ratio"), score = ColumnOf(table, "score");
-  *scored = !ratio && score;
-  if (!ratio && !score) return {};
-  const Eigen::VectorXd& given = ratio ? *ratio : *score;
-  for (Eigen::Index i = 0; i < given.size(); ++i)
-    if (!(given[i] >= 0.0 && given[i] <= 1.0))
-      throw Error(file + ": match " + std::to_string(i + 1) + ": expected a " + (ratio ? "ratio" : "score") +
-                  " in [0, 1], found " + std::to_string(given[i]));
-  return ratio ? given : Eigen::VectorXd(1.0 - given.array());
-}
-
-TextTable ReadMatchTable(const std::string& file) {
-  const TextColumns columns = {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}};
-  const std::filesystem::path extension = std::filesystem::path(file).extension();
-  if (extension != ".npy" && extension != ".npz") return ReadTextTable(file, columns);
-  const std::string text = TemporaryBeside(std::filesystem::temp_directory_path() / "matches.csv");
-  RunPythonScript("convert.py", {"matches", file, text});
-  TextTable table = ReadTextTable(text, columns);
-  RemoveFile(text);
-  return table;
-}
-
-}  // namespace
-
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
-  const TextTable table = ReadMatchTable(given.file);
-  if (given.sizes.empty() && calibration.focal > 0.0 && calibration.center.empty())
-    throw Error("--focal alone takes each image's middle as the principal point: give --sizes, or --center");
-  const ImageCameras cameras(calibration, {given.file, given.file});
-  MatchedImages matched;
-  matched.pair.id = std::filesystem::path(given.file).stem().string();
-  Problem& problem = matched.pair.problem;
-  problem.match_ratio = QualitiesOf(table, given.file, &problem.scored);
-  const auto log_size = ColumnOf(table, "log_size"), angle = ColumnOf(table, "angle");
-  if (log_size && angle) {
-    problem.similarities.resize(table.values.rows(), 2);
-    problem.similarities << *log_size, *angle;
-  }
-  if (!given.sizes.empty()) problem.size1 = given.sizes.front(), problem.size2 = given.sizes.back();
-  const auto first = cameras.Of(0, problem.size1), second = cameras.Of(1, problem.size2);
-  cameras.WarnOfSizes({problem.size1, problem.size2});
-  problem.points.resize(table.values.rows(), 4);
-  problem.points << StraightPositions(first, table.values.leftCols(2)),
-      StraightPositions(second, table.values.middleCols(2, 2));
-  if (first && second) problem.cameras = CameraPair{first->K, second->K};
   return matched;
 }
 

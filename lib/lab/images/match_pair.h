@@ -9,6 +9,9 @@
 
 namespace diffsac {
 
+/// Where a camera without distortion sees each of these pixels; NaN where none could. As they are without a camera.
+PointMatrix StraightPositions(const std::optional<LensCamera>& camera, PointMatrix positions);
+
 /// One pair, matched.
 struct MatchedPair {
   Example example;
@@ -33,18 +36,5 @@ struct MatchedImages {
 /// image, or truncated; an image without keypoints; a calibration that is none (ImageCameras).
 MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
                              const GivenCalibration& calibration, int threads = 0);
-
-/// Matches that something else made, in a NumPy file (convert.py, "matches", says of which) or a text file: x1 y1 x2 y2
-/// of each, in pixels, the centre of the first one (0, 0); then what there is of ratio, log_size and angle (as
-/// `diffsac_pair --matches` writes them). With a header columns are found by these names, in any order, and score, in
-/// [0, 1] and higher for better, may stand for ratio. Equal matches stay.
-struct GivenMatches {
-  std::string file;
-  std::vector<ImageSize> sizes;  ///< Of the images; one stands for both, none: unknown.
-};
-
-/// The same of such a file, in no time. Throws Error: a file that cannot be read, a
-/// line of it, a calibration that is none or that needs the images' sizes.
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration);
 
 }  // namespace diffsac

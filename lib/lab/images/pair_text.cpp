@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "diffsac/problem/tasks.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/format.h"
 #include "lab/images/photograph_cameras.h"
@@ -67,6 +68,48 @@ std::string PoseText(const RigidMotion& pose) {
                                               pose.translation[0], pose.translation[1], pose.translation[2]);
 }
 
+std::string SpreadText(const Eigen::MatrixXd& covariance, const std::string& of_translation) {
+  return Format("  standard deviations by noise, at most: R %.2g degrees, t ", SpreadDegrees(covariance, 0)) +
+         of_translation + "\n";
+}
+
+/// Of a camera in a known scene.
+std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
+  const auto text = [](const RigidMotion& pose) {
+    const auto three = [](const Eigen::Vector3d& v) { return Format("(%.7g, %.7g, %.7g)", v[0], v[1], v[2]); };
+    return RotationText(pose.rotation) + "  t =  " + three(pose.translation) +
+           ", in the scene's unit; x ~ K (R X + t)\n" + "  the camera is at " +
+           three(-pose.rotation.transpose() * pose.translation) + "\n";
+  };
+  std::string all;
+  if (const auto pose = PoseOfEstimate(estimate, problem)) all += text(*pose);
+  if (const auto& covariance = estimate.pose_covariance)
+    all += SpreadText(*covariance, Format("%.2g", SpreadDegrees(*covariance, 3) * std::numbers::pi / 180.0));
+  if (estimate.other_pose)
+    all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.other_pose);
+  return all;
+}
+
+/// Of motions with a translation: the pose, how sure it is, and the other one of a plane; or that there is none.
+std::string MotionText(const Problem& problem, const Estimate& estimate) {
+  if (problem.task == Task::kAbsolutePose) return ScenePoseText(problem, estimate);
+  if (problem.task == Task::kHomography && !problem.cameras)
+    return "  no pose: that of a homography needs --calibration, --cameras or --focal\n";
+  const auto pose = PoseOfEstimate(estimate, problem);
+  if (!pose || pose->translation.isZero(0.0)) return "";
+  std::string text = PoseText(*pose);
+  if (const auto& covariance = estimate.pose_covariance)
+    text += SpreadText(*covariance, Format("%.2g degrees", SpreadDegrees(*covariance, 3)));
+  if (estimate.other_pose)
+    text += "  the matches lie on one plane, and this motion explains them as well:\n" + PoseText(*estimate.other_pose);
+  const auto guessed = [&](int image) {
+    return !estimate.focal->observable[image] && SourceOf(problem, estimate.focal, image) == FocalSource::kPrior;
+  };
+  if (estimate.focal && (guessed(0) || guessed(1)))
+    text += "  R and t are no better than the focal length, which is a guess: --focal or --calibration tells it\n";
+  return text;
+}
+
 std::string TimesText(const PairTimes& times, const EstimateReport& report) {
   std::string text = Format("milliseconds: keypoints %.3g, matching %.3g", times.keypoints, times.matching);
   if (report.ms_features > 0.0) text += Format(", features %.3g", report.ms_features);
@@ -83,6 +126,7 @@ std::string LetterOf(Task task) {
 std::string NameOf(const Problem& problem) {
   const std::string name = ToString(problem.task);
   if (name == "shared_focal") return "essential matrix and focal length";
+  if (name == "absolute_pose") return "absolute pose";
   return name == "two_focals" ? "essential matrix and two focal lengths" : name + " matrix";
 }
 
@@ -137,10 +181,11 @@ Json CorrespondencesJson(const Problem& problem) {
   return rows;
 }
 
-Json PoseJson(const RigidMotion& pose, Translation translation) {
-  const Eigen::Vector3d& t = pose.translation;
-  return {{"R", MatrixJson(pose.rotation)},
-          {"t", IsUndetermined(translation) ? Json(nullptr) : Json({t[0], t[1], t[2]})}};
+/// t is null where it is not determined.
+Json PoseJson(const std::optional<RigidMotion>& pose) {
+  if (!pose) return nullptr;
+  const Eigen::Vector3d& t = pose->translation;
+  return {{"R", MatrixJson(pose->rotation)}, {"t", t.isZero(0.0) ? Json(nullptr) : Json({t[0], t[1], t[2]})}};
 }
 
 }  // namespace
@@ -148,7 +193,8 @@ Json PoseJson(const RigidMotion& pose, Translation translation) {
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times) {
   const std::size_t inliers = InlierCount(estimate);
   const auto matches = static_cast<std::size_t>(pair.problem.points.rows());
-  std::string text = pair.id + ": " + std::to_string(matches) + " matches" + UnusedText(estimate) + "\n";
+  std::string text = pair.id + ": " + std::to_string(matches) +
+                     (pair.problem.task == Task::kAbsolutePose ? " points" : " matches") + UnusedText(estimate) + "\n";
   if (estimate.status != Status::kOk)
     return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
            TimesText(times, estimate.report);
@@ -157,25 +203,20 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
   text += "\n";
   const bool determined = !IsUndetermined(estimate.translation);
-  // Digits of what is anything would be taken for what they are not.
-  if (determined) text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
+  // Digits of what is anything would be taken for what they are not. A turn's homography is determined.
+  const bool of_turn = pair.problem.task == Task::kHomography && estimate.turn;
+  if ((determined && IsTwoView(pair.problem.task)) || of_turn)
+    text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
   if (estimate.focal) text += FocalText(pair.problem, *estimate.focal);
   if (!determined) {
     if (estimate.translation == Translation::kTurn && estimate.turn) text += RotationText(*estimate.turn);
-    return text + "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n" +
-           TimesText(times, estimate.report);
+    text += "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n";
   }
-  if (const auto pose = PoseOfEstimate(estimate, pair.problem)) {
-    text += PoseText(*pose);
-    if (const auto& covariance = estimate.pose_covariance)
-      text += Format("  standard deviations by noise, at most: R %.2g degrees, t %.2g degrees\n",
-                     SpreadDegrees(*covariance, 0), SpreadDegrees(*covariance, 3));
-  }
-  return text + TimesText(times, estimate.report);
+  return text + MotionText(pair.problem, estimate) + TimesText(times, estimate.report);
 }
 
 std::string UndeterminedText(Translation translation, Task task) {
-  const std::string letter = LetterOf(task), without = (letter == "E" ? "t" : letter) + " is not determined: ";
+  const std::string letter = LetterOf(task), without = (letter == "F" ? letter : "t") + " is not determined: ";
   switch (translation) {
     case Translation::kTurn:
       return "t is not determined: the camera only turned";
@@ -184,7 +225,7 @@ std::string UndeterminedText(Translation translation, Task task) {
     case Translation::kPlane:
       return without + "the matches lie on one plane, or the camera only turned";
     case Translation::kLine:
-      return without + "the matches lie on one line";
+      return (letter == "E" ? "t" : letter) + " is not determined: the matches lie on one line";
     case Translation::kNotTested:
     case Translation::kDetermined:
       break;
@@ -224,7 +265,8 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"may_be_chance", estimate.MayBeChance()},
                      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
                      {"model", model},
-                     {"pose", record.pose ? PoseJson(*record.pose, record.translation) : Json(nullptr)},
+                     {"pose", PoseJson(record.pose)},
+                     {"other_pose", PoseJson(record.other_pose)},
                      {"translation", ToString(record.translation)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
                      {"share_behind", record.share_behind},

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <ostream>
 #include <set>
 #include <sstream>
 #include <tuple>
 
+#include "diffsac/problem/tasks.h"
 #include "lab/colmap/create.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/typed_options.h"
@@ -28,9 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string PoseColumns(const EstimateRecord& record) {
+std::string PoseColumns(const std::optional<RigidMotion>& pose) {
   std::string text;
-  for (const double value : PoseNumbers(record)) text += "," + NumberText(value);
+  for (const double value : PoseNumbers(pose)) text += "," + NumberText(value);
   return text;
 }
 
@@ -144,15 +146,16 @@ std::string FolderOfMatches(const std::string& output, const std::string& scene)
   return (fs::path(output) / "matches" / scene).string();
 }
 
-void WriteMatches(const ImageSource& source, const std::vector<EstimatedPair>& pairs, int threads,
-                  const std::string& folder) {
+void WriteMatches(const std::vector<EstimatedPair>& pairs, const std::string& folder) {
   CorrespondenceSet set;
+  const bool keypoints = std::all_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
+    return pair.matches.rows() == pair.example.problem.points.rows();
+  });
   for (const EstimatedPair& pair : pairs) {
     set.pairs.push_back(pair.example);
-    set.match_indices.push_back(pair.matches);
+    if (keypoints) set.match_indices.push_back(pair.matches);
   }
   MakeWritableFolder(folder);
-  WriteThumbnailsOf(source, set.pairs, threads, folder);
   WriteCorrespondences(folder, set);
 }
 
@@ -196,22 +199,24 @@ bool IsSure(const EstimatedPair& pair) { return pair.estimate.status == Status::
 
 /// The images of the pairs that sure ones join, largest group first; images of none are groups of their own.
 std::vector<std::vector<std::string>> JoinedImages(const std::vector<EstimatedPair>& pairs,
-                                                   const Photographs& photographs) {
+                                                   const std::map<std::string, std::string>& files) {
   std::map<std::string, std::size_t> group;
   for (const EstimatedPair& pair : pairs)
-    for (const std::string& name : {pair.example.image1, pair.example.image2}) group.emplace(name, group.size());
+    if (!pair.example.image1.empty())
+      for (const std::string& name : {pair.example.image1, pair.example.image2}) group.emplace(name, group.size());
   for (const EstimatedPair& pair : pairs) {
-    if (!IsSure(pair)) continue;
+    if (!IsSure(pair) || pair.example.image1.empty()) continue;
     const std::size_t into = group.at(pair.example.image1), from = group.at(pair.example.image2);
     for (auto& [name, of] : group)
       if (of == from) of = into;
   }
   std::map<std::size_t, std::vector<std::string>> members;
-  for (std::size_t i = 0; i < photographs.files.size(); ++i)
-    if (const auto found = group.find(photographs.source.images[i].name); found != group.end())
-      members[found->second].push_back(photographs.files[i]);
+  for (const auto& [name, of] : group) members[of].push_back(files.contains(name) ? files.at(name) : name);
   std::vector<std::vector<std::string>> groups;
-  for (auto& [of, files] : members) groups.push_back(std::move(files));
+  for (auto& [of, names] : members) {
+    std::sort(names.begin(), names.end());
+    groups.push_back(std::move(names));
+  }
   std::stable_sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return groups;
 }
@@ -223,9 +228,10 @@ std::string NamesText(const std::vector<std::string>& names) {
   return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
 }
 
-void SayGroups(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, std::ostream& out) {
+void SayGroups(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
+               std::ostream& out) {
   std::vector<std::string> alone;
-  for (const auto& group : JoinedImages(pairs, photographs))
+  for (const auto& group : JoinedImages(pairs, files))
     if (group.size() == 1)
       alone.push_back(group.front());
     else
@@ -233,8 +239,8 @@ void SayGroups(const std::vector<EstimatedPair>& pairs, const Photographs& photo
   if (!alone.empty()) out << "  " << alone.size() << " images belong to no other: " << NamesText(alone) << "\n";
 }
 
-void SayResults(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& output,
-                const std::string& scene, std::ostream& out) {
+void SayResults(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
+                const std::string& output, const std::string& scene, std::ostream& out) {
   std::size_t models = 0, chance = 0;
   for (const EstimatedPair& pair : pairs) {
     if (pair.estimate.status == Status::kOk) (IsSure(pair) ? models : chance) += 1;
@@ -242,39 +248,64 @@ void SayResults(const std::vector<EstimatedPair>& pairs, const Photographs& phot
   const std::string folder = (fs::path(output) / "").string();
   out << scene << ": " << pairs.size() << " pairs: " << models << " are sure, " << chance << " may be chance, "
       << pairs.size() - models - chance << " have no model\n";
-  SayGroups(pairs, photographs, out);
+  SayGroups(pairs, files, out);
   if (chance > 0)
     out << "  pairs that may be chance: do not use their poses (may_be_chance in " << kPosesFile
         << ") unless their matches look right in " << kReportFile << "\n";
   out << "  " << folder << kPosesFile << ": R, t and inliers of each pair\n"
       << "  " << folder << kReportFile << ": the pairs and their matches, for a browser\n"
       << "  " << folder << kEstimatesFile << ": inliers, covariances and more\n"
-      << "  " << folder << "matches: for diffsac_eval\n"
-      << "  " << folder << kDatabaseFile << ": mkdir model && colmap mapper --database_path " << folder << kDatabaseFile
-      << " --image_path " << photographs.folder << " --output_path model" << std::endl;
+      << "  " << folder << "matches: for diffsac_eval" << std::endl;
+}
+
+/// All but the thumbnails and what `also` writes once there are results.
+void WriteRun(std::vector<EstimatedPair>* pairs, std::size_t asked, const std::map<std::string, std::string>& files,
+              const std::string& scene, ExperimentOptions experiment, double inlier_threshold_px,
+              const std::string& output, const std::function<void(const ExperimentResults&)>& also) {
+  // In the order in which the files list them.
+  std::sort(pairs->begin(), pairs->end(),
+            [](const EstimatedPair& a, const EstimatedPair& b) { return a.example.id < b.example.id; });
+  const std::string method = experiment.methods.at(0).name, folder = FolderOfMatches(output, scene);
+  const std::uint64_t seed = experiment.seed;
+  WriteMatches(*pairs, folder);
+  ExperimentResults results = ResultsOf(*pairs, std::move(experiment), scene, folder, inlier_threshold_px);
+  results.partial = pairs->size() < asked;
+  KeepEstimates(results, output);
+  if (also) also(results);
+  WritePairs(results, output);
+  WriteConfiguration(results.experiment, scene, output);
+  WriteFileAtomically((fs::path(output) / "problems.csv").string(), ProblemsCsv(results));
+  EndResults(MakeReport(results), output);
+  TellRun(output);
+  WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(*pairs, files, method, seed));
 }
 
 }  // namespace
 
-std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs& photographs, const std::string& method,
-                     std::uint64_t seed) {
-  std::map<std::string, std::string> files;
-  for (std::size_t i = 0; i < photographs.files.size(); ++i)
-    files[photographs.source.images[i].name] = photographs.files[i];
+std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
+                     const std::string& method, std::uint64_t seed) {
+  const auto file = [&](const std::string& name) {
+    const auto found = files.find(name);
+    return CsvText(found == files.end() ? name : found->second);
+  };
   std::string text =
       "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_"
       "px,"
-      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source\n";
+      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source,other_qw,"
+      "other_qx,"
+      "other_qy,other_qz,other_tx,other_ty,other_tz\n";
   for (const EstimatedPair& pair : pairs) {
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
-    text += CsvText(files.at(pair.example.image1)) + "," + CsvText(files.at(pair.example.image2)) + "," +
+    const Example& example = pair.example;
+    text += (example.image1.empty() ? CsvText(example.id) : file(example.image1)) + "," + file(example.image2) + "," +
             std::string(ToString(record.status)) + "," + (record.MayBeChance() ? "1" : "0") + "," + CsvText(method) +
-            "," + std::to_string(seed) + PoseColumns(record) + FocalColumns(record, pair.example.problem) + "," +
+            "," + std::to_string(seed) + PoseColumns(record.pose) + FocalColumns(record, pair.example.problem) + "," +
             std::to_string(record.points) + "," + std::to_string(record.inlier_rows.size()) + "," +
             NumberText(record.noise_scale) + "," + Milliseconds(pair.ms_matching) + "," +
             Milliseconds(pair.estimate.report.ms_total);
-    for (Eigen::Index i = 0; i < 9; ++i) text += "," + (i < record.model.size() ? NumberText(record.model[i]) : "");
-    text += "," + ToString(record.translation) + SourceColumns(pair) + "\n";
+    const bool has_matrix = record.model.size() > 0 && IsTwoView(example.problem.task);
+    for (Eigen::Index i = 0; i < 9; ++i) text += "," + (has_matrix ? NumberText(record.model[i]) : "");
+    text += "," + ToString(record.translation) + SourceColumns(pair) + PoseColumns(record.other_pose) + "\n";
   }
   return text;
 }
@@ -282,32 +313,43 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const Photographs&
 void WritePhotographResults(const Photographs& given, const FeatureStore& store, const PhotographCameras& cameras,
                             std::vector<EstimatedPair> pairs, ExperimentOptions experiment, double inlier_threshold_px,
                             const std::string& output, std::ostream& out) {
-  const std::string scene = given.source.scenes.at(0).name, folder = FolderOfMatches(output, scene);
   const std::size_t asked = pairs.size();
   std::erase_if(pairs, [](const EstimatedPair& pair) { return !pair.done; });
   const Photographs photographs = NamedByDatabase(given, &pairs);
-  // In the order in which the files list them.
-  std::sort(pairs.begin(), pairs.end(),
-            [](const EstimatedPair& a, const EstimatedPair& b) { return a.example.id < b.example.id; });
-  const std::string method = experiment.methods.at(0).name;
-  const std::uint64_t seed = experiment.seed;
-  WriteMatches(photographs.source, pairs, experiment.threads, folder);
-  ExperimentResults results = ResultsOf(pairs, std::move(experiment), scene, folder, inlier_threshold_px);
-  results.partial = pairs.size() < asked;
-  KeepEstimates(results, output);
-  NewColmapDatabase database = DatabaseOf(photographs, store, cameras, pairs);
-  AddMatches(pairs, &database);
-  const std::string path = (fs::path(output) / kDatabaseFile).string();
-  CreateColmapDatabase(path, database);
-  std::ostringstream said;
-  ExportColmap(results, {.database = path}, said);
-  WritePairs(results, output);
-  WriteConfiguration(results.experiment, scene, output);
-  WriteFileAtomically((fs::path(output) / "problems.csv").string(), ProblemsCsv(results));
-  EndResults(MakeReport(results), output);
-  TellRun(output);
-  WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(pairs, photographs, method, seed));
-  SayResults(pairs, photographs, output, scene, out);
+  const std::string scene = given.source.scenes.at(0).name;
+  MakeWritableFolder(FolderOfMatches(output, scene));
+  std::vector<Example> examples;
+  for (const EstimatedPair& pair : pairs) {
+    examples.emplace_back();
+    examples.back().image1 = pair.example.image1;
+    examples.back().image2 = pair.example.image2;
+  }
+  WriteThumbnailsOf(photographs.source, examples, experiment.threads, FolderOfMatches(output, scene));
+  std::map<std::string, std::string> files;
+  for (std::size_t i = 0; i < photographs.files.size(); ++i)
+    files[photographs.source.images[i].name] = photographs.files[i];
+  const auto write_database = [&](const ExperimentResults& results) {
+    NewColmapDatabase database = DatabaseOf(photographs, store, cameras, pairs);
+    AddMatches(pairs, &database);
+    const std::string path = (fs::path(output) / kDatabaseFile).string();
+    CreateColmapDatabase(path, database);
+    std::ostringstream said;
+    ExportColmap(results, {.database = path}, said);
+  };
+  WriteRun(&pairs, asked, files, scene, std::move(experiment), inlier_threshold_px, output, write_database);
+  SayResults(pairs, files, output, scene, out);
+  const std::string folder = (fs::path(output) / "").string();
+  out << "  " << folder << kDatabaseFile << ": mkdir model && colmap mapper --database_path " << folder << kDatabaseFile
+      << " --image_path " << photographs.folder << " --output_path model" << std::endl;
+}
+
+void WriteGivenResults(std::vector<EstimatedPair> pairs, const std::map<std::string, std::string>& files,
+                       const std::string& scene, ExperimentOptions experiment, double inlier_threshold_px,
+                       const std::string& output, std::ostream& out) {
+  const std::size_t asked = pairs.size();
+  std::erase_if(pairs, [](const EstimatedPair& pair) { return !pair.done; });
+  WriteRun(&pairs, asked, files, scene, std::move(experiment), inlier_threshold_px, output, {});
+  SayResults(pairs, files, output, scene, out);
 }
 
 }  // namespace diffsac

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "diffsac/core/random.h"
+#include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
 #include "lab/images/vanishing_text.h"
 #include "lab/truth/pair_truth.h"
@@ -112,6 +113,52 @@ TEST_CASE("the text and the JSON have no digits of a translation that is not det
   CHECK(UndeterminedText(Translation::kLine, TaskFromString("homography")) ==
         "H is not determined: the matches lie on one line");
   CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());
+}
+
+TEST_CASE("the other motion of a plane is told; a turn's homography has its rotation, one without cameras no pose") {
+  Answered answered = AnsweredPair(Task::kEssential, 60);
+  answered.estimate.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitY()};
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}),
+             Contains("the matches lie on one plane, and this motion explains them as well:\n  R = ") &&
+                 Contains("t =  (0.000000, 1.000000, 0.000000)"));
+  const auto json = nlohmann::json::parse(PairJson(answered.pair, answered.estimate, {}));
+  CHECK(json.at("other_pose").at("t")[1] == 1.0);
+  Answered plane = AnsweredPair(Task::kHomography, 60);
+  CHECK_THAT(PairText(plane.pair, plane.estimate, {}), Contains("H = ") && Contains("no pose: that of a homography"));
+  CHECK(nlohmann::json::parse(PairJson(plane.pair, plane.estimate, {})).at("other_pose").is_null());
+  plane.pair.problem.cameras = CameraPair{Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
+  plane.estimate.translation = Translation::kTurn;
+  plane.estimate.turn = Eigen::Matrix3d::Identity();
+  CHECK_THAT(PairText(plane.pair, plane.estimate, {}),
+             Contains("H = ") && Contains("R = ") && Contains("t is not determined: the camera only turned"));
+}
+
+TEST_CASE("R and t by a focal length that is a guess are told to be no better") {
+  Answered answered = AnsweredPair(Task::kEssential, 60);
+  answered.pair.problem.task = Task::kTwoFocals;
+  answered.pair.problem.cameras.reset();
+  Estimate& estimate = answered.estimate;
+  estimate.model.conservativeResize(11);
+  estimate.model.tail<2>().setOnes();
+  for (const bool observable : {true, false}) {
+    estimate.focal = FocalEstimate{{700, 900}, {650, 650}, {760, 960}, {true, observable}, {700, 800}, {0.4, 0.4}};
+    const std::string text = PairText(answered.pair, estimate, {});
+    CHECK((text.find("R and t are no better than the focal length, which is a guess") == std::string::npos) ==
+          observable);
+  }
+}
+
+TEST_CASE("the text of an absolute pose says where the camera is") {
+  Answered answered = AnsweredPair(Task::kEssential, 60);
+  Problem& problem = answered.pair.problem;
+  problem.task = Task::kAbsolutePose;
+  problem.points = PointMatrix::Ones(60, 5);
+  answered.estimate.model.resize(12);
+  answered.estimate.model << 1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3;
+  CHECK_THAT(PairText(answered.pair, answered.estimate, {}),
+             Contains("a-b: 60 points") && Contains("absolute pose: 48 inliers") &&
+                 Contains("t =  (1, 2, 3), in the scene's unit") && Contains("the camera is at (-1, -2, -3)") &&
+                 !Contains("E ="));
 }
 
 TEST_CASE("the JSON has the images, the method, the seed, K and the matches; no text has a number of 300 digits") {
