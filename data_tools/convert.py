@@ -3,6 +3,7 @@
 
     convert.py nerf|llff|strecha|middlebury|projections|poses INPUT OUTPUT    a COLMAP text model with links to the images
     convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
+    convert.py registration INPUT OUTPUT                                      matches of clouds with their motion in OUTPUT
     convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
@@ -504,8 +505,40 @@ def matches(source, arguments):
     np.savetxt(arguments.output, np.asarray(values, float), delimiter=",", header=",".join(names), comments="", fmt="%.17g")
 
 
+def registration(source, arguments):
+    """Matches of clouds with the motion between them, as the repositories of TCF, TurboReg and MAC++ have them, with the limits of
+    their benchmarks: inliers within, and a motion right within so many degrees and metres."""
+    root, pairs = pathlib.Path(source), []
+    for path in sorted(root.glob("data/*/*/*_top3.match")):  # TCF
+        first, second = path.name.split("_")[:2]
+        limits, scene = ((0.6, 5, 0.6), "tcf_kitti") if "KITTI" in path.parts else ((0.2, 5, 0.3), "tcf_eth")
+        pairs.append((scene, f"{first}_{second}", [path], path.with_name(f"{first}-{second}.pose"), limits))
+    for path in sorted(root.glob("demo_data/*_trans.txt")):  # TurboReg
+        name = path.name[: -len("_trans.txt")]
+        pairs.append(("turboreg_kitti", name, [path.with_name(f"{name}_fpfh_kpts_{side}.txt") for side in ("src", "dst")], path, (0.6, 5, 0.6)))
+    if (root / "demo" / "corr.txt").exists():  # MAC++
+        pairs.append(("macpp", "demo", [root / "demo" / "corr.txt"], root / "demo" / "GTmat.txt", (0.1, 15, 0.3)))
+    need(pairs, f"{source}: neither data/*/*/*_top3.match nor demo_data/*_trans.txt nor demo/corr.txt")
+    for scene in sorted({pair[0] for pair in pairs}):
+        content = {}
+        for _, name, files, truth, limits in (pair for pair in pairs if pair[0] == scene):
+            parts = [rows(file, 6 // len(files)) for file in files]
+            need(len(parts[0]) == len(parts[-1]), f"{files[0]}: expected as many rows as in {files[-1]}, {len(parts[-1])}, found {len(parts[0])}")
+            values = numbers(truth, (12, 16), "a 3x4 or 4x4 matrix")[:12].reshape(3, 4)
+            motion = np.column_stack([rotation_near(values[:, :3], truth), values[:, 3]])
+            content[name] = {"points": np.hstack(parts), "motion": motion, "limits": np.array(limits)}
+
+        def fill(file):
+            for name, values in content.items():
+                for key, value in values.items():
+                    file.create_dataset(f"{name}/{key}", data=value)
+
+        write_h5(os.path.join(arguments.output, scene, "cloud_matches.h5"), fill)
+        print(f"convert: {arguments.output}/{scene}: {len(content)} pairs")
+
+
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, registration)}
 
 
 def main():

@@ -43,6 +43,10 @@ scene nyu_vp fkluger/nyu_vp 5dadc1c1d28f3c28f266346ac537bc2f2ec59559 /data
 scene yud_plus fkluger/yud_plus a18c79c36775dffd46e7c3eae42cb37a0eafa7a8 /data
 # Labelled motions, and one pair of labelled planes.
 scene rcmsa trungtpham/RCMSA 0d5f3e3946015398b21e5e02c4fa541045a5a71b /data/AdelaideRMF/F /data/AdelaideRMF/H/elderhalla.mat
+# Matches of clouds with the motion between them.
+scene tcf ShiPC-AI/TCF 401a80a332a536f53722172baa658001d7d2fb0c /data
+scene turboreg Laka-3DV/TurboReg 827025f370d3dbf4fd7ae35b3c9a21d25d24043e '/demo_data/*.txt'
+scene macpp zhangxy0517/MAC-PLUS-PLUS a304edf921e044e1928e027a1cdb1d8215cdcaba '/demo/*.txt'
 # Training.
 scene dtu jingz666/NeuF ebe501dc192622e74410776a4b79e1ee3a5f01ed /data/DTU/dtu_scan65/image /data/DTU/dtu_scan65/cameras.npz
 scene middlebury ma-mehralian/EKFPnP_matlab_toolbox 77400fef0eabef17c2ffe46f77f83fb0e11c1076 /data/templeRing /data/dino

@@ -204,6 +204,14 @@ ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, 
   return points;
 }
 
+CloudMatches CloudMatchesOf(const ArrayLike& points1, const ArrayLike& points2, const RatioOrScores& given) {
+  CloudMatches matches;
+  matches.points1 = Points3(points1, "points1");
+  matches.points2 = Rows<3>(points2, "points2", matches.points1.rows());
+  SetRatiosOrScores(given, &matches, &matches.points2);
+  return matches;
+}
+
 void SetPackagedModels(const std::filesystem::path& folder) {
   PackagedModels() = folder.string();
   AddModelsFolder(PackagedModels());

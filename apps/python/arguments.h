@@ -59,6 +59,9 @@ Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const RatioOrScores&
 /// `points3d`: N × 3, `points2d`: N × 2.
 ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const RatioOrScores& given);
 
+/// `points1`, `points2`: N × 3.
+CloudMatches CloudMatchesOf(const ArrayLike& points1, const ArrayLike& points2, const RatioOrScores& given);
+
 /// Models are those of this folder where neither the caller nor $DIFFSAC_MODELS says another.
 void SetPackagedModels(const std::filesystem::path& folder);
 /// Unknown where there is none.

@@ -145,6 +145,22 @@ void DefinePoints(nb::module_* module, const char* name, const char* doc, Read r
       "points"_a, "max_distance"_a, nb::kw_only(), "max_iterations"_a = 0, "seed"_a = 0, doc);
 }
 
+/// estimate(matches of two clouds, options).
+template <class Call>
+void DefineClouds(nb::module_* module, const char* name, const char* doc, Call estimate) {
+  module->def(
+      name,
+      [=](const ArrayLike& points1, const ArrayLike& points2, const OptionalArray& ratio, const OptionalArray& scores,
+          const Real& max_distance, const Whole& max_iterations, const Whole& seed) {
+        const CloudMatches matches = CloudMatchesOf(points1, points2, {ratio, scores});
+        CloudOptions options(RealOf(max_distance, "max_distance"));
+        Set(max_iterations, seed, &options);
+        return Unlocked([&] { return estimate(matches, options); });
+      },
+      "points1"_a, "points2"_a, "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(), "max_distance"_a = 0.0,
+      "max_iterations"_a = 0, "seed"_a = 0, doc);
+}
+
 void DefineTwoViews(nb::module_* module) {
   DefineLearned(module, "estimate_fundamental", "F: x2ᵀ F x1 = 0 in pixels.",
                 [](const Matches& matches, const CameraMatrices<0>&, const ImageOptions& options) {
@@ -207,6 +223,12 @@ void DefineOthers(nb::module_* module) {
   DefineScenePoints(module, "estimate_absolute_pose", "[R | t], world-to-camera: points2d ~ K (R points3d + t).",
                     &EstimateAbsolutePose);
   DefineScenePoints(module, "estimate_absolute_poses", "Several poses in the same points.", &EstimateAbsolutePoses);
+  DefineClouds(
+      module, "estimate_rigid_motion",
+      "[R | t]: points2 ≈ R points1 + t, of matches N × 3 of two clouds. max_distance: the greatest distance of "
+      "an\ninlier; 0: twice the resolution of points2.",
+      &EstimateRigidMotion);
+  DefineClouds(module, "estimate_similarity", "[s R | t]: the same with a scale s > 0.", &EstimateSimilarity);
   DefinePoints(module, "estimate_line", "(a, b, c): a x + b y + c = 0 with a² + b² = 1.", &Points2, &EstimateLine);
   DefinePoints(module, "estimate_lines", "Several lines in the same points.", &Points2, &EstimateLines);
   DefinePoints(module, "estimate_plane", "(a, b, c, d): a x + b y + c z + d = 0 with a² + b² + c² = 1.", &Points3,

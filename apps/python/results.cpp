@@ -174,6 +174,22 @@ PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
   return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", fields));
 }
 
+PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate) {
+  nb::dict fields = FieldsOf(estimate);
+  fields["motion"] = PoseOf(estimate.motion);
+  fields["covariance"] = Covariance(estimate.covariance);
+  fields["other_motion"] = estimate.other_motion ? PoseOf(*estimate.other_motion) : nb::none();
+  return nb::borrow<PyRigidMotionEstimate>(Make("RigidMotionEstimate", fields));
+}
+
+PySimilarityEstimate ToPython(const SimilarityEstimate& estimate) {
+  nb::dict fields = FieldsOf(estimate);
+  fields["scale"] = estimate.scale;
+  fields["motion"] = PoseOf(estimate.motion);
+  fields["covariance"] = Covariance(estimate.covariance);
+  return nb::borrow<PySimilarityEstimate>(Make("SimilarityEstimate", fields));
+}
+
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate) { return Several(estimate); }
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate) { return Several(estimate); }
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }

@@ -22,6 +22,8 @@ DIFFSAC_PYTHON_RESULT(Estimate)
 DIFFSAC_PYTHON_RESULT(TwoViewEstimate)
 DIFFSAC_PYTHON_RESULT(SharedFocalEstimate)
 DIFFSAC_PYTHON_RESULT(AbsolutePoseEstimate)
+DIFFSAC_PYTHON_RESULT(RigidMotionEstimate)
+DIFFSAC_PYTHON_RESULT(SimilarityEstimate)
 DIFFSAC_PYTHON_RESULT(Estimates)
 DIFFSAC_PYTHON_RESULT(VanishingPointsEstimate)
 #undef DIFFSAC_PYTHON_RESULT
@@ -32,6 +34,8 @@ PyEstimate ToPython(const PlaneEstimate& estimate);
 PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate);
 PySharedFocalEstimate ToPython(const SharedFocalEstimate& estimate);
 PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate);
+PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate);
+PySimilarityEstimate ToPython(const SimilarityEstimate& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
 PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate);

@@ -67,6 +67,20 @@ struct PointOptions : EstimateOptions {
   void Check() const;
 };
 
+/// Of matches of two clouds.
+struct CloudOptions : EstimateOptions {
+  /// The greatest distance of an inlier, in the second cloud's unit. Noise is looked for from a quarter of it to half
+  /// as much again. 0: twice the resolution of the second cloud's matched points (the median distance to the nearest
+  /// other one), which is what clouds that were thinned out to that resolution need; where few points are matched, give
+  /// it.
+  double max_distance = 0.0;
+  CloudOptions() = default;
+  /// `max_distance`.
+  explicit CloudOptions(double max_distance_value) : max_distance(max_distance_value) {}
+  /// Throws Error naming the field and what was expected.
+  void Check() const;
+};
+
 /// Of images of unknown focal length.
 struct FocalOptions : ImageOptions {
   /// Of the first image in pixels; absent: its centre, for which Matches has the size.
@@ -104,6 +118,14 @@ struct ScenePoints {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points2d;  ///< N × 2, in pixels.
   Eigen::VectorXd match_ratios = {};                  ///< As Matches::match_ratios.
   Eigen::VectorXd scores = {};                        ///< As Matches::scores.
+};
+
+/// Matches of two clouds.
+struct CloudMatches {
+  Eigen::Matrix<double, Eigen::Dynamic, 3> points1;  ///< N × 3, in the first cloud's unit.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> points2;  ///< N × 3; row i matches row i of `points1`.
+  Eigen::VectorXd match_ratios = {};                 ///< As Matches::match_ratios: the order of the draws.
+  Eigen::VectorXd scores = {};                       ///< As Matches::scores: the same.
 };
 
 /// A result. Model: a matrix, or the coefficients of a line or plane.
@@ -168,6 +190,25 @@ struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   /// Whether there is `other_pose`.
   bool ambiguous() const { return other_pose.has_value(); }
 };
+/// model: [R | t], points2 ≈ R points1 + t.
+struct RigidMotionEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
+  RigidMotion motion = {};  ///< The same; identity unless status is kOk.
+  /// 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second cloud's frame, t in its unit. Absent where
+  /// the inliers do not determine the motion.
+  std::optional<Eigen::MatrixXd> covariance = {};
+  /// Of a symmetric thing: another motion, which explains other matches and hardly fewer (by no more than 1.645 √n of
+  /// the n that one of the two alone explains). There is no covariance then.
+  std::optional<RigidMotion> other_motion = {};
+  /// Whether there is `other_motion`.
+  bool ambiguous() const { return other_motion.has_value(); }
+};
+/// model: [s R | t], points2 ≈ s R points1 + t with s > 0.
+struct SimilarityEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
+  double scale = 1.0;       ///< s.
+  RigidMotion motion = {};  ///< R and t; identity unless status is kOk.
+  /// 7 × 7 in the order (ω, t, log s), else as RigidMotionEstimate's.
+  std::optional<Eigen::MatrixXd> covariance = {};
+};
 /// (a, b, c): a x + b y + c = 0 with a² + b² = 1.
 using LineEstimate = ModelEstimate<Eigen::Vector3d>;
 /// (a, b, c, d): a x + b y + c z + d = 0 with a² + b² + c² = 1.
@@ -191,6 +232,11 @@ TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& o
 /// The pose of an image whose calibration is K, without lens distortion. Draws by PROSAC where there are ratios.
 AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen::Matrix3d& K,
                                           const ImageOptions& options = {});
+/// The motion from one cloud to another. Draws matches whose edges are of equal length in both, by ratio where there
+/// are ratios (docs/registration.md).
+RigidMotionEstimate EstimateRigidMotion(const CloudMatches& matches, const CloudOptions& options = {});
+/// The same with a scale, as between two reconstructions.
+SimilarityEstimate EstimateSimilarity(const CloudMatches& matches, const CloudOptions& options = {});
 /// points: N × 2.
 LineEstimate EstimateLine(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points, const PointOptions& options);
 /// points: N × 3.

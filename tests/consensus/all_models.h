@@ -19,6 +19,7 @@
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "geometry/cloud_scene.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac::testing {
@@ -42,6 +43,13 @@ ModelProblem MakeModelProblem(int count, double outlier_ratio, Rng rng) {
     problem.points = scene.points;
     problem.truth = scene.truth;
     problem.threshold = 4e-3;
+    return problem;
+  } else if constexpr (Model::kDimension == 6) {
+    const CloudScene scene =
+        MakeCloudScene(count, outlier_ratio, 0.01, rng, std::is_same_v<Model, Similarity> ? 2.0 : 1.0);
+    problem.points = scene.points;
+    problem.truth = scene.truth;
+    problem.threshold = 0.04;
     return problem;
   } else if constexpr (Model::kDimension != 4) {
     const auto hyperplane = MakeRandomProblem<Model::kDimension>(count, outlier_ratio, 0.03, rng);

@@ -24,7 +24,7 @@ using testing::MakeQuality;
 using testing::ModelProblem;
 using testing::SearchUniformly;
 
-#define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential, AbsolutePose
+#define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential, AbsolutePose, Rigid, Similarity
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.status == b.status);

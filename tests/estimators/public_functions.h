@@ -10,6 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
+#include "geometry/cloud_scene.h"
 #include "geometry/segments.h"
 
 namespace diffsac::testing {
@@ -149,6 +150,22 @@ inline std::vector<PublicFunction> PublicFunctions() {
       [](const PointMatrix& p, const Ratios& r, const K3& K) { return EstimateOneFocal(MatchesOf(p, r), K); });
   add("EstimateAbsolutePose", 3, true, poses, {"K"},
       [=](const PointMatrix& p, const Ratios& r, const K3& K) { return EstimateAbsolutePose(scene(p, r), K); });
+  const auto clouds = [](const PointMatrix& rows, const Ratios& ratios) -> CloudMatches {
+    return {rows.leftCols(3), rows.rightCols(3), ratios};
+  };
+  PointMatrix cloud = MakeCloudScene(200, 0.25, 0.01, Rng(6)).points,
+              larger = MakeCloudScene(200, 0.25, 0.02, Rng(7), 2.0).points;
+  for (PointMatrix* rows : {&cloud, &larger}) {
+    // Every fourth wrong.
+    const PointMatrix ordered = *rows;
+    for (int i = 0; i < 200; ++i) rows->row(i) = ordered.row(i % 4 == 3 ? i / 4 : 50 + i - (i + 1) / 4);
+  }
+  add("EstimateRigidMotion", 3, true, cloud, {}, [=](const PointMatrix& p, const Ratios& r, const K3&) {
+    return EstimateRigidMotion(clouds(p, r), CloudOptions(0.05));
+  });
+  add("EstimateSimilarity", 3, true, larger, {}, [=](const PointMatrix& p, const Ratios& r, const K3&) {
+    return EstimateSimilarity(clouds(p, r), CloudOptions(0.1));
+  });
   add("EstimateLine", 2, false, FlatRows(100, 2, 1, 1), {},
       [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimateLine(p, within); });
   add("EstimatePlane", 3, false, FlatRows(100, 3, 1, 2), {},

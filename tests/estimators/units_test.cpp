@@ -6,6 +6,7 @@
 #include "consensus/absolute_pose_scene.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/geometry/rotation.h"
+#include "geometry/cloud_scene.h"
 #include "geometry/normalized_errors.h"
 #include "geometry/two_view_problems.h"
 
@@ -270,6 +271,52 @@ TEST_CASE("Lines and planes are the same in any unit and about any origin") {
                   Cloud<2>(0.01));
   CheckHyperplane([](const auto& points, const PointOptions& options) { return EstimatePlane(points, options); },
                   Cloud<3>(0.01));
+}
+
+TEST_CASE("Motions between clouds are the same in any unit and about any origins") {
+  const auto scene = testing::MakeCloudScene(300, 0.5, 0.01, Rng(21));
+  const auto moved = [&](double unit1, double unit2, const Eigen::RowVector3d& far1, const Eigen::RowVector3d& far2) {
+    CloudMatches matches;
+    matches.points1 = unit1 * scene.points.leftCols(3);
+    matches.points2 = unit2 * scene.points.rightCols(3);
+    matches.points1.rowwise() += far1;
+    matches.points2.rowwise() += far2;
+    return matches;
+  };
+  const Eigen::RowVector3d here = Eigen::RowVector3d::Zero(), far1(4e5, -2e5, 1e5), far2(-3e6, 1e5, 0.0);
+  for (const double allowed : {0.04, 0.0}) {
+    const RigidMotionEstimate one = EstimateRigidMotion(moved(1.0, 1.0, here, here), CloudOptions(allowed));
+    const SimilarityEstimate similar = EstimateSimilarity(moved(1.0, 1.0, here, here), CloudOptions(allowed));
+    CHECK(one.noise_scale == Approx(0.01).epsilon(0.2));
+    CHECK(similar.scale == Approx(1.0).epsilon(0.01));
+    for (const double unit : kUnits) {
+      const RigidMotionEstimate scaled =
+          EstimateRigidMotion(moved(unit, unit, here, here), CloudOptions(unit * allowed));
+      Eigen::MatrixXd model = scaled.model;
+      model.col(3) /= unit;
+      CheckSame(one, scaled, unit, model, ToleranceOf(unit));
+      Eigen::MatrixXd change = Eigen::MatrixXd::Identity(6, 6);
+      change.bottomRightCorner<3, 3>() /= unit;
+      REQUIRE(scaled.covariance);
+      CheckSameCovariance(one.covariance, change * *scaled.covariance * change.transpose());
+      const SimilarityEstimate larger = EstimateSimilarity(moved(1.0, unit, here, here), CloudOptions(unit * allowed));
+      CheckSame(similar, larger, unit, larger.model / unit);
+      CHECK(larger.scale == Approx(unit * similar.scale).epsilon(kRounding));
+    }
+    const RigidMotionEstimate there = EstimateRigidMotion(moved(1.0, 1.0, far1, far2), CloudOptions(allowed));
+    REQUIRE(there.ok());
+    CHECK(there.inliers == one.inliers);
+    CHECK((there.motion.rotation - one.motion.rotation).norm() < 1e-6);
+    // Of the same points.
+    const Eigen::Vector3d back = there.motion.rotation * far1.transpose() + there.motion.translation - far2.transpose();
+    CHECK((back - one.motion.translation).norm() < 1e-3);
+    REQUIRE(there.covariance);
+    // What the clouds' middle does is as certain as before.
+    Eigen::MatrixXd to_middle = Eigen::MatrixXd::Identity(6, 6);
+    to_middle.bottomLeftCorner<3, 3>() = -CrossMatrix(there.motion.rotation * far1.transpose());
+    const Eigen::MatrixXd of_middle = to_middle * *there.covariance * to_middle.transpose();
+    CHECK((of_middle - *one.covariance).norm() < 1e-2 * one.covariance->norm());
+  }
 }
 
 template <class Result>

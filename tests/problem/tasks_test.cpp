@@ -10,9 +10,9 @@
 namespace diffsac {
 namespace {
 
-constexpr Task kTasks[] = {Task::kLine,      Task::kPlane,         Task::kHomography,  Task::kFundamental,
-                           Task::kEssential, Task::kAbsolutePose,  Task::kSharedFocal, Task::kOneFocal,
-                           Task::kTwoFocals, Task::kVanishingPoint};
+constexpr Task kTasks[] = {Task::kLine,      Task::kPlane,          Task::kHomography,  Task::kFundamental,
+                           Task::kEssential, Task::kAbsolutePose,   Task::kSharedFocal, Task::kOneFocal,
+                           Task::kTwoFocals, Task::kVanishingPoint, Task::kRigid,       Task::kSimilarity};
 
 Problem TwoViewProblem(Task task) {
   Problem problem;
@@ -29,8 +29,8 @@ Problem TwoViewProblem(Task task) {
 }  // namespace
 
 TEST_CASE("the names of the enumeration are those of the list") {
-  const char* names[] = {"line",          "plane",        "homography", "fundamental", "essential",
-                         "absolute_pose", "shared_focal", "one_focal",  "two_focals",  "vanishing_point"};
+  const char* names[] = {"line",         "plane",     "homography", "fundamental",     "essential", "absolute_pose",
+                         "shared_focal", "one_focal", "two_focals", "vanishing_point", "rigid",     "similarity"};
   CHECK(TaskNames() == std::vector<std::string>(std::begin(names), std::end(names)));
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CHECK(ToString(kTasks[i]) == names[i]);
@@ -39,11 +39,11 @@ TEST_CASE("the names of the enumeration are those of the list") {
   CHECK(Problem().task == Task::kLine);
   CHECK(Has(ErrorOf([] { TaskFromString("circle"); }),
             "'circle': expected line, plane, homography, fundamental, essential, absolute_pose, shared_focal, "
-            "one_focal, two_focals or vanishing_point"));
+            "one_focal, two_focals, vanishing_point, rigid or similarity"));
 }
 
 TEST_CASE("sizes and kinds follow from the descriptions") {
-  const int sizes[] = {2, 3, 4, 7, 5, 3, 6, 6, 7, 2}, dimensions[] = {2, 3, 4, 4, 4, 5, 4, 4, 4, 4};
+  const int sizes[] = {2, 3, 4, 7, 5, 3, 6, 6, 7, 2, 3, 3}, dimensions[] = {2, 3, 4, 4, 4, 5, 4, 4, 4, 4, 6, 6};
   for (std::size_t i = 0; i < std::size(kTasks); ++i) {
     CAPTURE(ToString(kTasks[i]));
     CHECK(MinimalSetSize(kTasks[i]) == sizes[i]);

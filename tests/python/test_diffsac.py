@@ -136,6 +136,23 @@ class TestEstimates(unittest.TestCase):
         self.assertGreater(angle_deg(estimate.pose.rotation, estimate.other_pose.rotation), 20)
         self.assertIsNone(estimate.pose_covariance)
 
+    def test_motions_between_clouds(self):
+        x = self.scene.points3d
+        noise = np.random.default_rng(3).normal(0, 0.01, x.shape)
+        y = x @ ROTATION.T + [1, 2, 3] + noise
+        y[::4] = np.roll(x, 7, axis=0)[::4]
+        rigid = diffsac.estimate_rigid_motion(x, y, max_distance=0.05)
+        self.assertLess(angle_deg(rigid.motion.rotation, ROTATION), 0.1)
+        np.testing.assert_array_equal(rigid.model, np.c_[rigid.motion.rotation, rigid.motion.translation])
+        self.assertEqual(rigid.covariance.shape, (6, 6))
+        self.assertFalse(rigid.may_be_chance or rigid.ambiguous)
+        similar = diffsac.estimate_similarity(x, 2.5 * y, max_distance=0.125)
+        self.assertLess(abs(similar.scale - 2.5), 0.01)
+        self.assertEqual(similar.covariance.shape, (7, 7))
+        self.assertLess(np.abs(similar.motion.translation - 2.5 * rigid.motion.translation).max(), 0.05)
+        # None given: twice the resolution.
+        self.assertLess(angle_deg(diffsac.estimate_rigid_motion(x, y).motion.rotation, ROTATION), 1.0)
+
     def test_focal_lengths(self):
         s = self.scene
         shared = diffsac.estimate_shared_focal(s.x1, s.x2, s.ratio, size1=SIZE, size2=SIZE)

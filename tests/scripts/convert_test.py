@@ -258,6 +258,31 @@ def test_segments():
         assert np.allclose(file["P1/vanishing_points"][()], [[0, -6.05317058975369 / 0.00896875, 0], [6.05317058975369 / 0.00896875, 0, 0]])
 
 
+def test_registration():
+    R, t = POSES[1]
+    motion = np.column_stack([R, t])
+    first = np.random.default_rng(0).normal(size=(20, 3))
+    points = np.column_stack([first, first @ R.T + t])
+    tcf, turboreg, macpp = folder("tcf", "data", "KITTI", "09"), folder("turboreg", "demo_data"), folder("macpp", "demo")
+    (tcf / "7_5_top3.match").write_text(text(points))
+    (tcf / "7-5.pose").write_text(text(motion))
+    (turboreg / "003_fpfh_kpts_src.txt").write_text(text(points[:, :3]))
+    (turboreg / "003_fpfh_kpts_dst.txt").write_text(text(points[:, 3:]))
+    (turboreg / "003_trans.txt").write_text(text(np.vstack([motion, [0, 0, 0, 1]])))
+    (macpp / "corr.txt").write_text(text(points))
+    (macpp / "GTmat.txt").write_text(text(motion))
+    for source, scene, name, limits in (("tcf", "tcf_kitti", "7_5", [0.6, 5, 0.6]), ("turboreg", "turboreg_kitti", "003", [0.6, 5, 0.6]), ("macpp", "macpp", "demo", [0.1, 15, 0.3])):
+        convert("registration", ROOT / source, ROOT / "out")
+        with h5py.File(ROOT / "out" / scene / "cloud_matches.h5") as file:
+            assert (file[name + "/points"][()] == points).all() and np.allclose(file[name + "/motion"][()], motion, atol=1e-15)
+            assert file[name + "/limits"][()].tolist() == limits
+    (turboreg / "003_fpfh_kpts_dst.txt").write_text(text(points[1:, 3:]))
+    assert "003_fpfh_kpts_src.txt: expected as many rows as in" in convert("registration", ROOT / "turboreg", ROOT / "out", expect=2)
+    (macpp / "GTmat.txt").write_text(text(2 * motion))
+    assert "GTmat.txt: the pose holds no rotation" in convert("registration", ROOT / "macpp", ROOT / "out", expect=2)
+    assert "neither data/*/*/*_top3.match nor" in convert("registration", ROOT / "out", ROOT / "out", expect=2)
+
+
 for name, test in list(globals().items()):
     if name.startswith("test_"):
         test()

@@ -20,8 +20,9 @@ import os as _os
 
 from . import _native
 from ._calls import explained as _explained
-from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, SharedFocalEstimate, Status
-from ._results import Translation, TwoViewEstimate, VanishingFocal, VanishingPointsEstimate
+from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, RigidMotionEstimate
+from ._results import SharedFocalEstimate, SimilarityEstimate, Status, Translation, TwoViewEstimate, VanishingFocal
+from ._results import VanishingPointsEstimate
 
 estimate_absolute_pose = _explained(_native.estimate_absolute_pose)
 estimate_absolute_poses = _explained(_native.estimate_absolute_poses)
@@ -36,7 +37,9 @@ estimate_lines = _explained(_native.estimate_lines)
 estimate_one_focal = _explained(_native.estimate_one_focal)
 estimate_plane = _explained(_native.estimate_plane)
 estimate_planes = _explained(_native.estimate_planes)
+estimate_rigid_motion = _explained(_native.estimate_rigid_motion)
 estimate_shared_focal = _explained(_native.estimate_shared_focal)
+estimate_similarity = _explained(_native.estimate_similarity)
 estimate_two_focals = _explained(_native.estimate_two_focals)
 estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
@@ -51,7 +54,9 @@ __all__ = [
     "Focal",
     "Horizon",
     "Pose",
+    "RigidMotionEstimate",
     "SharedFocalEstimate",
+    "SimilarityEstimate",
     "Status",
     "Translation",
     "TwoViewEstimate",
@@ -71,7 +76,9 @@ __all__ = [
     "estimate_one_focal",
     "estimate_plane",
     "estimate_planes",
+    "estimate_rigid_motion",
     "estimate_shared_focal",
+    "estimate_similarity",
     "estimate_two_focals",
     "estimate_vanishing_points",
 ]

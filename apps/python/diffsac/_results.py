@@ -126,6 +126,28 @@ class AbsolutePoseEstimate(Estimate):
 
 
 @dataclass(frozen=True, eq=False)
+class RigidMotionEstimate(Estimate):
+    """A motion between two clouds: points2 ≈ R points1 + t."""
+
+    motion: Pose  # As `model`; the identity unless the status is OK.
+    covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), ω in the second cloud's frame, t in its unit; or None.
+    other_motion: Optional[Pose]  # Of a symmetric thing: another motion, of other matches, that may be right; else None.
+
+    @property
+    def ambiguous(self) -> bool:
+        return self.other_motion is not None
+
+
+@dataclass(frozen=True, eq=False)
+class SimilarityEstimate(Estimate):
+    """A motion with a scale: points2 ≈ s R points1 + t."""
+
+    scale: float  # s.
+    motion: Pose  # R and t; the identity unless the status is OK.
+    covariance: Optional[Floats]  # 7 × 7 in the order (ω, t, log s); or None.
+
+
+@dataclass(frozen=True, eq=False)
 class Estimates:
     """Several models of one kind in the same points, found without being told how many."""
 

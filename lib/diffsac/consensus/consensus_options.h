@@ -182,6 +182,8 @@ class StoppingRule {
   /// options: `stopping` and what stands behind it; borrowed. N and γ of the problem.
   StoppingRule(const ConsensusOptions& options, std::int64_t num_points, int set_size)
       : options_(options), num_points_(num_points), set_size_(set_size) {}
+  /// So many points of a set are drawn (MinimalSampler::DrawnPoints).
+  void SetDrawnPoints(int count) { set_size_ = count; }
   /// The best model so far has so many inliers.
   void Update(std::int64_t inliers);
   /// kNotRun: go on.

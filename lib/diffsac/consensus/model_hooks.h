@@ -50,6 +50,9 @@ namespace diffsac {
 //                                    for a model of two minima (an absolute pose of points on a plane): makes *model
 //                                    the better of them, and returns whether *other, the worse, is as good within what
 //                                    noise allows; the loss is truncated at `threshold`. Adds its fits to *fits
+//   kHasRivals                       true for a model that may have a rival: another one that explains other points
+//                                    equally well (a symmetric body's). Hypotheses of the same points then count as one
+//   kFreedom                         of how many free parameters the model is, where that is not kResidualDimension · γ
 //   Residuals(model, columns, begin, end, out)   several at a time, from columns (scorer.h)
 //   Determined(points)               whether all points together determine a model (CheckPoints)
 //
@@ -113,6 +116,11 @@ concept HasOtherMinimum = requires(const PointMatrix& points, double threshold, 
   { M::OtherMinimum(points, threshold, model, model, fits) } -> std::same_as<bool>;
 };
 
+template <class M>
+concept HasRivals = requires {
+  requires M::kHasRivals;
+};
+
 /// A model with unknown focal lengths, of which priors may be given: `FitFrom` and `Refine` with their share, and the
 /// posterior.
 template <class M>
@@ -128,6 +136,13 @@ template <MinimalModel Model>
 constexpr int ResidualDimension() {
   if constexpr (requires { Model::kResidualDimension; }) return Model::kResidualDimension;
   return 1;
+}
+
+/// The free parameters of a model, of as many residuals as that.
+template <MinimalModel Model>
+constexpr int FreeParameters() {
+  if constexpr (requires { Model::kFreedom; }) return Model::kFreedom;
+  return ResidualDimension<Model>() * Model::kMinimalSize;
 }
 
 /// Degrees of freedom that MAGSAC++ takes for a model's residual.

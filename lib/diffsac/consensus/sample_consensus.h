@@ -22,6 +22,7 @@ struct ConsensusResult {
       std::numeric_limits<double>::quiet_NaN();  ///< ε, or less where options.threshold is adaptive
   /// Of a model of two minima: the other one, where it is as good.
   std::optional<ModelParameters> other = {};
+  int other_inliers = 0;  ///< Of a rival (model_hooks.h): those that are no inliers of the model.
   /// Of a model with unknown focal lengths, where priors of them are given; in the units of the points.
   std::optional<FocalPosteriors> focal = {};
   double score = 0.0;  ///< of the returned model, by the score that chose it last

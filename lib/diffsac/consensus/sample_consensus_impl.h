@@ -181,7 +181,9 @@ class ConsensusSearch {
         scorer_(points, PriorOf(priors, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
         best_(points, scales.score_threshold, std::max(1, options.refit_candidates),
-              options.basins > 0 ? kSameBasin : 1.0),
+              HasRivals<Model>     ? kSameRival
+              : options.basins > 0 ? kSameBasin
+                                   : 1.0),
         starts_(points, scales.score_threshold, options.basins, kSameBasin),
         improve_(scorer_, score_, options, scales_, rng),
         refine_(scorer_, options, scales_),
@@ -198,6 +200,7 @@ class ConsensusSearch {
   }
 
   void Draw(MinimalSampler& sampler) {
+    rule_.SetDrawnPoints(sampler.DrawnPoints(Model::kMinimalSize));
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(sampler, options_.max_iterations - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
@@ -220,6 +223,7 @@ class ConsensusSearch {
     if (!chosen || refine_.CountInliers(chosen->model) < Model::kMinimalSize) return std::move(result_);
     if constexpr (HasFocalPosterior<Model>) result_.focal = refine_.Marginalise(&*chosen, &result_.hypotheses);
     if constexpr (HasOtherMinimum<Model>) result_.other = refine_.OtherMinimum(&*chosen, &result_.hypotheses);
+    if constexpr (HasRivals<Model>) refine_.FindRival(best_.entries(), *chosen, &result_);
     refine_.Report(*chosen, &result_);
     return std::move(result_);
   }
@@ -271,8 +275,9 @@ class ConsensusSearch {
     }
   }
 
-  /// Of two models of one basin so many inliers are common.
-  static constexpr double kSameBasin = 0.9;
+  /// Of two models of one basin so many inliers are common; of a model that may have rivals, for which there would be
+  /// no room, most of them.
+  static constexpr double kSameBasin = 0.9, kSameRival = 0.5;
 
   const ConsensusOptions& options_;
   const NoiseScales scales_;

@@ -33,7 +33,7 @@ std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size
   const Rng sets_rng = sampling.sampler == MinimalSamplerKind::kUniform ? rng.Fork("minimal_sets")
                                                                         : rng.Fork("consensus").Fork("minimal_sets");
   return MakeMinimalSampler(sampling, points, set_size, sets_rng,
-                            has_quality ? Span(quality) : std::span<const double>(), Span(weights));
+                            has_quality ? Span(quality) : std::span<const double>(), Span(weights), space.threshold());
 }
 
 template <MinimalModel Model>

@@ -38,7 +38,7 @@ void RequireShares(const Eigen::VectorXd& values, const PointMatrix& points, con
                   std::to_string(i));
 }
 
-/// `input`: Matches or ScenePoints.
+/// `input`: Matches, ScenePoints or CloudMatches.
 template <class Input>
 void SetRatiosOrScores(const Input& input, Problem* problem) {
   problem->scored = input.scores.size() > 0;
@@ -106,6 +106,31 @@ Problem ProblemOf(const ScenePoints& points, const SceneFrame& frame, const Eige
   return problem;
 }
 
+/// Each cloud in a frame of its own, of a rigid motion in one unit.
+struct CloudFrames {
+  SceneFrame from, to;
+  CloudFrames(Task task, const CloudMatches& matches) : from(matches.points1), to(matches.points2) {
+    if (task == Task::kRigid) from.unit = to.unit;
+  }
+};
+
+Problem ProblemOf(Task task, const CloudMatches& matches, const CloudFrames& frames, const CloudOptions& options) {
+  constexpr double kResolutions = 2.0;
+  options.Check();
+  const Eigen::Index count = matches.points1.rows();
+  Require(matches.points2.rows() == count, "points2",
+          "as many rows as points1, " + std::to_string(count) + ", got " + std::to_string(matches.points2.rows()));
+  Problem problem;
+  problem.task = task;
+  problem.points.resize(count, 6);
+  problem.points << frames.from.Apply(matches.points1), frames.to.Apply(matches.points2);
+  const double usual = kResolutions * Resolution(matches.points2);
+  const double distance = options.max_distance > 0.0 ? options.max_distance : usual > 0.0 ? usual : frames.to.unit;
+  problem.inlier_threshold = distance / frames.to.unit;
+  SetRatiosOrScores(matches, &problem);
+  return problem;
+}
+
 template <class Points>
 Problem ProblemOf(Task task, const Points& points, const PointOptions& options) {
   options.Check();
@@ -138,6 +163,19 @@ void Take(Estimate estimate, Result* result) {
   result->cost = estimate.report;
   result->rows_left_out = estimate.rows_left_out;
   result->repeated_rows = estimate.repeated_rows;
+}
+
+/// What the two kinds of motions between clouds share; the estimate's other_pose stays.
+template <class Result>
+Estimate EstimateMotion(Task task, const CloudMatches& matches, const CloudOptions& options, Result* result) {
+  const CloudFrames frames(task, matches);
+  Estimate estimate = Run(ProblemOf(task, matches, frames, options), options);
+  RestoreMotions(frames.from, frames.to, &estimate);
+  estimate.inlier_threshold *= frames.to.unit;
+  estimate.noise_scale *= frames.to.unit;
+  result->covariance = estimate.pose_covariance;
+  Take(estimate, result);
+  return estimate;
 }
 
 TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
@@ -245,6 +283,12 @@ void FocalOptions::Check() const {
   }
 }
 
+void CloudOptions::Check() const {
+  EstimateOptions::Check();
+  Require(max_distance >= 0.0 && std::isfinite(max_distance), "max_distance",
+          "a distance in the second cloud's unit, 0 for the default");
+}
+
 void PointOptions::Check() const {
   EstimateOptions::Check();
   Require(max_distance > 0.0 && std::isfinite(max_distance), "max_distance", "a distance above 0, in the points' unit");
@@ -291,6 +335,22 @@ AbsolutePoseEstimate EstimateAbsolutePose(const ScenePoints& points, const Eigen
   result.other_pose = estimate.other_pose;
   Take(std::move(estimate), &result);
   if (result.ok()) result.pose = {result.model.leftCols<3>(), result.model.col(3)};
+  return result;
+}
+
+RigidMotionEstimate EstimateRigidMotion(const CloudMatches& matches, const CloudOptions& options) {
+  RigidMotionEstimate result;
+  result.other_motion = EstimateMotion(Task::kRigid, matches, options, &result).other_pose;
+  if (result.ok()) result.motion = {result.model.leftCols<3>(), result.model.col(3)};
+  return result;
+}
+
+SimilarityEstimate EstimateSimilarity(const CloudMatches& matches, const CloudOptions& options) {
+  SimilarityEstimate result;
+  const Estimate estimate = EstimateMotion(Task::kSimilarity, matches, options, &result);
+  if (!result.ok()) return result;
+  result.scale = ScaleOf(Similarity::Parameters(estimate.model));
+  result.motion = {result.model.leftCols<3>() / result.scale, result.model.col(3)};
   return result;
 }
 

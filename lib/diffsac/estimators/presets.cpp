@@ -61,6 +61,30 @@ ClassicalOptions RecommendedForPoints() {
   return options;
 }
 
+/// Matches of clouds, of which few are right: sets of agreeing edges.
+ClassicalOptions RecommendedForClouds(Task task) {
+  ClassicalOptions options;
+  options.max_iterations = 10000;
+  options.sampling.sampler = task == Task::kRigid ? MinimalSamplerKind::kEdges : MinimalSamplerKind::kEdgeRatios;
+  ConsensusOptions& consensus = options.consensus;
+  consensus.score = consensus.final_score = ScoreKind::kMarginalised;
+  consensus.least_scale = 0.25;
+  consensus.greatest_scale = 1.5;
+  consensus.local_optimization = LocalOptimization::kInnerSamples;
+  consensus.local_samples = 3;
+  consensus.refit = Refit::kIterated;
+  consensus.refit_rounds = 5;
+  consensus.refit_threshold_factor = 1.2;
+  consensus.refit_candidates = 5;
+  consensus.refine_finalists = 2;
+  consensus.final_refinement = FinalRefinement::kMarginalised;
+  StopWhenConfident(&consensus);
+  consensus.min_iterations = 100;
+  // Draws are few and dear.
+  consensus.block_size = 64;
+  return options;
+}
+
 /// By the validation images of NYU-VP (docs/several.md).
 void ScoreByLength(ConsensusOptions* consensus) {
   consensus->score = consensus->final_score = ScoreKind::kMsac;
@@ -83,6 +107,7 @@ double UsualThreshold(Task task) {
 
 ClassicalOptions RecommendedClassical(Task task) {
   if (task == Task::kLine || task == Task::kPlane) return RecommendedForPoints();
+  if (IsOfTwoClouds(task)) return RecommendedForClouds(task);
   ClassicalOptions options = LoRansacOptions(task);
   options.max_iterations = kDraws;
   options.sampling.sampler = MinimalSamplerKind::kProsac;

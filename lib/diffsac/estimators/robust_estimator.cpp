@@ -22,9 +22,10 @@ int Witnesses(const Problem& problem, const std::vector<std::uint8_t>& inliers) 
   for (std::size_t i = 0; i < inliers.size(); ++i)
     if (inliers[i] == 1) rows.push_back(static_cast<int>(i));
   const int count = static_cast<int>(rows.size());
-  if (!IsTwoView(problem.task)) return count;
+  if (!IsTwoView(problem.task) && !IsOfTwoClouds(problem.task)) return count;
   const PointMatrix points = problem.points(rows, Eigen::all);
-  return std::min(CountDistinct(points.leftCols(2)), CountDistinct(points.rightCols(2)));
+  const Eigen::Index half = points.cols() / 2;
+  return std::min(CountDistinct(points.leftCols(half)), CountDistinct(points.rightCols(half)));
 }
 
 /// Whether two images that gave no model are one and the same, up to `threshold`: all but a tenth of the matches.

@@ -26,24 +26,36 @@ SceneFrame::Points SceneFrame::Apply(const Points& points) const {
   return (points.rowwise() - origin.transpose()) / unit;
 }
 
+/// Where a camera is has no unit but the scene's, and no origin.
 void SceneFrame::Restore(Estimate* estimate) const {
-  if (estimate->status != Status::kOk || (unit == 1.0 && origin.isZero(0.0))) return;
-  const auto restored = [&](const ModelParameters& model) -> ModelParameters {
-    const AbsolutePose::Parameters pose = model;
-    const Eigen::Matrix3d rotation = RotationOf(pose);
-    return PoseOf(rotation, unit * TranslationOf(pose) - rotation * origin);
+  SceneFrame camera = *this;
+  camera.origin.setZero();
+  RestoreMotions(*this, camera, estimate);
+}
+
+void RestoreMotions(const SceneFrame& from, const SceneFrame& to, Estimate* estimate) {
+  const auto is_own = [](const SceneFrame& frame) { return frame.unit == 1.0 && frame.origin.isZero(0.0); };
+  if (estimate->status != Status::kOk || (is_own(from) && is_own(to))) return;
+  const auto restored = [&](const Eigen::Matrix3d& turn, const Eigen::Vector3d& shift) -> Eigen::Vector3d {
+    return to.unit * shift - turn * from.origin + to.origin;
   };
-  if (estimate->pose_covariance) {
-    // t is unit · t' − exp([ω]ₓ) R origin.
-    const Eigen::Vector3d lever = RotationOf(AbsolutePose::Parameters(estimate->model)) * origin;
-    Eigen::MatrixXd change = Eigen::MatrixXd::Identity(6, 6);
-    change.block<3, 3>(3, 0) = CrossMatrix(lever);
-    change.block<3, 3>(3, 3) *= unit;
-    estimate->pose_covariance = change * *estimate->pose_covariance * change.transpose();
-  }
-  estimate->model = restored(estimate->model);
-  for (ModelParameters& model : estimate->structures) model = restored(model);
-  if (auto& other = estimate->other_pose) other->translation = unit * other->translation - other->rotation * origin;
+  const auto restored_model = [&](const ModelParameters& model) -> ModelParameters {
+    const AbsolutePose::Parameters motion = model;
+    const Eigen::Matrix3d turn = to.unit / from.unit * RotationOf(motion);
+    return PoseOf(turn, restored(turn, TranslationOf(motion)));
+  };
+  estimate->model = restored_model(estimate->model);
+  for (ModelParameters& model : estimate->structures) model = restored_model(model);
+  if (auto& other = estimate->other_pose) other->translation = restored(other->rotation, other->translation);
+  if (!estimate->pose_covariance) return;
+  // t is unit · t' − s exp([ω]ₓ) R origin, and the other origin.
+  const Eigen::Vector3d lever = RotationOf(AbsolutePose::Parameters(estimate->model)) * from.origin;
+  const Eigen::Index size = estimate->pose_covariance->rows();
+  Eigen::MatrixXd change = Eigen::MatrixXd::Identity(size, size);
+  change.block<3, 3>(3, 0) = CrossMatrix(lever);
+  change.block<3, 3>(3, 3) *= to.unit;
+  if (size == 7) change.block<3, 1>(3, 6) = -lever;
+  estimate->pose_covariance = change * *estimate->pose_covariance * change.transpose();
 }
 
 }  // namespace diffsac

@@ -43,6 +43,10 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.noise_scale = space.unit() * result.noise_scale;
   if (estimate.status == Status::kOk)
     estimate.share_behind = LeaveOutBehind(space, estimate.model, result.inlier_threshold, &estimate.inliers);
+  // A rival of so few points is one that chance gives.
+  if (result.other && result.other_inliers > 0 &&
+      LogFalseAlarmsOf(space.problem(), result.other_inliers, estimate.inlier_threshold) > 0.0)
+    result.other.reset();
   if (result.other) estimate.other_pose = PoseOfEstimate(*result.other, estimate.inliers, space.problem());
   if (result.fit && !result.other)
     estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);

@@ -16,17 +16,20 @@ constexpr double kTailSigmas = 3.0;
 /// A σ so small a share of the threshold is below all that were looked for: half of what has 2.5 σ within it.
 constexpr double kFarBelow = 0.2;
 
-/// The length of Gaussian residuals of `dimension` values (1 or 2) and σ = 1 that is cut off at `threshold`.
+/// The length of Gaussian residuals of `dimension` values (1 to 3) and σ = 1 that is cut off at `threshold`.
 struct CutLength {
   double share = 0.0;   ///< Of residuals within the threshold.
   double square = 0.0;  ///< The mean square of these, by dimension; 1 without a threshold.
 
   CutLength(int dimension, double threshold) {
     const double half = 0.5 * threshold * threshold, density = std::exp(-half);
+    constexpr double kSqrtTwoOverPi = 0.79788456080286535588;
     if (dimension == 1) {
-      constexpr double kSqrtTwoOverPi = 0.79788456080286535588;
       share = std::erf(std::sqrt(half));
       square = 1.0 - kSqrtTwoOverPi * threshold * density / share;
+    } else if (dimension == 3) {
+      share = std::erf(std::sqrt(half)) - kSqrtTwoOverPi * threshold * density;
+      square = 1.0 - kSqrtTwoOverPi * threshold * threshold * threshold * density / (3.0 * share);
     } else {
       share = -std::expm1(-half);
       square = 1.0 - half * density / share;
@@ -69,7 +72,7 @@ LossFactors FactorsOf(const RobustLoss& loss, int dimension, double sigma) {
   double density = 0.0, first = 0.0, second = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double r = kReach * (i + 0.5) / kSteps, square = r * r;
-    const double p = std::exp(-0.5 * square) * (dimension == 1 ? 1.0 : r);
+    const double p = std::exp(-0.5 * square) * std::pow(r, dimension - 1);
     const double weight = loss.Weight(square * sigma * sigma);
     density += p;
     first += p * weight * square;

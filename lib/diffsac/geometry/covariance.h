@@ -26,14 +26,14 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 ///
 /// noise: what of Σ w JᵀJ noise of σ = 1 makes where J is taken at noisy points; it is left out of A. Empty: nothing.
 ///
-/// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection). Nothing where the inliers
-/// are no more than determine the model, where they leave a direction open, where they fit exactly, where the
-/// noise is greater than the threshold, or anything is not finite.
+/// residuals: N lengths of d = residual_dimension values each (1: Sampson, 2: reprojection, 3: of points in space).
+/// Nothing where the inliers are no more than determine the model, where they leave a direction open, where they fit
+/// exactly, where the noise is greater than the threshold, or anything is not finite.
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
                                                const InformationFunction& noise = {});
 
-/// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 or 2) of a model of `free`
+/// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 to 3) of a model of `free`
 /// parameters: that of the Gaussian whose residuals within a threshold have the mean square of these, `free` of their
 /// values being the model's. The threshold goes from the one given down to 2.5 σ, so that what else is within it hardly
 /// counts and σ may be far below it. The threshold given where the noise is about that or more; NaN where the residuals

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <vector>
 
 #include "diffsac/geometry/point_spread.h"
 
@@ -38,6 +40,29 @@ double SlabShare(const PointMatrix& points, double threshold) {
   const double side = SpreadOf(points).sides.maxCoeff();
   // No section of a cube is larger than √d of its faces (a square's diagonal).
   return Share(2.0 * threshold * std::sqrt(dimension) * std::pow(side, dimension - 1.0), std::pow(side, dimension));
+}
+
+double OccupiedShare(const PointMatrix& cloud, double threshold) {
+  constexpr double kMostCells = 1 << 20;  // Along a side.
+  const Eigen::Index count = cloud.rows();
+  if (count < 2) return 1.0;
+  const Eigen::RowVectorXd least = cloud.colwise().minCoeff();
+  const double extent = (cloud.colwise().maxCoeff() - least).maxCoeff();
+  const double side = std::max(std::cbrt(4.0 / 3.0 * std::numbers::pi) * threshold, extent / kMostCells);
+  if (!(side > 0.0)) return 1.0;
+  std::vector<std::uint64_t> cells(static_cast<std::size_t>(count));
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      cells[i] = cells[i] << 21U | static_cast<std::uint64_t>((cloud(i, axis) - least[axis]) / side);
+  std::sort(cells.begin(), cells.end());
+  // Pairs of points, and of these in one cell at least one.
+  const double pairs = 0.5 * static_cast<double>(count) * static_cast<double>(count - 1);
+  double together = 0.0, before = 0.0;
+  for (std::size_t i = 1; i < cells.size(); ++i) {
+    before = cells[i] == cells[i - 1] ? before + 1.0 : 0.0;
+    together += before;
+  }
+  return Share(std::max(together, 1.0), pairs);
 }
 
 }  // namespace diffsac

@@ -21,4 +21,8 @@ double DiscShare(const Eigen::Vector2d& extent, double threshold);
 /// spread fill (SpreadOf): points that all lie on one plane leave a box no volume.
 double SlabShare(const PointMatrix& points, double threshold);
 
+/// Of a ball about a point of a cloud (N × 3), in the volume that the cloud occupies: how likely two of its points
+/// share a cell of the ball's volume. Points on surfaces leave most of their box empty.
+double OccupiedShare(const PointMatrix& cloud, double threshold);
+
 }  // namespace diffsac

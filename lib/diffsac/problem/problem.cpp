@@ -92,7 +92,9 @@ std::optional<FocalEstimate> FocalEstimateOf(const std::array<FocalPosterior, 2>
 double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold) {
   const double share = DispatchDescription(
       problem.task, [&]<class Description>() { return Description::ChanceShare(problem, threshold); });
-  return LogFalseAlarms(static_cast<int>(problem.points.rows()), inliers, MinimalSetSize(problem.task), share);
+  // Of clouds the threshold is given, not chosen by the points.
+  const auto log = IsOfTwoClouds(problem.task) ? LogChanceModels : LogFalseAlarms;
+  return log(static_cast<int>(problem.points.rows()), inliers, MinimalSetSize(problem.task), share);
 }
 
 Status CheckProblem(const Problem& problem) { return CheckSpace(SolverSpace(problem), {problem.task}); }

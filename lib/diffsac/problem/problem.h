@@ -22,17 +22,18 @@ struct FocalPosterior;
 enum class Task : int;
 
 /// "line", "plane", "homography", "fundamental", "essential", "absolute_pose", "shared_focal", "one_focal",
-/// "two_focals", "vanishing_point".
+/// "two_focals", "vanishing_point", "rigid", "similarity".
 std::string ToString(Task task);
 /// All of these.
 std::vector<std::string> TaskNames();
 /// Throws Error for an unknown name.
 Task TaskFromString(const std::string& name);
 /// γ, the size of a minimal set of the task's own model: 2 for lines, 3 for planes, 4, 7 and 5 for H, F and E, 3 for
-/// poses, 2 for vanishing points.
+/// poses, 2 for vanishing points, 3 for motions of clouds.
 int MinimalSetSize(Task task);
 /// Values in a point: 2 for lines, 3 for planes, 4 for the two-view models (x1 y1 x2 y2, pixels),
-/// 5 for absolute poses (X Y Z u v), 4 for vanishing points (x1 y1 x2 y2, the ends of a segment, pixels).
+/// 5 for absolute poses (X Y Z u v), 4 for vanishing points (x1 y1 x2 y2, the ends of a segment, pixels), 6 for matches
+/// of two clouds (x1 x2 x3 y1 y2 y3).
 int PointDimension(Task task);
 /// Whether the points are matches of two images.
 bool IsTwoView(Task task);
@@ -96,7 +97,8 @@ PointMatrix ImagePoints(const Problem& problem);
 Eigen::VectorXd PointWeights(const Problem& problem);
 
 /// The motion that a model says: of the second camera seen from the first, |t| = 1, chosen by cheirality of the inliers
-/// (E, and F where the calibration is known), or world-to-camera (absolute pose). Nothing for other tasks, and where no
+/// (E, and F where the calibration is known), world-to-camera (absolute pose), or from the first cloud to the second
+/// (rigid and, without its scale, similarity). Nothing for other tasks, and where no
 /// choice is possible.
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);

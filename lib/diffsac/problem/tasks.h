@@ -12,6 +12,7 @@
 #include "diffsac/problem/fundamental_task.h"
 #include "diffsac/problem/homography_task.h"
 #include "diffsac/problem/hyperplane_task.h"
+#include "diffsac/problem/rigid_task.h"
 #include "diffsac/problem/shared_focal_task.h"
 #include "diffsac/problem/vanishing_point_task.h"
 
@@ -29,10 +30,12 @@ enum class Task : int {
   kSharedFocal,
   kOneFocal,
   kTwoFocals,
-  kVanishingPoint
+  kVanishingPoint,
+  kRigid,
+  kSimilarity
 };
 using TaskList = TypeList<LineTask, PlaneTask, HomographyTask, FundamentalTask, EssentialTask, AbsolutePoseTask,
-                          SharedFocalTask, OneFocalTask, TwoFocalsTask, VanishingPointTask>;
+                          SharedFocalTask, OneFocalTask, TwoFocalsTask, VanishingPointTask, RigidTask, SimilarityTask>;
 
 /// Those of which two views with a pose, matched or generated, are problems.
 inline constexpr std::initializer_list<Task> kTwoViewTasks = {Task::kHomography,  Task::kFundamental, Task::kEssential,
@@ -58,6 +61,13 @@ template <class Body>
 auto DispatchTask(Task task, Body&& body) {
   return DispatchDescription(
       task, [&]<TaskDescription Description>() { return body.template operator()<typename Description::Model>(); });
+}
+
+/// Whether the points are matches of two clouds.
+inline bool IsOfTwoClouds(Task task) {
+  return DispatchDescription(task, []<class Description>() {
+    return requires { Description::kTwoClouds; };
+  });
 }
 
 /// Whether a task estimates focal lengths.

@@ -18,6 +18,9 @@ struct GroundTruth {
   /// Two views: the true calibration, where the task is to do without one (Problem::cameras is empty then).
   std::optional<CameraPair> cameras = {};
 
+  /// Two clouds: an error of so much of the second cloud's unit counts like a degree, as benchmarks have it.
+  double length_per_degree = 1.0;
+
   // What the source of a pair of images knows, whatever the task; SetTask (lab/truth/pair_truth.h) makes the above of
   // it. Matrices act on homogeneous column vectors, scale and sign are arbitrary.
   std::optional<RigidMotion> motion = {};           ///< x_camera2 = R x_camera1 + t, t in the unit of the source.

@@ -169,6 +169,24 @@ EstimateError AbsolutePoseError(const ModelParameters* model, const std::vector<
   return error;
 }
 
+/// Of the rotation, and of the second cloud's origin by GroundTruth::length_per_degree; a wrong scale moves it too.
+EstimateError CloudMotionError(const ModelParameters* model, const std::vector<std::uint8_t>&, const Example& example) {
+  EstimateError error;
+  error.failed = model == nullptr;
+  if (example.truth.model.size() != Rigid::Parameters::SizeAtCompileTime) return error;
+  const Rigid::Parameters truth = example.truth.model;
+  error.rotation_deg = error.translation_deg = kWorstRotationDeg;
+  error.offset = std::numeric_limits<double>::infinity();
+  if (!error.failed) {
+    const Rigid::Parameters motion = *model;
+    error.rotation_deg = RotationAngleDegrees(RotationOf(motion) / ScaleOf(motion), RotationOf(truth) / ScaleOf(truth));
+    error.offset = (TranslationOf(motion) - TranslationOf(truth)).norm();
+    error.translation_deg = std::min(kWorstRotationDeg, error.offset / example.truth.length_per_degree);
+  }
+  error.angle_deg = std::max(error.rotation_deg, error.translation_deg);
+  return error;
+}
+
 double VanishingPointAngle(const ModelParameters& a, const ModelParameters& b, const Example& example) {
   const auto& cameras = example.truth.cameras ? example.truth.cameras : example.problem.cameras;
   Eigen::Matrix3d to_space = Eigen::Matrix3d::Identity();
@@ -302,6 +320,7 @@ const TaskTruth& TruthOf(Task task) {
     two_focals.true_model = TrueFocalModel<UnknownFocal::kEach>;
 
     truths[Task::kAbsolutePose].error = AbsolutePoseError;
+    truths[Task::kRigid].error = truths[Task::kSimilarity].error = CloudMotionError;
     TaskTruth& vanishing_point = truths[Task::kVanishingPoint];
     vanishing_point.error = VanishingPointError;
     vanishing_point.structure_angle = VanishingPointAngle;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -72,6 +73,33 @@ class FinalRefiner {
     return as_good ? std::optional<ModelParameters>(other) : std::nullopt;
   }
 
+  /// Puts another model into *result that may be the right one as well: of the points that only one of the two
+  /// explains, it has no fewer than chance would give it in one case of twenty if they fell to either alike.
+  template <class Entries>
+  void FindRival(const Entries& hypotheses, const ScoredModel<Model>& chosen, ConsensusResult* result) const {
+    constexpr double kSigmas = 1.645;
+    const auto fitting = [&](const Parameters& model) -> Eigen::ArrayXd {
+      const Eigen::VectorXd residuals = scorer_.Residuals(model);
+      return (residuals.array() <= scales_.SupportThreshold(residuals)).template cast<double>();
+    };
+    const Eigen::ArrayXd own = fitting(chosen.model);
+    const auto rivals = [&](const Eigen::ArrayXd& other, double slack) {
+      const double first = (own * (1.0 - other)).sum(), second = (other * (1.0 - own)).sum();
+      return second > Model::kMinimalSize && first - slack * second <= kSigmas * std::sqrt(first + second);
+    };
+    for (const auto& hypothesis : hypotheses) {
+      // Not yet refined it may have half of them.
+      if (!rivals(fitting(hypothesis.model), 2.0)) continue;
+      const Parameters model = Refitted(hypothesis.model, options_.refit_rounds, &result->hypotheses).model;
+      const Eigen::ArrayXd other = fitting(model);
+      const int alone = static_cast<int>((other * (1.0 - own)).sum());
+      // One that shares most of its points is no other one.
+      if (!rivals(other, 1.0) || alone <= (other * own).sum() || alone <= result->other_inliers) continue;
+      result->other = model;
+      result->other_inliers = alone;
+    }
+  }
+
   /// The points that support the model.
   int CountInliers(const Parameters& model) const {
     const Eigen::VectorXd residuals = scorer_.Residuals(model);
@@ -87,7 +115,7 @@ class FinalRefiner {
     result->model = chosen.model;
     result->score = chosen.score;
     result->inlier_threshold = threshold;
-    result->noise_scale = NoiseOfInliers(residuals, kDimension, kDimension * Model::kMinimalSize, support);
+    result->noise_scale = NoiseOfInliers(residuals, kDimension, FreeParameters<Model>(), support);
     result->inliers.resize(residuals.size());
     for (Eigen::Index i = 0; i < residuals.size(); ++i) result->inliers[i] = residuals[i] <= threshold;
     if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return;

@@ -1,5 +1,6 @@
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 
+#include "diffsac/consensus/samplers/edge_sampler.h"
 #include "diffsac/consensus/samplers/napsac_sampler.h"
 #include "diffsac/consensus/samplers/prosac_sampler.h"
 #include "diffsac/consensus/samplers/weighted_sampler.h"
@@ -7,6 +8,9 @@
 
 namespace diffsac {
 namespace {
+
+/// By how many thresholds lengths may differ: by 1.8 σ where an inlier is within 2.5.
+constexpr double kEdgeTolerance = 1.0;
 
 void CheckLength(const std::string& sampler, const char* what, std::span<const double> values, Eigen::Index points) {
   if (static_cast<Eigen::Index>(values.size()) == points) return;
@@ -20,7 +24,8 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
   b.Field("sampler", sampler)
       .Help(
           "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
-          "(vanishing_point) more often");
+          "(vanishing_point) more often; edges and edge_ratios, of clouds, draw matches whose lengths agree, or do so "
+          "by one scale");
   b.Field("napsac_neighbors", napsac_neighbors, Within(1, 1e5))
       .OnlyIf(sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
       .Help("how many nearest points count as neighbours");
@@ -28,7 +33,7 @@ void MinimalSamplerOptions::Bind(OptionsBinder& b) {
 
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
                                                    int set_size, const Rng& rng, std::span<const double> quality,
-                                                   std::span<const double> weights) {
+                                                   std::span<const double> weights, double threshold) {
   const int size = static_cast<int>(points.rows());
   // A tree over non-finite points makes no sense; the loop gives such points a status, whatever the sampler.
   const bool usable = points.size() > 0 && points.allFinite();
@@ -49,6 +54,11 @@ std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& 
       if (weights.empty()) break;
       CheckLength("weighted", "weight", weights, points.rows());
       return std::make_unique<WeightedSampler>(weights, set_size, rng);
+    case MinimalSamplerKind::kEdges:
+    case MinimalSamplerKind::kEdgeRatios:
+      if (!usable || points.cols() != 6 || set_size != 3) break;
+      return std::make_unique<EdgeSampler>(points, kEdgeTolerance * threshold,
+                                           options.sampler == MinimalSamplerKind::kEdgeRatios, quality, rng);
     case MinimalSamplerKind::kUniform:
       break;
   }

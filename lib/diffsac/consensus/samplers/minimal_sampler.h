@@ -20,6 +20,8 @@ class MinimalSampler {
   /// Fills `set` with the next minimal set, γ indices in ascending order. False, leaving `set` as it may be, when there
   /// is none, or `set` has not the size that the sampler was made for.
   virtual bool Next(std::span<int> set) = 0;
+  /// How many points of a set are drawn at random, the others being chosen to suit these: StoppingRule's set.
+  virtual int DrawnPoints(int set_size) const { return set_size; }
 };
 
 /// Up to `count` sets, one behind the other.

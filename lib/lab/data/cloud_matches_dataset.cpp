@@ -1,0 +1,115 @@
+// Matches of two clouds, as `convert.py registration` writes them: SCENE/cloud_matches.h5, a group a pair with
+//   points   N × 6   x1 x2 x3 y1 y2 y3, in the clouds' unit
+//   ratios   N       of the nearest to the second-nearest descriptor's distance, lower is better; may be absent
+//   motion   3 × 4   [s R | t] from the first cloud to the second; may be absent
+//   limits   3       ε, and the errors in degrees and in the unit that count alike: 5 and .6 where a motion is right
+//   within
+//                    5° and .6 m
+
+#include <H5Cpp.h>
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/core/status.h"
+#include "diffsac/problem/tasks.h"
+#include "lab/config/dataset_registry.h"
+#include "lab/data/finite_points.h"
+#include "lab/data/pair_filter.h"
+#include "lab/data/pair_scenes.h"
+#include "lab/files/hdf5_input.h"
+#include "lab/files/hdf5_numbers.h"
+
+namespace diffsac {
+namespace {
+
+struct CloudMatchesOptions {
+  std::vector<std::string> paths;
+  Task task = Task::kRigid;
+  double inlier_threshold = 0.0;
+  NonFinitePoints non_finite = NonFinitePoints::kDrop;
+
+  void Bind(OptionsBinder& b) {
+    b.Field("paths", paths).Help("scenes of `convert.py registration`, or folders of them");
+    b.Field("task", task, {Task::kRigid, Task::kSimilarity}).Help("what is estimated");
+    b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0)).Help("ε in the clouds' unit; 0: each file's own");
+    b.Field("non_finite", non_finite)
+        .Help("matches with a value that is no finite number: left out, with one warning a pair, or an error");
+    b.Require(!paths.empty(), "paths", "a list of folders");
+  }
+};
+
+constexpr const char* kFile = "cloud_matches.h5";
+
+Example ReadPair(const H5::Group& group, const CloudMatchesOptions& options, const std::string& place) {
+  Example example;
+  Problem& problem = example.problem;
+  problem.task = options.task;
+  const Numbers points = ReadNumbersOfShape(group, "points", {0, 6}, place),
+                limits = ReadNumbersOfShape(group, "limits", {3}, place);
+  for (const double limit : limits.values)
+    if (!(limit > 0.0)) throw Error(place + "/limits: expected three numbers above 0");
+  problem.inlier_threshold = options.inlier_threshold > 0.0 ? options.inlier_threshold : limits.values[0];
+  // The presets' noise scales are multiples of ε.
+  problem.least_scale_factor = problem.greatest_scale_factor = problem.inlier_threshold;
+  const auto count = static_cast<Eigen::Index>(points.shape[0]);
+  problem.points = Eigen::Map<const PointMatrix>(points.values.data(), count, 6);
+  if (group.nameExists("ratios")) {
+    const Numbers ratios = ReadNumbersOfShape(group, "ratios", {0}, place);
+    if (ratios.shape[0] != points.shape[0]) throw Error(place + "/ratios: expected one for each row of points");
+    problem.match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
+  }
+  if (!group.nameExists("motion")) return example;
+  const Numbers motion = ReadNumbersOfShape(group, "motion", {3, 4}, place);
+  example.truth.model = Eigen::Map<const Eigen::VectorXd>(motion.values.data(), 12);
+  example.truth.length_per_degree = limits.values[2] / limits.values[1];
+  example.truth.inliers = InlierMask<Similarity>(problem.points, example.truth.model, problem.inlier_threshold);
+  return example;
+}
+
+/// In memory: a pair is a few hundred kilobytes.
+class CloudPairs : public Dataset {
+ public:
+  explicit CloudPairs(const CloudMatchesOptions& options) : task_(options.task) {
+    const std::lock_guard lock(Hdf5Mutex());
+    for (const std::string& folder : options.paths)
+      for (const SceneFolder& scene : FindScenes(folder, kFile)) AddScene(scene, options);
+    if (examples_.empty()) throw Error(options.paths.front() + ": there is no pair");
+  }
+  Task task() const override { return task_; }
+  std::int64_t size() const override { return static_cast<std::int64_t>(examples_.size()); }
+  Example Get(std::uint64_t index) const override { return examples_.at(index); }
+
+ private:
+  void AddScene(const SceneFolder& scene, const CloudMatchesOptions& options) {
+    const std::string path = (std::filesystem::path(scene.folder) / kFile).string();
+    WithClearErrors(path, [&] {
+      const H5::H5File file = OpenHdf5(path);
+      for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
+        const std::string name = file.getObjnameByIdx(i), place = path + ":/" + name;
+        Example example = WithFinitePoints(ReadPair(file.openGroup(name), options, place), options.non_finite, place);
+        example.index = examples_.size();
+        example.scene = scene.name;
+        example.id = scene.name + "/" + name;
+        examples_.push_back(std::move(example));
+      }
+    });
+  }
+
+  Task task_;
+  std::vector<Example> examples_;
+};
+
+const RegisteredDataset<CloudMatchesOptions> kCloudMatches("cloud_matches", DataSource::kFiles,
+                                                           "Matches of two clouds with the motion between them.",
+                                                           [](const CloudMatchesOptions& options, std::uint64_t) {
+                                                             return std::make_unique<CloudPairs>(options);
+                                                           });
+
+}  // namespace
+}  // namespace diffsac

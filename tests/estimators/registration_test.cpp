@@ -1,0 +1,171 @@
+// Motions between clouds: what is found, how certain, and what is said where nothing is.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "core/errors.h"
+#include "diffsac/diffsac.h"
+#include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/presets.h"
+#include "diffsac/geometry/pose.h"
+#include "diffsac/problem/chance_share.h"
+#include "diffsac/problem/tasks.h"
+#include "geometry/cloud_scene.h"
+#include "geometry/normalized_errors.h"
+
+namespace diffsac {
+namespace {
+
+using testing::CloudScene;
+using testing::MakeCloudScene;
+
+constexpr double kChiSquare95Of6 = 12.592, kChiSquare95Of7 = 14.067;
+
+CloudMatches MatchesOf(const PointMatrix& points) { return {points.leftCols(3), points.rightCols(3)}; }
+
+RigidMotionEstimate Rigidly(const PointMatrix& points, double allowed = 0.05) {
+  return EstimateRigidMotion(MatchesOf(points), CloudOptions(allowed));
+}
+
+double DegreesOff(const RigidMotion& motion, const Rigid::Parameters& truth) {
+  return RotationAngleDegrees(motion.rotation, RotationOf(truth));
+}
+
+/// ωᵀ … of [s R | t], in the order of the covariances.
+Eigen::VectorXd MotionError(const Rigid::Parameters& truth, const Eigen::Matrix<double, 3, 4>& model, int size) {
+  const double scale = ScaleOf(truth), found = std::cbrt(model.leftCols<3>().determinant());
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(RotationOf(truth) / scale * model.leftCols<3>().transpose() / found));
+  Eigen::VectorXd error(size);
+  error.head<3>() = turn.angle() * turn.axis();
+  error.segment<3>(3) = TranslationOf(truth) - model.col(3);
+  if (size == 7) error[6] = std::log(scale / found);
+  return error;
+}
+
+}  // namespace
+
+TEST_CASE("a motion is found where one match of a hundred is right, and random matches may be chance") {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const CloudScene scene = MakeCloudScene(3000, 0.985, 0.01, Rng(1).Fork("scene", seed));
+    const RigidMotionEstimate estimate = Rigidly(scene.points);
+    CAPTURE(seed, estimate.num_inliers, estimate.log_false_alarms);
+    REQUIRE(estimate.ok());
+    CHECK_FALSE(estimate.may_be_chance());
+    CHECK(DegreesOff(estimate.motion, scene.truth) < 1.0);
+    CHECK(estimate.noise_scale == Approx(0.01).epsilon(0.4));
+    const RigidMotionEstimate chance = Rigidly(MakeCloudScene(3000, 1.0, 0.01, Rng(2).Fork("scene", seed)).points);
+    CHECK((!chance.ok() || chance.may_be_chance()));
+  }
+}
+
+TEST_CASE("too few matches, one line, one place, values that are not finite and mirrored clouds are told") {
+  const CloudScene scene = MakeCloudScene(40, 0.0, 0.001, Rng(3));
+  for (int count = 0; count < 3; ++count) CHECK(Rigidly(scene.points.topRows(count)).status == Status::kTooFewPoints);
+  const RigidMotionEstimate three = Rigidly(scene.points.topRows(3));
+  CHECK((!three.ok() || three.may_be_chance()));
+  const RigidMotionEstimate four = Rigidly(scene.points.topRows(4));
+  CHECK((!four.ok() || DegreesOff(four.motion, scene.truth) < 5.0));
+  PointMatrix line = scene.points;
+  for (Eigen::Index i = 0; i < line.rows(); ++i) line.row(i) = scene.points.row(0) + i * scene.points.row(1);
+  CHECK(Rigidly(line).status == Status::kDegenerate);
+  CHECK(Rigidly(scene.points.row(0).replicate(40, 1)).status == Status::kDegenerate);
+  PointMatrix broken = scene.points;
+  broken.col(4).setConstant(std::numeric_limits<double>::quiet_NaN());
+  CHECK(Rigidly(broken).status == Status::kTooFewPoints);
+  CHECK(Rigidly(broken).rows_left_out == 40);
+  PointMatrix mirrored = scene.points;
+  mirrored.col(1) *= -1.0;
+  const RigidMotionEstimate wrong = Rigidly(mirrored);
+  CHECK((!wrong.ok() || wrong.may_be_chance()));
+  // One plane determines a motion.
+  const CloudScene flat = MakeCloudScene(100, 0.3, 0.005, Rng(4), 1.0, 0.0);
+  CHECK(DegreesOff(Rigidly(flat.points).motion, flat.truth) < 1.0);
+}
+
+TEST_CASE("options of clouds that make no sense, and unlike lengths, are errors that name them") {
+  const CloudMatches matches = MatchesOf(MakeCloudScene(10, 0.0, 0.01, Rng(5)).points);
+  for (const double wrong : {-1.0, std::numeric_limits<double>::infinity(), std::nan("")})
+    CHECK(ErrorOf([&] { EstimateRigidMotion(matches, CloudOptions(wrong)); }).starts_with("max_distance: "));
+  CloudMatches unlike = matches;
+  unlike.points2.conservativeResize(9, 3);
+  CHECK(ErrorOf([&] { EstimateSimilarity(unlike); }).starts_with("points2: expected as many rows as points1"));
+}
+
+TEST_CASE("a thing that looks the same after half a turn has two motions, and one that does not has one") {
+  int told = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    CloudScene scene = MakeCloudScene(400, 0.3, 0.005, Rng(6).Fork("scene", seed));
+    const RigidMotionEstimate one = Rigidly(scene.points);
+    CHECK_FALSE(one.ambiguous());
+    CHECK(one.covariance);
+    // Every second match is to where it would be after half a turn about the third axis.
+    for (Eigen::Index i = 1; i < 400; i += 2) scene.points.row(i).head<2>() *= -1.0;
+    const RigidMotionEstimate two = Rigidly(scene.points);
+    REQUIRE(two.ok());
+    told += two.ambiguous() ? 1 : 0;
+    if (!two.ambiguous()) continue;
+    CHECK_FALSE(two.covariance);
+    CHECK(RotationAngleDegrees(two.motion.rotation, two.other_motion->rotation) > 179.0);
+    CHECK(std::min(DegreesOff(two.motion, scene.truth), DegreesOff(*two.other_motion, scene.truth)) < 1.0);
+  }
+  CHECK(told >= 9);
+}
+
+TEST_CASE("turning and moving either cloud turns the motion and changes nothing else") {
+  const CloudScene scene = MakeCloudScene(300, 0.6, 0.01, Rng(9));
+  const RigidMotionEstimate one = Rigidly(scene.points);
+  for (std::uint64_t seed = 0; seed < 5; ++seed)
+    for (const int side : {0, 3}) {
+      const Rigid::Parameters change = MakeCloudScene(1, 0.0, 0.0, Rng(10).Fork("turn", seed)).truth;
+      PointMatrix points = scene.points;
+      points.middleCols(side, 3) =
+          (points.middleCols(side, 3) * RotationOf(change).transpose()).rowwise() + TranslationOf(change).transpose();
+      const RigidMotionEstimate turned = Rigidly(points);
+      const Eigen::Matrix3d expected = side == 0 ? Eigen::Matrix3d(one.motion.rotation * RotationOf(change).transpose())
+                                                 : Eigen::Matrix3d(RotationOf(change) * one.motion.rotation);
+      CHECK(turned.inliers == one.inliers);
+      CHECK((turned.motion.rotation - expected).norm() < 1e-5);
+      CHECK(turned.noise_scale == Approx(one.noise_scale).epsilon(1e-4));
+    }
+}
+
+TEST_CASE("errors of motions between clouds are what their covariances say", "[covariance]") {
+  for (const bool scaled : {false, true}) {
+    testing::NormalizedErrors errors;
+    const int size = scaled ? 7 : 6;
+    for (int i = 0; i < 200; ++i) {
+      const CloudScene scene = MakeCloudScene(150, 0.5, 0.01, Rng(7).Fork("scene", i), scaled ? 3.0 : 1.0);
+      const CloudMatches matches = MatchesOf(scene.points);
+      const auto add = [&](const auto& estimate) {
+        REQUIRE(estimate.covariance);
+        errors.values.push_back(
+            testing::NormalizedError(MotionError(scene.truth, estimate.model, size), *estimate.covariance, size));
+      };
+      if (scaled)
+        add(EstimateSimilarity(matches, CloudOptions(0.05)));
+      else
+        add(EstimateRigidMotion(matches, CloudOptions(0.05)));
+    }
+    CAPTURE(scaled, errors.Mean());
+    CHECK(errors.Mean() > 0.85 * size);
+    CHECK(errors.Mean() < 1.25 * size);
+    CHECK(errors.ShareBeyond(scaled ? kChiSquare95Of7 : kChiSquare95Of6) < 0.12);
+  }
+}
+
+TEST_CASE("the share of a cloud's places that a ball takes is of the volume that it occupies") {
+  Rng rng(8);
+  PointMatrix box(20000, 3), plane(20000, 3);
+  for (Eigen::Index i = 0; i < box.rows(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) box(i, axis) = rng.Uniform(0.0, 10.0);
+    plane.row(i) = box.row(i);
+    plane(i, 2) = 0.0;
+  }
+  CHECK(OccupiedShare(box, 0.5) == Approx(4.18879 * 0.125 / 1000.0).epsilon(0.15));
+  CHECK(OccupiedShare(plane, 0.5) > 10.0 * OccupiedShare(box, 0.5));
+  CHECK(OccupiedShare(box, 1e3) == 1.0);
+  CHECK(OccupiedShare(box, 1e-9) < 1e-6);
+  CHECK(OccupiedShare(PointMatrix::Zero(5, 3), 0.1) == 1.0);
+  CHECK(OccupiedShare(PointMatrix::Zero(1, 3), 0.1) == 1.0);
+}
+
+}  // namespace diffsac
