@@ -20,11 +20,11 @@ constexpr double kAcrossSteps[] = {-2.6, -1.6, -0.8, 0.0, 0.8, 1.6, 2.6};
 /// Rows whose share of the posterior is below exp(this) of the greatest are the last ones.
 constexpr double kNegligible = -12.0;
 
-/// Of log f: the covariance where the matches say kIntervalShare of what they say in this one.
+/// Of log f: the interval's covariance, of the posterior's.
 template <class Matrix>
 Matrix Widened(const Matrix& covariance, const Matrix& of_prior) {
   const Matrix prior = of_prior.inverse();
-  return (kIntervalShare * (covariance.inverse() - prior) + prior).inverse();
+  return (IntervalInformation<Matrix>(covariance.inverse() - prior) + prior).inverse();
 }
 
 /// deviation: the standard deviation of log f that the interval shall have.

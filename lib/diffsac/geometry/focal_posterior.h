@@ -13,7 +13,7 @@ namespace diffsac {
 struct FocalPosterior {
   double focal = 0.0;  ///< The median of the posterior of log f.
   double low = 0.0,
-         high = 0.0;        ///< Its central 68 %, with the matches' share of it kIntervalShare of their likelihood.
+         high = 0.0;        ///< Its central 68 %, made wider (kIntervalFactor).
   bool observable = false;  ///< Whether the interval is narrower than the prior's (kNarrower).
   FocalPrior prior = {};
   double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
@@ -21,9 +21,23 @@ struct FocalPosterior {
 /// Of the width of the prior: an interval wider than this share of it is the prior's.
 inline constexpr double kNarrower = 0.5;
 /// What lens distortion, principal points that are off and mismatches do to f is common to all matches of a pair: no
-/// number of them makes it smaller. The interval reckons with so much of the information that the posterior takes from
-/// them. Chosen on the tuning scenes, where it holds the truth in 61 % (two lengths) and 70 % (one).
-inline constexpr double kIntervalShare = 0.25;
+/// number of them makes it smaller. So the interval has the posterior's covariance with what the matches say, in a
+/// deviation, times the first and no surer than the second, in log f. Chosen on the tuning scenes, where it holds the
+/// truth in 62 % (two lengths) and 72 % (one).
+inline constexpr double kIntervalFactor = 2.0, kIntervalFloor = 0.05;
+
+/// Of matches that say `information` of log f, beside a prior: what the interval takes them to say, and back.
+template <class Matrix>
+Matrix IntervalInformation(const Matrix& information) {
+  const double factor = kIntervalFactor * kIntervalFactor, floor = kIntervalFloor * kIntervalFloor;
+  return information * (factor * Matrix::Identity() + floor * information).inverse();
+}
+template <class Matrix>
+Matrix PosteriorInformation(const Matrix& of_interval) {
+  const double factor = kIntervalFactor * kIntervalFactor, floor = kIntervalFloor * kIntervalFloor;
+  return factor * of_interval * (Matrix::Identity() - floor * of_interval).inverse();
+}
+
 /// Of either image; a calibrated one's is 1, observable, of a prior of width 0.
 using FocalPosteriors = std::array<FocalPosterior, 2>;
 

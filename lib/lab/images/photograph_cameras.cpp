@@ -49,10 +49,10 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
   covariance(0, 1) = covariance(1, 0) = correlation * sigma[0] * sigma[1];
   Eigen::Matrix2d of_prior = prior_sigma.cwiseAbs2().asDiagonal();
   if (focal.log_correlation == 1.0) of_prior(0, 1) = of_prior(1, 0) = correlation * prior_sigma[0] * prior_sigma[1];
-  // Its interval takes a share of what the matches say.
   const Eigen::Matrix2d prior_information = of_prior.inverse(),
-                        posterior = (covariance.inverse() - prior_information) / kIntervalShare + prior_information;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(posterior - prior_information);
+                        matches = PosteriorInformation<Eigen::Matrix2d>(covariance.inverse() - prior_information),
+                        posterior = matches + prior_information;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (matches + matches.transpose()));
   // A direction of which it says nothing has next to no information.
   constexpr double kLeastInformation = 1e-2;
   if (!(solver.eigenvalues()[1] > kLeastInformation)) return std::nullopt;
