@@ -9,6 +9,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
+#include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/tasks.h"

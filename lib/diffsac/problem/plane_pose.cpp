@@ -18,7 +18,8 @@ namespace {
 /// Wrong inliers may lie anywhere, beyond the plane's horizon too.
 constexpr double kLeastVisible = 0.8;
 
-/// At most two, and those that most of the inliers see.
+/// At most two, those that most of the inliers see. Of a camera that all but turned the plane may be anywhere: then
+/// one.
 std::vector<RigidMotion> VisibleMotions(const Eigen::Matrix3d& h, const PointMatrix& rows, const CameraPair& cameras) {
   const PlaneMotions motions = DecomposeHomography(h, cameras.K1, cameras.K2);
   if (motions.count == 1) return {{motions.motions[0].rotation, Eigen::Vector3d::Zero()}};
@@ -28,12 +29,13 @@ std::vector<RigidMotion> VisibleMotions(const Eigen::Matrix3d& h, const PointMat
     const PlaneMotion& motion = motions.motions[i];
     const Eigen::RowVector3d plane = motion.normal.transpose() * to_rays;
     const Eigen::Index count = ((rows.leftCols(2) * plane.head<2>().transpose()).array() + plane[2] > 0.0).count();
-    if (static_cast<double>(count) >= kLeastVisible * static_cast<double>(rows.rows()))
-      visible.emplace_back(-count, RigidMotion{motion.rotation, motion.translation.normalized()});
+    visible.emplace_back(-count, RigidMotion{motion.rotation, motion.translation.normalized()});
   }
   std::stable_sort(visible.begin(), visible.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<RigidMotion> kept;
-  for (std::size_t i = 0; i < std::min<std::size_t>(2, visible.size()); ++i) kept.push_back(visible[i].second);
+  for (std::size_t i = 0; i < std::min<std::size_t>(2, visible.size()); ++i)
+    if (i == 0 || -static_cast<double>(visible[i].first) >= kLeastVisible * static_cast<double>(rows.rows()))
+      kept.push_back(visible[i].second);
   return kept;
 }
 

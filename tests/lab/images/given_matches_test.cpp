@@ -10,6 +10,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/tasks.h"
 #include "lab/colmap/create.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/files/files.h"
