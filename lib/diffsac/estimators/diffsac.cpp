@@ -124,9 +124,9 @@ Problem ProblemOf(Task task, const CloudMatches& matches, const CloudFrames& fra
   problem.task = task;
   problem.points.resize(count, 6);
   problem.points << frames.from.Apply(matches.points1), frames.to.Apply(matches.points2);
-  const double usual = kResolutions * Resolution(matches.points2);
-  const double distance = options.max_distance > 0.0 ? options.max_distance : usual > 0.0 ? usual : frames.to.unit;
-  problem.inlier_threshold = distance / frames.to.unit;
+  double distance = options.max_distance;
+  if (distance == 0.0) distance = kResolutions * Resolution(matches.points2);
+  problem.inlier_threshold = distance > 0.0 ? distance / frames.to.unit : 1.0;
   SetRatiosOrScores(matches, &problem);
   return problem;
 }
