@@ -45,8 +45,8 @@ ModelProblem MakeModelProblem(int count, double outlier_ratio, Rng rng) {
     problem.threshold = 4e-3;
     return problem;
   } else if constexpr (Model::kDimension == 6) {
-    const CloudScene scene =
-        MakeCloudScene(count, outlier_ratio, 0.01, rng, std::is_same_v<Model, Similarity> ? 2.0 : 1.0);
+    // Of one unit: of the samplers one takes the scale for known.
+    const CloudScene scene = MakeCloudScene(count, outlier_ratio, 0.01, rng);
     problem.points = scene.points;
     problem.truth = scene.truth;
     problem.threshold = 0.04;
@@ -89,11 +89,12 @@ class AllSamplers {
  public:
   using Make = std::function<std::unique_ptr<MinimalSampler>(std::uint64_t seed)>;
 
-  AllSamplers(const PointMatrix& points, int set_size, const std::vector<double>& quality) {
+  /// threshold: what an inlier is, of clouds.
+  AllSamplers(const PointMatrix& points, int set_size, const std::vector<double>& quality, double threshold = 0.0) {
     for (const auto& [kind, name] : kEnumNames<MinimalSamplerKind>) {
       MinimalSamplerOptions options;
       options.sampler = kind;
-      Add(name, [=](Rng rng) { return MakeMinimalSampler(options, points, set_size, rng, quality); });
+      Add(name, [=](Rng rng) { return MakeMinimalSampler(options, points, set_size, rng, quality, {}, threshold); });
     }
     Add("weighted", [=](Rng rng) { return std::make_unique<WeightedSampler>(quality, set_size, rng); });
     const int count = static_cast<int>(points.rows());

@@ -24,7 +24,8 @@ using testing::MakeQuality;
 using testing::ModelProblem;
 using testing::SearchUniformly;
 
-#define DIFFSAC_ALL_MODELS Line, Plane, Homography, Fundamental, Fundamental8, Essential, AbsolutePose, Rigid, Similarity
+#define DIFFSAC_ALL_MODELS \
+  Line, Plane, Homography, Fundamental, Fundamental8, Essential, AbsolutePose, Rigid, Similarity
 
 void CheckSame(const ConsensusResult& a, const ConsensusResult& b) {
   CHECK(a.status == b.status);
@@ -74,7 +75,7 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
   const ModelProblem problem = MakeModelProblem<TestType>(70, 0.3, Rng(1));
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(2));
   int found = 0, all = 0;
-  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
+  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality, problem.threshold);
   for (const auto& [name, make] : sources) {
     ForEachCombination(all, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 40;
@@ -87,7 +88,7 @@ TEMPLATE_TEST_CASE("Masks are the residuals' own, for every model, source, score
       ++all;
     });
   }
-  // The first sets of the exhaustive source, one of nine, share all but one point, and may have no model among them.
+  // The first sets of the exhaustive source, one of eleven, share all but one point, and may have no model among them.
   CHECK(found >= all - all / 8);
 }
 
@@ -97,7 +98,7 @@ TEMPLATE_TEST_CASE("1 and 8 threads and any block give the same bits, for every 
   const std::vector<double> quality = MakeQuality(70, problem.outliers, Rng(4));
   constexpr int kBlocks[] = {1, 3, 17, 37, 64, 1000};
   int i = 0;
-  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
+  const AllSamplers sources(problem.points, TestType::kMinimalSize, quality, problem.threshold);
   for (const auto& [name, make] : sources) {
     ForEachCombination(i, [&, &make = make](ConsensusOptions options) {
       options.max_iterations = 50;
@@ -185,6 +186,9 @@ std::vector<Hostile> HostileCases() {
     if (std::is_same_v<Model, Essential>) coplanar = 1e-3 * coplanar;
   } else if constexpr (std::is_same_v<Model, AbsolutePose>) {
     coplanar = testing::MakeAbsolutePoseScene(40, 0.2, 1e-3, Rng(7), 0.0).points;
+  } else if constexpr (Model::kDimension == 6) {
+    coplanar =
+        testing::MakeCloudScene(40, 0.2, 0.01, Rng(7), std::is_same_v<Model, Similarity> ? 2.0 : 1.0, 0.0).points;
   } else {
     coplanar.col(Model::kDimension - 1).setConstant(3.0);
   }
@@ -204,7 +208,7 @@ TEMPLATE_TEST_CASE("Hostile points give a status, for every model, source, score
     const ModelProblem problem{hostile.points, hostile.threshold, 0, {}};
     const int count = static_cast<int>(problem.points.rows());
     const std::vector<double> quality(count, 0.0);  // all weights zero, all qualities equal
-    const AllSamplers sources(problem.points, TestType::kMinimalSize, quality);
+    const AllSamplers sources(problem.points, TestType::kMinimalSize, quality, problem.threshold);
     for (const auto& [name, make] : sources) {
       int combination = 0;
       ForEachCombination(++shift, [&, &name = name, &make = make](ConsensusOptions options) {
