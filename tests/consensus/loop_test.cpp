@@ -379,6 +379,13 @@ TEST_CASE("Hypotheses of one basin count as one, the better of them") {
   best.Offer(at(3.05), 1.0);
   CHECK(best.entries().size() == 3);
   CHECK(best.bar() == 4.5);
+  // One takes the place of two that it resembles, and the bar stays.
+  BestHypotheses<Place> coarse(points, 1.0, 2, 0.5);
+  coarse.Offer(at(1.05), 5.0);
+  coarse.Offer(at(2.05), 4.5);
+  coarse.Offer(at(1.55), 7.0);
+  CHECK(coarse.entries().size() == 1);
+  CHECK(coarse.bar() == 4.5);
   // None is kept where there is no room.
   BestHypotheses<Place> none(points, 1.0, 0, 0.8);
   none.Offer(at(1.0), 5.0);

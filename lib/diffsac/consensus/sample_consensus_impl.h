@@ -30,13 +30,15 @@ class BestHypotheses {
   };
 
   BestHypotheses(const PointMatrix& points, double threshold, int capacity, double alike = 1.0)
-      : points_(points), threshold_(threshold), capacity_(capacity), alike_(alike) {}
+      : points_(points),
+        threshold_(threshold),
+        capacity_(capacity),
+        alike_(alike),
+        bar_(capacity > 0 ? -1.0 : std::numeric_limits<double>::infinity()) {}
 
-  /// A score must be above this to enter.
-  double bar() const {
-    if (capacity_ == 0) return std::numeric_limits<double>::infinity();
-    return static_cast<int>(entries_.size()) < capacity_ ? -1.0 : entries_.back().score;
-  }
+  /// A score must be above this to enter. It never falls, not even where one hypothesis takes the place of several:
+  /// draws that were scored against an older bar (HypothesisBlock) may have been given up.
+  double bar() const { return bar_; }
   /// A score must be above this to become the best.
   double best() const { return entries_.empty() ? -1.0 : entries_.front().score; }
   const std::vector<Entry>& entries() const { return entries_; }
@@ -56,6 +58,7 @@ class BestHypotheses {
         std::find_if(entries_.begin(), entries_.end(), [&](const Entry& other) { return score > other.score; });
     entries_.insert(place, std::move(entry));
     if (static_cast<int>(entries_.size()) > capacity_) entries_.pop_back();
+    if (static_cast<int>(entries_.size()) == capacity_) bar_ = std::max(bar_, entries_.back().score);
   }
 
  private:
@@ -73,6 +76,7 @@ class BestHypotheses {
   double threshold_;
   int capacity_;
   double alike_;
+  double bar_;
   std::vector<Entry> entries_;
 };
 

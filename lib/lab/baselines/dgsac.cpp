@@ -271,6 +271,8 @@ template DgsacResult EstimateDgsac<SharedFocal>(const PointMatrix&, const DgsacO
 template DgsacResult EstimateDgsac<OneFocal>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<TwoFocals>(const PointMatrix&, const DgsacOptions&, const Rng&);
 template DgsacResult EstimateDgsac<VanishingPoint>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Rigid>(const PointMatrix&, const DgsacOptions&, const Rng&);
+template DgsacResult EstimateDgsac<Similarity>(const PointMatrix&, const DgsacOptions&, const Rng&);
 
 void DgsacOptions::Bind(OptionsBinder& b) {
   b.Field("max_iterations", max_iterations, Within(1, 1e6))

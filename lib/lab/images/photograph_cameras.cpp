@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "diffsac/geometry/focal_posterior.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/image_features.h"
