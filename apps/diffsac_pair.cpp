@@ -164,7 +164,7 @@ void CheckGivenMatches(const CLI::App& app, Request* request) {
     if (app.count("--sizes") > 0) throw Error("--sizes is for --from-matches");
     return;
   }
-  for (const char* option : {"--list", "--matches", "--features", "--max-keypoints", "--max-image-size"})
+  for (const char* option : {"--list", "--features", "--max-keypoints", "--max-image-size"})
     if (app.count(option) > 0) throw Error(std::string(option) + " is for images, not for --from-matches");
   if (request->given.sizes.size() > 2) throw Error("--sizes: expected one size, or two");
   if (!request->images.empty() && !AreTwoFiles(request->images))
@@ -195,7 +195,8 @@ void CheckUse(const CLI::App& app, Request* request) {
   const std::vector<std::string> of_two = {"--picture", "--json", "--matches"}, of_many = {"--output", "--overwrite"};
   for (const std::string& option : one ? of_many : of_two)
     if (app.count(option) > 0)
-      throw Error(option + (one ? " is for folders and lists of photographs" : " is for one pair"));
+      throw Error(option +
+                  (one ? " is for folders and lists of photographs" : " is for two images, not for many pairs"));
 }
 
 /// `images`: without a calibration, those of which EXIF data may say that one camera took them.

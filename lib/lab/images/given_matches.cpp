@@ -12,6 +12,7 @@
 #include "lab/eval/report_script.h"
 #include "lab/files/files.h"
 #include "lab/files/temporary_files.h"
+#include "lab/images/hloc_files.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/run_pairs.h"
 
@@ -119,10 +120,10 @@ bool AreManyMatches(const std::string& path) {
 
 namespace {
 
-bool HoldsHdf5(const std::string& folder) {
+bool HoldsHloc(const std::string& folder) {
   std::error_code code;
   for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5") return true;
+    if (entry.path().extension() == ".h5" && KindOfHlocFile(entry.path().string()) == HlocKind::kMatches) return true;
   return false;
 }
 
@@ -205,7 +206,7 @@ void KeepWhatAllHave(CorrespondenceSet* set) {
 GivenPairs ReadManyMatches(const GivenMatches& given, const GivenCalibration& calibration, bool poses) {
   std::error_code code;
   GivenPairs pairs;
-  if (fs::is_directory(given.file, code) && !HoldsHdf5(given.file)) {
+  if (fs::is_directory(given.file, code) && !HoldsHloc(given.file)) {
     pairs = ReadFolder(given, calibration);
   } else if (fs::path(given.file).extension() == ".db") {
     if (poses && !calibration.IsGiven()) pairs = ReadColmapPairs(given.file, true);
