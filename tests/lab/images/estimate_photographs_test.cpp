@@ -126,9 +126,11 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
 
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 7);
-  CHECK(lines[0].ends_with(",m33,translation,focal1_source,focal2_source"));
+  CHECK(lines[0].ends_with(
+      ",focal1_source,focal2_source,other_qw,other_qx,other_qy,other_qz,other_tx,other_ty,other_tz"));
   CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
-  CHECK(lines[1].ends_with(",determined,given,given"));
+  // They show one plane, which two motions explain.
+  CHECK(lines[1].find(",determined,given,given,0.") != std::string::npos);
   run.Go(1);
   const std::vector<std::string> again = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(again.size() == lines.size());
