@@ -408,6 +408,20 @@ TEST_CASE("what an interval takes matches to say of focal lengths is known back,
   CHECK(1e-3 / unsure(0, 0) == Approx(kIntervalFactor * kIntervalFactor).epsilon(1e-3));
 }
 
+TEST_CASE("lengths that are held have had no posterior") {
+  Rng rng(3);
+  for (int trial = 0; trial < 20; ++trial)
+    for (const UnknownFocal unknown : {kBoth, kSecond, kEach}) {
+      const UnknownFocalScene scene = MakeUnknownFocalScene(unknown, 100, rng, kNoise);
+      constexpr double kHeld = 2e-3;
+      const FocalPriors priors = {{{scene.model[9], kHeld}, {scene.model[10], kHeld}}};
+      FocalParameters model = scene.model;
+      FocalPosteriors posterior;
+      REQUIRE(Marginalise(unknown, scene, priors, &model, &posterior));
+      CHECK(posterior[1].high / posterior[1].low == Approx(std::exp(2.0 * kHeld)).epsilon(kHeld));
+    }
+}
+
 TEST_CASE("where the motion shows the focal length the matches decide, else the prior does") {
   Rng rng(2);
   for (int trial = 0; trial < 10; ++trial) {

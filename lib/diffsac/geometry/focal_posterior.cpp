@@ -24,7 +24,11 @@ constexpr double kNegligible = -12.0;
 template <class Matrix>
 Matrix Widened(const Matrix& covariance, const Matrix& of_prior) {
   const Matrix prior = of_prior.inverse();
-  return (IntervalInformation<Matrix>(covariance.inverse() - prior) + prior).inverse();
+  // Beside a narrow prior the grid's covariance may be a little wider than it.
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(Matrix(covariance.inverse() - prior));
+  const Matrix axes = solver.eigenvectors(),
+               information = axes * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * axes.transpose();
+  return (IntervalInformation<Matrix>(information) + prior).inverse();
 }
 
 /// deviation: the standard deviation of log f that the interval shall have.
