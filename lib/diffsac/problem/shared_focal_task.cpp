@@ -9,6 +9,9 @@
 namespace diffsac {
 namespace {
 
+/// How far, of its prior's deviations, and what more of log f, a turn's focal length may be from the model's.
+constexpr double kTurnSigmas = 3.0, kTurnSlack = 0.01;
+
 struct ImageOf {
   const CameraHint& hint;
   const ImageSize& size;
@@ -124,7 +127,8 @@ Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& mo
 }
 
 /// F cannot tell a turn from a plane. Where the matches are those of either, a turn by the model's focal length is
-/// tried, and then by the one with which it explains them best: what E and f were fitted to is a turn's noise.
+/// tried, and then by the one with which it explains them best, within what is known of it before: what E and f were
+/// fitted to is a turn's noise.
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
                            const Problem& problem) {
   CameraPair cameras = CamerasOfFocal(unknown, model, problem);
@@ -135,11 +139,14 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   if (of_pixels == Translation::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
   const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
   if (test.translation != Translation::kDetermined) return test;
-  const bool swapped = FocalSpaceOf(unknown, problem).value().swapped, both = unknown != UnknownFocal::kSecond;
+  const FocalSpace space = FocalSpaceOf(unknown, problem).value();
+  const bool swapped = space.swapped, both = unknown != UnknownFocal::kSecond;
   const bool first = both || swapped, second = both || !swapped;
   double factor = 1.0;
   if (!FindFocalOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, first, second, &factor))
     return test;
+  const double sigma = both ? std::min(space.log_sigma[0], space.log_sigma[1]) : space.log_sigma[1];
+  if (std::abs(std::log(factor)) > kTurnSigmas * sigma + kTurnSlack) return test;
   const Eigen::DiagonalMatrix<double, 3> change(factor, factor, 1.0);
   if (first) cameras.K1 = cameras.K1 * change;
   if (second) cameras.K2 = cameras.K2 * change;

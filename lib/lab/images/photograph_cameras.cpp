@@ -35,10 +35,11 @@ struct Say {
 
 /// Nothing where the pair knows no more than its priors.
 std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& cameras) {
-  Eigen::Vector2d mean, prior, sigma, prior_sigma;
+  Eigen::Vector2d median, mean, prior, sigma, prior_sigma;
   for (int k = 0; k < 2; ++k) {
     const double low = std::log(focal.low_px[k]), high = std::log(focal.high_px[k]);
-    mean[k] = std::log(focal.focal_px[k]);
+    median[k] = std::log(focal.focal_px[k]);
+    mean[k] = 0.5 * (low + high);
     sigma[k] = std::max(0.5 * (high - low), 1e-3);
     prior[k] = std::log(focal.prior_focal_px[k]);
     prior_sigma[k] = focal.prior_log_sigma[k];
@@ -53,6 +54,9 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
   const Eigen::Matrix2d prior_information = of_prior.inverse(),
                         matches = PosteriorInformation<Eigen::Matrix2d>(covariance.inverse() - prior_information),
                         posterior = matches + prior_information;
+  // The interval's ends are farther from the median than the posterior's, as its deviation is wider.
+  const Eigen::Vector2d narrower = posterior.inverse().diagonal().cwiseMax(0.0).cwiseSqrt().cwiseQuotient(sigma);
+  mean = median + narrower.cwiseProduct(mean - median);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (matches + matches.transpose()));
   // A direction of which it says nothing has next to no information.
   constexpr double kLeastInformation = 1e-2;
