@@ -9,8 +9,8 @@
 namespace diffsac {
 namespace {
 
-/// How far, of its prior's deviations, and what more of log f, a turn's focal length may be from the model's.
-constexpr double kTurnSigmas = 3.0, kTurnSlack = 0.01;
+/// A focal length that is known as well as this, in log f, is that of a turn too, within three times as much.
+constexpr double kKnownSigma = 0.01;
 
 struct ImageOf {
   const CameraHint& hint;
@@ -127,8 +127,8 @@ Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& mo
 }
 
 /// F cannot tell a turn from a plane. Where the matches are those of either, a turn by the model's focal length is
-/// tried, and then by the one with which it explains them best, within what is known of it before: what E and f were
-/// fitted to is a turn's noise.
+/// tried, and then, unless that is known, by the one with which it explains them best: what E and f were fitted to is a
+/// turn's noise.
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
                            const Problem& problem) {
   CameraPair cameras = CamerasOfFocal(unknown, model, problem);
@@ -145,8 +145,11 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   double factor = 1.0;
   if (!FindFocalOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, first, second, &factor))
     return test;
-  const double sigma = both ? std::min(space.log_sigma[0], space.log_sigma[1]) : space.log_sigma[1];
-  if (std::abs(std::log(factor)) > kTurnSigmas * sigma + kTurnSlack) return test;
+  for (int k = both ? 0 : 1; k < 2; ++k) {
+    // 0: nothing is known of it.
+    const bool known = space.log_sigma[k] > 0.0 && space.log_sigma[k] <= kKnownSigma;
+    if (known && std::abs(std::log(factor * model[9 + k])) > 3.0 * kKnownSigma) return test;
+  }
   const Eigen::DiagonalMatrix<double, 3> change(factor, factor, 1.0);
   if (first) cameras.K1 = cameras.K1 * change;
   if (second) cameras.K2 = cameras.K2 * change;

@@ -39,7 +39,7 @@ TEST_CASE("an evaluation leaves every file and prints the table") {
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   CHECK(Evaluate(Request(folder), {}, stop, out) == kExitOk);
-  CHECK_THAT(out.str(), Contains("ransac_20") && Contains("mAA@0.5deg"));
+  CHECK_THAT(out.str(), Contains("ransac 20") && Contains("mAA@0.5deg"));
   for (const char* name : {"config.yaml", "results.json", "results.csv", "problems.csv", "table.md", "table.tex"})
     CHECK(std::filesystem::exists(folder.File(std::string("out/") + name)));
   EvalRequest again = Request(folder);

@@ -247,7 +247,7 @@ int Merge(const TemporaryFolder& folder, const std::string& output, const std::v
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   const int status = Evaluate(request, {}, stop, out);
-  CHECK_THAT(out.str(), Contains("ransac_20") && Contains("mAA@0.5deg"));
+  CHECK_THAT(out.str(), Contains("ransac 20") && Contains("mAA@0.5deg"));
   return status;
 }
 
