@@ -64,10 +64,10 @@ void RunPoints(const std::string& bytes) {
 
 // ---- A scene of correspondences.
 
-constexpr std::array<const char*, 14> kSceneFiles = {
-    "matches.h5", "match_conf.h5",    "K1_K2.h5",        "R.h5",           "T.h5",
-    "Egt.h5",     "Fgt.h5",           "Hgt.h5",          "sizes.h5",       "descriptors.h5",
-    "labels.h5",  "match_indices.h5", "similarities.h5", "match_scores.h5"};
+constexpr std::array<const char*, 13> kSceneFiles = {
+    "matches.h5", "match_conf.h5",    "K1_K2.h5",       "R.h5",     "T.h5",
+    "Egt.h5",     "Fgt.h5",           "Hgt.h5",         "sizes.h5", "descriptors.h5",
+    "labels.h5",  "match_indices.h5", "similarities.h5"};
 constexpr int kMatches = 9;
 
 /// The scene as the tutorial's and KITTI's loaders look for it, and its files' bytes.
