@@ -156,7 +156,7 @@ bool IsManyGiven(const Request& request) { return !request.given.file.empty() &&
 
 bool IsOnePair(const Request& request) {
   if (!request.given.file.empty()) return !IsManyGiven(request);
-  return (request.list.empty() && AreTwoFiles(request.images));
+  return request.list.empty() && AreTwoFiles(request.images);
 }
 
 void CheckGivenMatches(const CLI::App& app, Request* request) {
@@ -303,6 +303,12 @@ constexpr const char* kNeedsSizes =
     "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
     "fundamental";
 
+/// Networks have learned what ratios say, not what scores do.
+void SuitScores(const Problem& problem, Request* request) {
+  if (problem.scored && request->method.empty() && request->task != "absolute_pose")
+    request->method = "prosac_marginalised";
+}
+
 int RunTwo(Request request) {
   std::vector<SourceImage> images;
   for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
@@ -314,9 +320,7 @@ int RunTwo(Request request) {
   if (given && FindsFocals(TaskFromString(task)) && request.given.sizes.empty()) throw Error(kNeedsSizes);
   MatchedImages matched;
   if (given) matched = (task == "absolute_pose" ? ReadScenePoints : ReadMatches)(request.given, request.calibration);
-  // Networks have learned what ratios say.
-  if (matched.pair.problem.scored && request.method.empty() && task != "absolute_pose")
-    request.method = "prosac_marginalised";
+  SuitScores(matched.pair.problem, &request);
   const ExperimentOptions experiment = ChosenRow(request, task);
   const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
   if (!given)
@@ -365,6 +369,19 @@ void RefuseResults(const Request& request) {
     throw Error(request.output + ": holds results already; --overwrite replaces them, --output DIR writes elsewhere");
 }
 
+/// How many pairs are done.
+std::ptrdiff_t CountDone(const std::vector<EstimatedPair>& pairs) {
+  return std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.done; });
+}
+
+/// The exit status of pairs of which one at least has a model, or none.
+int StatusOf(const std::vector<EstimatedPair>& pairs) {
+  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
+    return pair.done && pair.estimate.status == Status::kOk;
+  });
+  return any ? kExitOk : kExitNoModel;
+}
+
 int EndInterrupted(const Request& request, const std::string& what) {
   LogWarning("interrupted: " + what + "; the same command goes on with the keypoints that are kept in " +
              KeypointsFolder(request));
@@ -397,8 +414,7 @@ int RunMany(const Request& request) {
   std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, unknown, estimation, stop_requested);
   const bool settled = !FindsFocals(experiment.task) ||
                        EstimateWithPooledFocals(photographs.source, estimation, stop_requested, &unknown, &pairs);
-  const auto is_done = [](const EstimatedPair& pair) { return pair.done; };
-  const auto done = std::count_if(pairs.begin(), pairs.end(), is_done), asked = std::ssize(pairs);
+  const auto done = CountDone(pairs), asked = std::ssize(pairs);
   if (done == 0) return EndInterrupted(request, "no pair was matched");
   const auto zoomed = std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
     return pair.done && IsZoomed(pair.example.problem);
@@ -407,15 +423,13 @@ int RunMany(const Request& request) {
     LogWarning("EXIF data say of " + std::to_string(zoomed) +
                " pairs that their focal lengths differ, and shared_focal takes one for both images: --task two_focals "
                "takes both");
-  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
-    return pair.done && pair.estimate.status == Status::kOk;
-  });
+  const int status = StatusOf(pairs);
   WritePhotographResults(photographs, store, unknown, std::move(pairs), experiment, threshold_px, request.output,
                          std::cout);
   if (done < asked || !settled)
     return EndInterrupted(request, std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
   store.RemoveCache();
-  return any ? kExitOk : kExitNoModel;
+  return status;
 }
 
 /// Pairs that came with their matches, as photographs.
@@ -431,7 +445,7 @@ int RunGiven(Request request) {
   if (given.of_others > 0)
     LogWarning(request.given.file + ": " + std::to_string(given.of_others) +
                " pairs of cameras without a prior focal length are left out: --task two_focals takes all");
-  if (read.front().problem.scored && request.method.empty()) request.method = "prosac_marginalised";
+  SuitScores(read.front().problem, &request);
   ExperimentOptions experiment = ChosenRow(request, task);
   experiment.name = fs::path(request.given.file).lexically_normal().stem().string();
   if (experiment.name.empty() || experiment.name == ".") experiment.name = "matches";
@@ -447,18 +461,15 @@ int RunGiven(Request request) {
   const auto files = given.files;
   std::vector<EstimatedPair> pairs = EstimateGivenPairs(source, std::move(given), unknown, estimation, stop_requested);
   if (FindsFocals(experiment.task)) EstimateWithPooledFocals(source, estimation, stop_requested, &unknown, &pairs);
-  const auto done = std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.done; });
-  const auto asked = std::ssize(pairs);
+  const auto done = CountDone(pairs), asked = std::ssize(pairs);
   if (done == 0) return kExitInterrupted;
-  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
-    return pair.done && pair.estimate.status == Status::kOk;
-  });
+  const int status = StatusOf(pairs);
   WriteGivenResults(std::move(pairs), files, experiment.name, experiment, threshold_px, request.output, std::cout);
   if (done < asked || stop_requested) {
     LogWarning("interrupted: " + std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
     return kExitInterrupted;
   }
-  return any ? kExitOk : kExitNoModel;
+  return status;
 }
 
 int Run(const CLI::App& app, Request request) {

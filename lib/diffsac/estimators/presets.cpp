@@ -21,26 +21,32 @@ void SuitHomographies(ConsensusOptions* consensus) {
   consensus->inlier_prior_power = 0.0;
 }
 
-/// MSAC over noise scales and ten refined hypotheses, for two views in pixels.
-ConsensusOptions MarginalisedConsensus(Task task) {
+/// MSAC over noise scales from the least to the greatest.
+ConsensusOptions OverScales(double least, double greatest) {
   ConsensusOptions consensus;
   consensus.score = consensus.final_score = ScoreKind::kMarginalised;
-  consensus.threshold = ThresholdKind::kAdaptive;
-  consensus.least_scale = task == Task::kFundamental ? 0.5 : 1.0;
-  consensus.greatest_scale = 4.0;
-  consensus.camera_prior = task == Task::kFundamental ? 0.3 : 0.0;
-  if (FindsFocals(task)) consensus.camera_prior = 0.01;
+  consensus.least_scale = least;
+  consensus.greatest_scale = greatest;
   consensus.local_optimization = LocalOptimization::kInnerSamples;
   consensus.refit = Refit::kIterated;
   consensus.refit_rounds = 5;
   consensus.refit_threshold_factor = 1.2;
-  consensus.refit_candidates = 10;
-  consensus.refine_finalists = 3;
   consensus.final_refinement = FinalRefinement::kMarginalised;
-  consensus.inlier_prior_power = 1.0;
   StopWhenConfident(&consensus);
   // A sample of inliers alone is not yet a good model.
   consensus.min_iterations = 100;
+  return consensus;
+}
+
+/// With ten refined hypotheses, for two views in pixels.
+ConsensusOptions MarginalisedConsensus(Task task) {
+  ConsensusOptions consensus = OverScales(task == Task::kFundamental ? 0.5 : 1.0, 4.0);
+  consensus.threshold = ThresholdKind::kAdaptive;
+  consensus.camera_prior = task == Task::kFundamental ? 0.3 : 0.0;
+  if (FindsFocals(task)) consensus.camera_prior = 0.01;
+  consensus.refit_candidates = 10;
+  consensus.refine_finalists = 3;
+  consensus.inlier_prior_power = 1.0;
   if (task == Task::kFundamental) {
     // Its landscape has many optima. Essential matrices gain nothing by it (docs/experiments.md).
     consensus.basins = 10;
@@ -66,20 +72,10 @@ ClassicalOptions RecommendedForClouds(Task task) {
   ClassicalOptions options;
   options.max_iterations = 10000;
   options.sampling.sampler = task == Task::kRigid ? MinimalSamplerKind::kEdges : MinimalSamplerKind::kEdgeRatios;
-  ConsensusOptions& consensus = options.consensus;
-  consensus.score = consensus.final_score = ScoreKind::kMarginalised;
-  consensus.least_scale = 0.25;
-  consensus.greatest_scale = 1.5;
-  consensus.local_optimization = LocalOptimization::kInnerSamples;
+  ConsensusOptions& consensus = options.consensus = OverScales(0.25, 1.5);
   consensus.local_samples = 3;
-  consensus.refit = Refit::kIterated;
-  consensus.refit_rounds = 5;
-  consensus.refit_threshold_factor = 1.2;
   consensus.refit_candidates = 5;
   consensus.refine_finalists = 2;
-  consensus.final_refinement = FinalRefinement::kMarginalised;
-  StopWhenConfident(&consensus);
-  consensus.min_iterations = 100;
   // Draws are few and dear.
   consensus.block_size = 64;
   return options;

@@ -9,6 +9,7 @@
 #include "diffsac/geometry/covariance.h"
 #include "diffsac/geometry/levenberg_marquardt.h"
 #include "diffsac/geometry/point_spread.h"
+#include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/svd3.h"
 #include "diffsac/geometry/vector_clones.h"
@@ -169,12 +170,11 @@ bool CloudMotion<kScaled>::Refine(const PointMatrix& points, const Eigen::Vector
                                   Parameters* model, int steps) {
   if (points.cols() != kDimension || weights.size() != points.rows() || !model->allFinite()) return false;
   // Of a loss that ends, few matches have a pull.
-  constexpr double kReach = 3.0;
   std::vector<Eigen::Index> rows;
   const bool ends = loss.kind == LossKind::kTruncated || loss.kind == LossKind::kMarginalised;
   const Eigen::VectorXd residuals = RowResiduals<CloudMotion<kScaled>>(points, *model);
   for (Eigen::Index i = 0; i < points.rows(); ++i)
-    if (!ends || residuals[i] <= kReach * loss.scale) rows.push_back(i);
+    if (!ends || residuals[i] <= kRefineReach * loss.scale) rows.push_back(i);
   const PointMatrix some = points(rows, Eigen::all);
   const Eigen::VectorXd weights_of_some = weights(rows);
   MotionProblem<kScaled> problem{some, weights_of_some, loss};
