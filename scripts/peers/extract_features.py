@@ -29,7 +29,7 @@ import h5py
 import numpy as np
 import torch
 
-EXTENSIONS = (".jpg", ".jpeg", ".png", ".ppm", ".pgm")
+from peer_pairs import IMAGE_ENDINGS, listed_pairs
 
 
 def fail(message):
@@ -72,16 +72,11 @@ LONGEST_SIDE = {"aliked": 1024, "r2d2": 640}
 
 
 def names_of(arguments):
-    names = sorted(n for n in os.listdir(arguments.images) if n.lower().endswith(EXTENSIONS) and fnmatch.fnmatch(n, arguments.only))
+    names = sorted(n for n in os.listdir(arguments.images) if n.lower().endswith(IMAGE_ENDINGS) and fnmatch.fnmatch(n, arguments.only))
     if not names:
         fail(f"{arguments.images}: no images {arguments.only}")
     if arguments.pairs_file:
-        path, _, part = arguments.pairs_file.partition("#")   # FILE#NAME: below the line [NAME].
-        with open(path) as file:
-            text = file.read()
-        if part:
-            text = text.split(f"\n[{part}]\n")[1].split("\n[")[0]
-        asked = {os.path.basename(name) for line in text.splitlines() for name in line.split()[:2]}
+        asked = {name for pair in listed_pairs(arguments.pairs_file) for name in pair}
         if asked - set(names):
             fail(f"{arguments.images}: no image {sorted(asked - set(names))[0]}, which {arguments.pairs_file} names")
         return sorted(asked)

@@ -29,7 +29,7 @@ import h5py
 import numpy as np
 import torch
 
-EXTENSIONS = (".jpg", ".jpeg", ".png", ".ppm", ".pgm")
+from peer_pairs import IMAGE_ENDINGS, listed_pairs
 
 
 def fail(message):
@@ -73,16 +73,10 @@ MATCHERS = {"aliked": lightglue, "disk": lightglue, "xfeat": xfeat}
 
 
 def pairs_of(arguments):
-    names = sorted(name for name in os.listdir(arguments.images) if name.lower().endswith(EXTENSIONS))
+    names = sorted(name for name in os.listdir(arguments.images) if name.lower().endswith(IMAGE_ENDINGS))
     if arguments.pairs_file:
-        path, _, part = arguments.pairs_file.partition("#")   # FILE#NAME: below the line [NAME].
-        with open(path) as file:
-            text = file.read()
-        if part:
-            text = text.split(f"[{part}]\n")[1].split("\n[")[0]
         by_stem = {os.path.splitext(name)[0]: name for name in names}
-        asked = [[os.path.basename(name) for name in line.split()[:2]] for line in text.splitlines() if line.split()]
-        pairs = [tuple(by_stem.get(name, name) for name in pair) for pair in asked]
+        pairs = [tuple(by_stem.get(name, name) for name in pair) for pair in listed_pairs(arguments.pairs_file)]
     else:
         pairs = list(itertools.combinations(names, 2))
     if not pairs:

@@ -12,6 +12,7 @@ import numpy as np
 
 FAILURE = (180.0, 90.0)      # degrees of rotation and translation, where there is no estimate
 EPSILON_PX = 1.0             # of the inliers that choose a matrix's pose
+IMAGE_ENDINGS = (".jpg", ".jpeg", ".png", ".ppm", ".pgm")
 
 
 def fail(message):
@@ -35,6 +36,16 @@ def pair_ids(run, condition):
     """(scene, pair) in the order of the run."""
     ids = dict.fromkeys(tuple(row["id"].split("/")) for row in read_problems(run) if row["condition"] == condition)
     return list(ids) or fail(f"{run}: no problems of condition '{condition}'")
+
+
+def listed_pairs(pairs_file):
+    """The pairs of images that FILE, or FILE#NAME below its line [NAME], names: by the names of their files."""
+    path, _, part = pairs_file.partition("#")
+    with open(path) as file:
+        text = file.read()
+    if part:
+        text = ("\n" + text).split(f"\n[{part}]\n")[1].split("\n[")[0]
+    return [tuple(os.path.basename(name) for name in line.split()[:2]) for line in text.splitlines() if line.split()]
 
 
 def read_pair(folder, pair):
