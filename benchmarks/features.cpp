@@ -13,6 +13,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/problem/coordinates.h"
+#include "diffsac/problem/good_neighbors.h"
 #include "diffsac/problem/neighborhood_features.h"
 #include "diffsac/problem/point_features.h"
 #include "lab/config/dataset_factory.h"
@@ -83,7 +84,9 @@ Measure Neighborhood(PointMatrix (*change)(PointMatrix)) {
   return [=](int count) {
     const Problem problem = MakeProblem("synthetic_two_view", "fundamental", count);
     const PointMatrix points = change(MatchCoordinates(problem));
-    return SecondsPerCall([&] { return static_cast<double>(NeighborhoodFeatures(points, problem.match_ratio)(0, 0)); });
+    return SecondsPerCall([&] {
+      return static_cast<double>(NeighborhoodFeatures(points, FindGoodNeighbors(points, problem.match_ratio))(0, 0));
+    });
   };
 }
 

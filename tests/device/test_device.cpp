@@ -73,11 +73,14 @@ struct Hooks final : at::PrivateUse1HooksInterface {
   c10::DeviceIndex maybeExchangeDevice(c10::DeviceIndex device) const override { return exchangeDevice(device); }
 };
 
-const Guard guard;
-const c10::impl::DeviceGuardImplRegistrar kGuard(kType, &guard);
-Allocator allocator;
-Hooks hooks;
+/// Not beside another device that is tested: LibTorch takes one that is registered for the machine's accelerator, and
+/// its gradients' streams for CUDA's.
 [[maybe_unused]] const bool kRegistered = [] {
+  if (!OnOwnDevice()) return false;
+  static const Guard guard;
+  static Allocator allocator;
+  static Hooks hooks;
+  static const c10::impl::DeviceGuardImplRegistrar registrar(kType, &guard);
   c10::SetAllocator(kType, &allocator);
   at::RegisterPrivateUse1HooksInterface(&hooks);
   c10::register_privateuse1_backend(kOwnDevice);
@@ -90,6 +93,8 @@ std::string TestDeviceName() {
   const char* asked = std::getenv("DIFFSAC_TEST_DEVICE");
   return asked != nullptr && *asked != '\0' ? asked : kOwnDevice + std::string(":1");
 }
+
+bool OnOwnDevice() { return TestDeviceName().starts_with(kOwnDevice); }
 
 torch::Device TestDevice() {
   torch::Device device(TestDeviceName());

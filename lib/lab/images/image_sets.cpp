@@ -179,6 +179,7 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
     ++made;
     PairsRequest pairs = set.pairs;
     pairs.input = set.convert.empty() ? files.input : Converted(set, files.input);
+    if (!set.convert.empty()) pairs.calibration = {};  // it is in what the converter made
     if (stop) return false;
     if (pairs.format.empty()) continue;
     pairs.output = set.output;

@@ -8,6 +8,7 @@
 #include <torch/csrc/distributed/c10d/ProcessGroupGloo.hpp>
 #include <torch/csrc/distributed/c10d/TCPStore.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 
@@ -54,10 +55,25 @@ struct ProcessGroup::Impl {
   c10d::Backend* BackendOf(const ProcessPlace& place, const torch::Tensor& tensor) {
     if (tensor.is_cpu()) return gloo.get();
     if (!tensor.is_cuda()) return nullptr;
-    if (!nccl_tried) nccl = MakeNcclBackend(store, place.rank, place.size, timeout);
-    if (!nccl_tried && !nccl) LogInfo("built without NCCL: gradients travel through the processors' memory");
+    if (!nccl_tried) {
+      const bool shared = ShareGpu(place, tensor.device().index());
+      if (!shared) nccl = MakeNcclBackend(store, place.rank, place.size, timeout);
+      if (!nccl)
+        LogInfo(std::string(shared ? "processes share a GPU, which NCCL refuses" : "built without NCCL") +
+                ": gradients travel through the processors' memory");
+    }
     nccl_tried = true;
-    return nccl ? nccl.get() : nullptr;
+    return nccl.get();
+  }
+
+  // Whether two of the processes have the same GPU; all ask at once.
+  bool ShareGpu(const ProcessPlace& place, int index) const {
+    std::vector<torch::Tensor> all = {torch::zeros({place.size}, torch::kLong)};
+    std::int64_t* const gpus = all.front().data_ptr<std::int64_t>();
+    gpus[place.rank] = GpuIdentity(index);
+    gloo->allreduce(all)->wait();
+    std::sort(gpus, gpus + place.size);
+    return std::adjacent_find(gpus, gpus + place.size) != gpus + place.size && gpus[0] != 0;
   }
 };
 
