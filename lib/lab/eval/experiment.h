@@ -35,8 +35,8 @@ struct EstimatorRow {
   Config config;         ///< type and the method's own options, without the keys above.
   void Bind(OptionsBinder& b);
   bool RunsOn(const std::string& condition) const;
-  /// False for references that are told more than the points: `oracle` the inliers, `offered` the model, `line_posterior`
-  /// the generator.
+  /// False for references that are told more than the points: `oracle` the inliers, `offered` the model,
+  /// `line_posterior` the generator.
   bool Competes() const { return type != "oracle" && type != "offered" && type != "line_posterior"; }
 };
 
