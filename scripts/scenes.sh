@@ -47,6 +47,9 @@ scene rcmsa trungtpham/RCMSA 0d5f3e3946015398b21e5e02c4fa541045a5a71b /data/Adel
 scene tcf ShiPC-AI/TCF 401a80a332a536f53722172baa658001d7d2fb0c /data
 scene turboreg Laka-3DV/TurboReg 827025f370d3dbf4fd7ae35b3c9a21d25d24043e '/demo_data/*.txt'
 scene macpp zhangxy0517/MAC-PLUS-PLUS a304edf921e044e1928e027a1cdb1d8215cdcaba '/demo/*.txt'
+# Depth frames of a kitchen, and which pairs of their fragments overlap, with the motions (scripts/peers/registration.py).
+scene redkitchen andyzeng/tsdf-fusion-python 3f22a940d90f684145b1f29b1feaa92e09eb1db6 '/data/frame-*.depth.png' '/data/frame-*.pose.txt' /data/camera-intrinsics.txt
+scene fragment_pairs qinzheng93/GeoTransformer e7a135af4c318ff3b8d7f6c963df094d7e4ea540 '/data/3DMatch/metadata/benchmarks/*/7-scenes-redkitchen/gt.log'
 # Training.
 scene dtu jingz666/NeuF ebe501dc192622e74410776a4b79e1ee3a5f01ed /data/DTU/dtu_scan65/image /data/DTU/dtu_scan65/cameras.npz
 scene middlebury ma-mehralian/EKFPnP_matlab_toolbox 77400fef0eabef17c2ffe46f77f83fb0e11c1076 /data/templeRing /data/dino
