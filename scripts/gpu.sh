@@ -18,10 +18,10 @@ usage() {
 is_theirs() { [[ "$1" =~ /(ld-linux|libc|libm|libdl|librt|libpthread|libresolv|libutil|libstdc\+\+|libgcc_s|libtorch|libc10|libcu(da|blas|dnn|fft|rand|solver|sparse|pti|file)|libnv|libnccl|libgomp-) ]]; }
 
 pack() {
-  local build=$1 file=$2 folder
+  local build=$1 file=$2
   [[ -x "$build/bin/diffsac_train" && -x "$build/bin/device_test" ]] || { echo "gpu: $build/bin has no diffsac_train and device_test" >&2; exit 2; }
   folder=$(mktemp -d)
-  trap 'rm -rf "$folder"' EXIT
+  trap 'rm -rf "$folder"' EXIT     # So it is no local variable.
   mkdir -p "$folder/bin" "$folder/lib"
   for program in device_test diffsac_train; do
     strip -o "$folder/bin/$program" "$build/bin/$program"
@@ -29,7 +29,7 @@ pack() {
       is_theirs "$library" || cp -Lu "$library" "$folder/lib/"
     done
   done
-  pwd > "$folder/source_dir"
+  sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt" > "$folder/source_dir"
   cp -r configs scripts "$folder/"
   mkdir -p "$folder/tests"
   for path in models "${@:3}"; do

@@ -136,8 +136,9 @@ TEST_CASE("every denoiser trains on the device in either precision") {
   for (const std::string kind : {"point_transformer", "pooled", "mlp", "dgcnn"}) {
     CAPTURE(kind);
     const TemporaryFolder folder;
+    int runs = 0;
     const auto train = [&](const std::string& device, const std::string& precision) {
-      const auto run = folder / (precision + (device == "cpu" ? "_here" : "_there"));
+      const auto run = folder / std::to_string(runs++);
       std::vector<std::string> changes = {"network.denoiser.kind=" + kind, "train.precision=" + precision,
                                           "train.iterations=4"};
       REQUIRE(Train(Request(kDiffsac, run, device, changes), kNever) == TrainOutcome::kFinished);
