@@ -31,7 +31,6 @@ pack() {
   done
   sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt" > "$folder/source_dir"
   cp -r configs scripts "$folder/"
-  mkdir -p "$folder/tests"
   for path in models "${@:3}"; do
     mkdir -p "$folder/$(dirname "$path")"
     cp -r "$path" "$folder/$path"
@@ -39,9 +38,6 @@ pack() {
   tar c -C "$folder" . | xz -T0 -3 > "$file"
   echo "gpu: $file, $(du -h "$file" | cut -f1)"
 }
-
-# The last row of a training's metrics.csv: step and loss.
-last_row() { tail -n 1 "$1" | awk -F, '{print $1, $2}'; }
 
 run() {
   local folder device=${DEVICE:-cuda} minutes=${MINUTES:-10} source torch
@@ -69,7 +65,7 @@ run() {
       echo "| $config | $(tail -n 1 "$name.log") | | |" >> "$page"
       continue
     fi
-    read -r steps loss < <(last_row "runs/gpu_$name/metrics.csv")
+    read -r steps loss < <(tail -n 1 "runs/gpu_$name/metrics.csv" | tr , ' ' | cut -d ' ' -f 1,2)
     [[ "$steps" =~ ^[0-9]+$ ]] || steps=0 loss=-
     echo "| $config | $steps | $(awk "BEGIN {printf \"%.2f\", $steps / ($seconds > 0 ? $seconds : 1)}") | $loss |" >> "$page"
   done

@@ -178,8 +178,11 @@ bool PrepareSets(const SetsRequest& request, const std::atomic<bool>& stop) {
     }
     ++made;
     PairsRequest pairs = set.pairs;
-    pairs.input = set.convert.empty() ? files.input : Converted(set, files.input);
-    if (!set.convert.empty()) pairs.calibration = {};  // it is in what the converter made
+    pairs.input = files.input;
+    if (!set.convert.empty()) {
+      pairs.input = Converted(set, files.input);
+      pairs.calibration = {};  // it is in what the converter made
+    }
     if (stop) return false;
     if (pairs.format.empty()) continue;
     pairs.output = set.output;

@@ -18,6 +18,18 @@ namespace {
 
 using Catch::Contains;
 
+// Whether the sets are made; not where there is no Python with what the converter needs.
+bool PreparedByConverter(const SetsRequest& request, const std::atomic<bool>& stop) {
+  try {
+    REQUIRE(PrepareSets(request, stop));
+    return true;
+  } catch (const Error& error) {
+    REQUIRE_THAT(error.what(), Contains("no python3"));
+    WARN("skipped: " << error.what());
+    return false;
+  }
+}
+
 TEST_CASE("image sets are read; those with descriptors are sets of their own") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("sets.yaml"), R"(
@@ -94,13 +106,7 @@ TEST_CASE("a set that is converted needs no format; what cannot be converted is 
   request.config = folder.File("sets.yaml");
   request.data = folder.File("data");
   const std::atomic<bool> stop{false};
-  try {
-    REQUIRE(PrepareSets(request, stop));
-  } catch (const Error& error) {
-    REQUIRE_THAT(error.what(), Contains("no python3"));
-    WARN("skipped: " << error.what());
-    return;
-  }
+  if (!PreparedByConverter(request, stop)) return;
   CHECK(ReadSegments(folder.File("segments/nyu_vp_train/segments.h5")).size() == 1);
   WriteFileAtomically(folder.File("data/rooms/vps_0000.csv"), "X Z\n100 200\n");
   CHECK_THROWS_WITH(PrepareSets(request, stop), Contains("vps_0000.csv:1: there is no column Y"));
@@ -123,13 +129,7 @@ TEST_CASE("regression: a set's calibration is the converter's, not the converted
   request.config = folder.File("sets.yaml");
   request.data = folder.File("data");
   const std::atomic<bool> stop{false};
-  try {
-    REQUIRE(PrepareSets(request, stop));
-  } catch (const Error& error) {
-    REQUIRE_THAT(error.what(), Contains("no python3"));
-    WARN("skipped: " << error.what());
-    return;
-  }
+  if (!PreparedByConverter(request, stop)) return;
   std::filesystem::remove_all("runs/converted/regression_room");
   CHECK(CorrespondenceScene(folder.File("pairs/regression_room")).size() == 1);
 }
