@@ -4,6 +4,8 @@
 #include <ATen/cuda/CUDAContext.h>
 #include <torch/csrc/distributed/c10d/PrefixStore.hpp>
 #include <torch/csrc/distributed/c10d/ProcessGroupNCCL.hpp>
+
+#include "diffsac/core/random.h"
 #endif
 
 namespace diffsac {
@@ -23,10 +25,8 @@ c10::intrusive_ptr<c10d::Backend> MakeNcclBackend([[maybe_unused]] const c10::in
 
 std::int64_t GpuIdentity([[maybe_unused]] int index) {
 #ifdef DIFFSAC_NCCL
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  for (const char byte : at::cuda::getDeviceProperties(index)->uuid.bytes)
-    hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
-  return static_cast<std::int64_t>(hash >> 1);
+  const auto& uuid = at::cuda::getDeviceProperties(index)->uuid;
+  return static_cast<std::int64_t>(Rng().Fork({uuid.bytes, sizeof uuid.bytes}).Seed() >> 1);
 #else
   return 0;
 #endif
