@@ -1,30 +1,35 @@
-# cmake --install and find_package(diffsac).
+# cmake --install, find_package(diffsac) and pkg-config.
 include(CMakePackageConfigHelpers)
 
 set(DIFFSAC_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/diffsac)
 
-# diffsac_install_rooms(COMPONENT EXPORT TREE ROOMS ... TARGETS ...): headers and libraries. Targets are diffsac_core in the build
-# and diffsac::core everywhere else.
-function(diffsac_install_rooms component export tree)
+# diffsac_install(COMPONENT EXPORT TREE ROOMS ... TARGETS ...): headers and libraries. Targets are diffsac_data in the build and
+# diffsac::data everywhere else.
+function(diffsac_install component export tree)
   cmake_parse_arguments(ARG "" "" "ROOMS;TARGETS" ${ARGN})
-  install(TARGETS ${ARG_TARGETS} EXPORT ${export} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component})
+  install(TARGETS ${ARG_TARGETS} EXPORT ${export} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component})
   install(EXPORT ${export} NAMESPACE diffsac:: DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT ${component})
   list(TRANSFORM ARG_ROOMS PREPEND ${PROJECT_SOURCE_DIR}/lib/${tree}/)
   install(DIRECTORY ${ARG_ROOMS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${tree} COMPONENT ${component}
     FILES_MATCHING PATTERN "*.h")
 endfunction()
 
-# Components: the library, the programs that need no LibTorch, and the lab, whose dependencies only its users need.
+# Components: what a user of the library compiles with, models, the programs that need no LibTorch, and the lab, whose
+# dependencies only its users need; shared and namelink, of packages alone, are the shared library.
 get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
 list(TRANSFORM DIFFSAC_LIBRARY_ROOMS PREPEND diffsac_ OUTPUT_VARIABLE _library)
 list(REMOVE_ITEM _lab ${_library})
 set_target_properties(diffsac_compiler PROPERTIES EXPORT_NAME compiler)
-diffsac_install_rooms(library diffsacTargets diffsac ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${_library} diffsac diffsac_compiler)
+diffsac_install(library diffsacTargets diffsac
+  ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${DIFFSAC_INSTALLED_LIBRARY} diffsac_compiler)
 install(FILES ${PROJECT_SOURCE_DIR}/lib/diffsac/diffsac.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT library)
+install(TARGETS diffsac_shared LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT shared NAMELINK_COMPONENT namelink
+  EXCLUDE_FROM_ALL)
 if(DIFFSAC_LAB)
   set_target_properties(diffsac_libtorch PROPERTIES EXPORT_NAME libtorch)
   set_target_properties(diffsac_hdf5 PROPERTIES EXPORT_NAME hdf5)
-  diffsac_install_rooms(lab diffsacLabTargets lab ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_libtorch diffsac_hdf5)
+  diffsac_install(lab diffsacLabTargets lab ROOMS ${DIFFSAC_LAB_ROOMS} TARGETS ${_lab} diffsac_libtorch diffsac_hdf5)
   # A folder of this machine, which the library's files do not name.
   file(WRITE ${PROJECT_BINARY_DIR}/diffsacLabTorch.cmake
     "set(_diffsac_built_with \"${DIFFSAC_TORCH_ROOT}\")\nset(_diffsac_cuda ${DIFFSAC_CUDA})\n")
@@ -40,6 +45,16 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmak
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT library)
+
+file(RELATIVE_PATH _prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+string(REGEX REPLACE "/$" "" _prefix ${_prefix})
+file(RELATIVE_PATH _libraries ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_LIBDIR})
+file(RELATIVE_PATH _headers ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+get_target_property(_options diffsac_compiler INTERFACE_COMPILE_OPTIONS)
+string(GENEX_STRIP "${_options}" _options)
+list(JOIN _options " " _options)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/diffsac.pc.in ${PROJECT_BINARY_DIR}/diffsac.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/diffsac.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT library)
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 

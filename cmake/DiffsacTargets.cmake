@@ -1,6 +1,10 @@
 # The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before torch does without
 # LibTorch.
 set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
+set(DIFFSAC_INSTALLED_LIBRARY diffsac_static)
+if(BUILD_SHARED_LIBS)
+  set(DIFFSAC_INSTALLED_LIBRARY diffsac_shared)
+endif()
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
   set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train)
@@ -44,6 +48,11 @@ function(diffsac_library name)
   set_target_properties(diffsac_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(${library} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/lib> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  # An installed lab stands on the one library that the library's rooms are then (lib/diffsac/CMakeLists.txt).
+  list(JOIN DIFFSAC_LIBRARY_ROOMS "|" rooms)
+  foreach(list ARG_DEPENDS ARG_PRIVATE)
+    list(TRANSFORM ${list} REPLACE "^diffsac_(${rooms})$" "$<BUILD_INTERFACE:diffsac_\\1>;$<INSTALL_INTERFACE:${DIFFSAC_INSTALLED_LIBRARY}>")
+  endforeach()
   target_link_libraries(${library} PUBLIC diffsac_compiler ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
   set_property(GLOBAL APPEND PROPERTY DIFFSAC_LIBRARIES diffsac_${name})
   if(ARG_TORCH)

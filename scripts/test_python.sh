@@ -39,6 +39,7 @@ rm -rf "$work/venv"
 # The name by which CMake calls the compiler: with another one the compiler's cache would know none of the files.
 export CXX=${CXX:-c++}
 "$work/venv/bin/pip" install .
+cmake --build build/python --target diffsac_static
 cmake --install build/python --component library --prefix "$work/prefix" >/dev/null
 cmake -S tests/integration/consumer -B "$work/cpp" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null
 cmake --build "$work/cpp" --target estimates

@@ -1,4 +1,5 @@
-# cmake --install, then somebody else's project with find_package(diffsac) in a folder with a space in its name.
+# cmake --install, then somebody else's projects with find_package(diffsac) and with pkg-config in a folder with a space in its
+# name, which moves.
 . "$(dirname "$0")/common.sh"
 run_expecting 0 cmake --install "$build" --prefix "$own/in stalled"
 compiler=$(sed -n 's/^CMAKE_CXX_COMPILER:[^=]*=//p' "$build/CMakeCache.txt")
@@ -52,18 +53,40 @@ room 320 240 260 35 8 >"$own/room.pgm"
 run_expecting 0 "$own/mo ved/bin/diffsac_vanish" ../room.pgm --picture ""
 grep -q '^focal length: [0-9]* px' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
 run_expecting 0 pair --calibration ../K.txt --json ../pair.json --matches ../matches.txt
-# The function of the library gives the digits of the row that diffsac_pair runs. Its models moved with the prefix.
-DIFFSAC_MODELS="$own/mo ved/share/diffsac/models" "$own/build/pose" 300 100 75 <../matches.txt >../pose.txt ||
-  fail "the README's program failed"
+pose() { "$own/$1/pose" 300 100 75 <../matches.txt; }
+# What was compiled before the move looks where the prefix was, and says so.
+run_expecting 134 pose build
+grep -q "model essential/model.safetensors: no such file; looked for .*/in stalled/share/diffsac/models" "$own/err" ||
+  { cat "$own/err" >&2; fail "no word of where models were looked for"; }
+DIFFSAC_MODELS="$own/mo ved/share/diffsac/models" pose build >../pose.txt || fail "the README's program failed"
+# What is compiled after it has them.
+run_expecting 0 cmake -S "$source/tests/integration/consumer" -B "$own/build" -DCMAKE_PREFIX_PATH="$own/mo ved"
+run_expecting 0 cmake --build "$own/build" --target pose
+same_pose() { run_expecting 0 pose "$1"; diff "$own/out" ../pose.txt || fail "another estimate by $1"; }
+same_pose build
+if command -v pkg-config >/dev/null; then
+  flags() { PKG_CONFIG_PATH=$(find "$own/mo ved" -name pkgconfig) pkg-config "$1" diffsac; }
+  link() { eval "'$compiler' pose.o -o pose $(flags --libs)"; }
+  mkdir ../pkg-config && cd ../pkg-config
+  eval "'$compiler' -O2 -c '$source/tests/integration/consumer/pose.cpp' $(flags --cflags)"
+  link
+  same_pose pkg-config
+  # The shared library has its models beside itself, whatever its users were compiled with.
+  for component in shared namelink; do run_expecting 0 cmake --install "$build" --component $component --prefix "$own/mo ved"; done
+  link
+  version=$(sed -n 's/.*kVersion\[\] = "\([0-9]*[.][0-9]*\).*/\1/p' "$source/lib/diffsac/core/version.h")
+  objdump -p pose | grep -q "NEEDED *libdiffsac.so.$version$" || fail "no shared library of $version"
+  mv "$own/mo ved" "$own/moved again"
+  LD_LIBRARY_PATH=$(dirname "$(find "$own/moved again" -name libdiffsac.so)") same_pose pkg-config
+  mv "$own/moved again" "$own/mo ved"
+  cd "$own/empty"
+fi
+# The function of the library gives the digits of the row that diffsac_pair runs.
 python3 -c 'import json, sys
 model = [float(x) for x in " ".join(open(sys.argv[2]).read().splitlines()[4:7]).split()]
 theirs = json.load(open(sys.argv[1]))["model"]
 assert all(abs(a - b) < 1e-10 for a, b in zip(model, theirs)), (model, theirs)' ../pair.json ../pose.txt ||
   fail "the library and diffsac_pair estimate differently"
-without_models() { "$own/build/pose" 300 100 75 <../matches.txt; }
-run_expecting 134 without_models
-grep -q "model essential/model.safetensors: no such file; looked for .*/in stalled/share/diffsac/models" "$own/err" ||
-  { cat "$own/err" >&2; fail "no word of where models were looked for"; }
 # A configuration of somebody else's: its paths are relative to its file.
 cp -r "$own/mo ved/share/diffsac/models/homography" "$own/theirs"
 printf '%s\n' 'name: theirs' 'task: homography' \

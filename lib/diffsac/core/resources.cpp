@@ -1,5 +1,7 @@
 #include "diffsac/core/resources.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -38,10 +40,16 @@ bool IsThere(const std::string& path) {
 
 std::vector<std::string> ShareFolders() {
   std::error_code code;
-  const fs::path program = fs::read_symlink("/proc/self/exe", code).parent_path();
+  const fs::path program = fs::read_symlink("/proc/self/exe", code);
   std::vector<std::string> folders;
   if (code) return folders;
-  for (const char* share : {DIFFSAC_SHARE_FROM_PROGRAMS, "../share/diffsac"}) AddPlace(program / share, &folders);
+  for (const char* share : {DIFFSAC_SHARE_FROM_BIN, "../share/diffsac"})
+    AddPlace(program.parent_path() / share, &folders);
+  // A shared library finds them as well, whatever program loaded it.
+  Dl_info here;
+  if (::dladdr(reinterpret_cast<const void*>(&ShareFolders), &here) == 0) return folders;
+  const fs::path library = here.dli_fname;
+  if (library.is_absolute() && library != program) AddPlace(library.parent_path() / DIFFSAC_SHARE_FROM_LIB, &folders);
   return folders;
 }
 
@@ -60,7 +68,12 @@ std::string FirstPlace(const std::string& what, const std::vector<std::string>& 
   return *found;
 }
 
-void AddModelsFolder(const std::string& folder) { AddedFolders().push_back(folder); }
+void AddModelsFolder(const std::string& folder) {
+  // The header diffsac.h as the compiler read it (cmake/diffsac.pc.in) stands for the models of its prefix.
+  const fs::path headers = fs::path(folder).parent_path();
+  const bool is_header = fs::path(folder).filename() == "diffsac.h";
+  AddedFolders().push_back(is_header ? (headers / ".." / DIFFSAC_SHARE_FROM_INCLUDE / kModels).string() : folder);
+}
 
 std::string FindModel(const std::string& name, const std::string& folder) {
   std::vector<std::string> places;
