@@ -7,6 +7,7 @@
 
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "lab/config/number_checks.h"
+#include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/config/program.h"
 #include "lab/config/run_directory.h"
@@ -43,7 +44,8 @@ docs/metrics.md the numbers, docs/estimates.md the estimates.
 
 /// What to run, and on what.
 void AddRunOptions(CLI::App* app, diffsac::EvalRequest* request) {
-  app->add_option("--config", request->config_path, "Experiment (YAML, see configs/tables)");
+  app->add_option("--config", request->config_path,
+                  "Experiment (YAML), also by its name under share/diffsac/configs/tables");
   app->add_option("--set", request->assignments, "key.path=value, overrides the configuration; as often as wanted")
       ->allow_extra_args(false);
   app->add_option("--data", request->data_root,
@@ -107,6 +109,8 @@ void CheckAlone(const CLI::App& app) {
 int Run(const CLI::App& app, diffsac::EvalRequest request, double timeout_s) {
   CheckAlone(app);
   if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
+  if (!request.config_path.empty())
+    request.config_path = diffsac::NamedConfiguration(request.config_path, "configs/tables");
   if (app.count("--device") > 0) request.training_device = request.context.device;
   if (request.context.threads > 0) at::set_num_threads(request.context.threads);
   diffsac::StopOnSignals();

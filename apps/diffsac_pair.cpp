@@ -244,7 +244,8 @@ std::string RowsText(const ExperimentOptions& experiment) {
 
 ExperimentOptions AllRows(const Request& request, const std::string& task) {
   EvalRequest rows;
-  rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml") : request.config_path;
+  rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml")
+                                                 : NamedConfiguration(request.config_path, "configs/pair");
   rows.assignments = request.assignments;
   ExperimentOptions experiment = ReadRequest(rows);
   experiment.seed = request.seed;

@@ -45,7 +45,9 @@ struct CommandLine {
 
 void AddOptions(CLI::App* app, CommandLine* line) {
   app->set_version_flag("--version", diffsac::VersionText("diffsac_train"));
-  app->add_option("--config", line->config_path, "Configuration (YAML); with --resume: the run folder's unless given");
+  app->add_option("--config", line->config_path,
+                  "Configuration (YAML), also by its name under share/diffsac/configs; with --resume: the run folder's "
+                  "unless given");
   app->add_flag_callback(
       "--describe-options",
       [] {
@@ -85,11 +87,12 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   return request;
 }
 
-int Run(const CommandLine& line) {
+int Run(CommandLine line) {
   if (line.config_path.empty() && !(line.resume && !line.output.empty()))
     throw CLI::RequiredError("--config, or --resume with --output,");
   diffsac::StopOnSignals();
   diffsac::CheckDevice(line.device);
+  if (!line.config_path.empty()) line.config_path = diffsac::NamedConfiguration(line.config_path, "configs");
   diffsac::TrainRequest request = ReadRequest(line);
   // A run's own configuration may be run again in its folder.
   std::vector<std::string> outputs;

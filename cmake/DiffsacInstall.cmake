@@ -15,7 +15,7 @@ function(diffsac_install component export tree)
     FILES_MATCHING PATTERN "*.h")
 endfunction()
 
-# Components: what a user of the library compiles with, models, the programs that need no LibTorch, and the lab, whose
+# Components: what a user of the library compiles with, models, docs, the programs that need no LibTorch, and the lab, whose
 # dependencies only its users need; shared and namelink, of packages alone, are the shared library.
 get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
 list(TRANSFORM DIFFSAC_LIBRARY_ROOMS PREPEND diffsac_ OUTPUT_VARIABLE _library)
@@ -58,21 +58,25 @@ install(FILES ${PROJECT_BINARY_DIR}/diffsac.pc DESTINATION ${CMAKE_INSTALL_LIBDI
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
-# What the programs find beside themselves (core/resources.h): the estimators to use, the rows that they include, what draws
-# pictures and writes pages, and the networks of those and of lines and planes. Other networks are of baselines and tables,
-# which a checkout has.
+# What the programs find beside themselves (core/resources.h): configurations, what draws pictures and writes pages, and
+# networks; those of baselines and tables come with the lab.
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/pair ${PROJECT_SOURCE_DIR}/configs/colmap
-  DESTINATION ${_share}/configs COMPONENT programs FILES_MATCHING PATTERN "*.yaml")
-install(FILES ${PROJECT_SOURCE_DIR}/configs/rows/consensus.yaml ${PROJECT_SOURCE_DIR}/configs/rows/two_view.yaml
-  ${PROJECT_SOURCE_DIR}/configs/rows/shared_focal.yaml ${PROJECT_SOURCE_DIR}/configs/rows/absolute_pose.yaml
-  DESTINATION ${_share}/configs/rows COMPONENT programs)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/data_tools/convert.py DESTINATION ${_share} COMPONENT programs)
 foreach(_name ${DIFFSAC_NETWORKS} line plane)
   install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
-    COMPONENT library)
+    COMPONENT models)
+endforeach()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${_share} COMPONENT lab FILES_MATCHING PATTERN "model.safetensors")
+
+# The pages that --help names, in the folders in which they name each other.
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.jpg" PATTERN recorded EXCLUDE)
+foreach(_folder data_tools benchmarks models)
+  install(FILES ${_folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${_folder} COMPONENT docs)
 endforeach()
 
 # The programs of the build find theirs in the same way.
@@ -82,3 +86,24 @@ foreach(_name configs models)
 endforeach()
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/scripts/report ${PROJECT_BINARY_DIR}/share/diffsac/report SYMBOLIC)
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data_tools/convert.py ${PROJECT_BINARY_DIR}/share/diffsac/convert.py SYMBOLIC)
+
+# --help as pages of man.
+foreach(_entry "pair:programs:the model of two images, or of every pair of photographs"
+    "vanish:programs:vanishing points, focal length and horizon of photographs"
+    "prepare:programs:correspondence files from images, COLMAP, hloc and public data sets"
+    "train:lab:train networks of DiffSAC and other learned methods" "eval:lab:run the methods of a table and write its report")
+  string(REGEX MATCH "(.*):(.*):(.*)" _ ${_entry})
+  if(TARGET diffsac_${CMAKE_MATCH_1}_program)
+    install(CODE "
+      find_program(HELP2MAN help2man)
+      set(page \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1/diffsac_${CMAKE_MATCH_1}.1\")
+      if(HELP2MAN)
+        file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")
+        execute_process(COMMAND \${HELP2MAN} --no-info --name \"${CMAKE_MATCH_3}\" --output \"\${page}\"
+          \"$<TARGET_FILE:diffsac_${CMAKE_MATCH_1}_program>\"
+          COMMAND_ERROR_IS_FATAL ANY)
+      else()
+        message(STATUS \"No man page of diffsac_${CMAKE_MATCH_1}: there is no help2man\")
+      endif()" COMPONENT ${CMAKE_MATCH_2})
+  endif()
+endforeach()

@@ -35,9 +35,6 @@ done
 consume lab -DLAB=ON
 run_expecting 0 "$own/lab/make_data"
 grep -q "points 30" "$own/out" || { cat "$own/out" >&2; fail "other data"; }
-for program in diffsac_train diffsac_eval; do
-  if [[ -x "$build/bin/$program" ]]; then run_expecting 0 "$own/in stalled/bin/$program" --version; fi
-done
 # What is installed runs from any folder, under a prefix that was moved: configurations and models lie beside the program.
 mv "$own/in stalled" "$own/mo ved"
 gray_blobs 200 150 140 3 0 >"$own/a.pgm"
@@ -53,6 +50,19 @@ room 320 240 260 35 8 >"$own/room.pgm"
 run_expecting 0 "$own/mo ved/bin/diffsac_vanish" ../room.pgm --picture ""
 grep -q '^focal length: [0-9]* px' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
 run_expecting 0 pair --calibration ../K.txt --json ../pair.json --matches ../matches.txt
+# Configurations by their names, and all that --help names.
+if [[ -x "$build/bin/diffsac_train" ]]; then
+  lab() { "$own/mo ved/bin/diffsac_$1" --config line.yaml --threads 1 --device cpu "${@:2}"; }
+  run_expecting 0 lab train "${tiny[@]:6}" --set train.iterations=2 --output run
+  run_expecting 0 lab eval --limit 2 --output table
+  expect_file run/checkpoints/last.safetensors table/table.md
+fi
+for program in "$own/mo ved/bin/"*; do
+  "$program" --help >../help
+  for file in $(grep -oE '(docs|data_tools)/[A-Za-z_/]+\.md' ../help); do expect_file "$own/mo ved/share/doc/diffsac/$file"; done
+  for file in $(grep -oE 'configs/[a-z_/]+\.yaml' ../help); do expect_file "$own/mo ved/share/diffsac/$file"; done
+  if command -v help2man >/dev/null; then expect_file "$own/mo ved/share/man/man1/$(basename "$program").1"; fi
+done
 pose() { "$own/$1/pose" 300 100 75 <../matches.txt; }
 # What was compiled before the move looks where the prefix was, and says so.
 run_expecting 134 pose build

@@ -82,6 +82,13 @@ Config WithFoundPaths(const Config& config) {
   return found;
 }
 
+std::string NamedConfiguration(const std::string& name, const std::string& folder) {
+  std::vector<std::string> places = {name};
+  for (const std::string& share : ShareFolders())
+    for (const std::string& place : {folder, std::string()}) AddPlace(fs::path(share) / place / name, &places);
+  return FirstPlace(name, places);
+}
+
 std::string SharedFile(const std::string& name) {
   std::vector<std::string> places;
   for (const std::string& folder : ShareFolders()) AddPlace(fs::path(folder) / name, &places);

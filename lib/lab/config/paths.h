@@ -28,4 +28,8 @@ Config WithFoundPaths(const Config& config);
 /// or else of the current folder. Throws Error naming every place looked at.
 std::string SharedFile(const std::string& name);
 
+/// A configuration as --config names it: as it is, else of share/diffsac beside the running program
+/// ("configs/line.yaml"), or of `folder` there ("line.yaml" of "configs"). Throws Error naming every place looked at.
+std::string NamedConfiguration(const std::string& name, const std::string& folder);
+
 }  // namespace diffsac

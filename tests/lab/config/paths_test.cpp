@@ -70,6 +70,14 @@ TEST_CASE("a file that comes with the programs is found from any folder") {
   CHECK(fs::equivalent(SharedFile("configs/pair/essential.yaml"),
                        fs::path(DIFFSAC_SOURCE_DIR) / "configs/pair/essential.yaml"));
   CHECK_THROWS_WITH(SharedFile("configs/none.yaml"), Contains("share/diffsac/configs/none.yaml, configs/none.yaml"));
+  for (const char* name : {"line.yaml", "configs/tables/line.yaml"})
+    CHECK(fs::equivalent(NamedConfiguration(name, "configs/tables"),
+                         fs::path(DIFFSAC_SOURCE_DIR) / "configs/tables/line.yaml"));
+  WriteFileAtomically("line.yaml", "x");
+  CHECK(NamedConfiguration("line.yaml", "configs") == "line.yaml");
+  CHECK_THROWS_WITH(NamedConfiguration("none.yaml", "configs"),
+                    Contains("none.yaml: no such file; looked for none.yaml, ") &&
+                        Contains("share/diffsac/configs/none.yaml") && Contains("share/diffsac/none.yaml"));
 }
 
 TEST_CASE("a path of a configuration that is nowhere names its line and every place looked at") {
