@@ -152,6 +152,27 @@ TEST_CASE("errors of motions between clouds are what their covariances say", "[c
   }
 }
 
+TEST_CASE("of chance, points that many are matched to and neighbours that are matched alike say nothing more") {
+  const CloudScene scene = MakeCloudScene(2000, 0.97, 0.01, Rng(21));
+  const double alone = Rigidly(scene.points).log_false_alarms;
+  REQUIRE(alone < -10.0);
+  PointMatrix hubs = scene.points;  // Of the wrong ones, the first: five of six are matched to twenty places.
+  for (Eigen::Index i = 0; i < 1600; ++i) hubs.row(i).tail(3) = scene.points.row(i % 20).tail(3);
+  CHECK(Rigidly(hubs).log_false_alarms < alone + 5.0);
+  Rng rng(22);
+  PointMatrix crowd = scene.points.replicate(5, 1);
+  for (double& value : crowd.reshaped()) value += 1e-4 * rng.Normal();
+  CHECK(Rigidly(crowd).log_false_alarms == Approx(alone).epsilon(0.4));
+  // Of three wrong matches that agree, each with twenty neighbours, no motion is made.
+  PointMatrix wrong = MakeCloudScene(600, 1.0, 0.01, Rng(23)).points;
+  PointMatrix agree = scene.points.bottomRows(3).replicate(20, 1);
+  for (double& value : agree.reshaped()) value += 0.005 * rng.Normal();
+  wrong.topRows(60) = agree;
+  const RigidMotionEstimate estimate = Rigidly(wrong);
+  REQUIRE(estimate.ok());
+  CHECK(estimate.may_be_chance());
+}
+
 TEST_CASE("the share of a cloud's places that a ball takes is of the volume that it occupies") {
   Rng rng(8);
   PointMatrix box(20000, 3), plane(20000, 3);

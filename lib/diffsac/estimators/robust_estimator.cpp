@@ -8,6 +8,7 @@
 #include "diffsac/estimators/static_overlay.h"
 #include "diffsac/geometry/parallax.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/problem/cloud_chance.h"
 #include "diffsac/problem/plane_pose.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
@@ -22,7 +23,7 @@ int Witnesses(const Problem& problem, const std::vector<std::uint8_t>& inliers) 
   for (std::size_t i = 0; i < inliers.size(); ++i)
     if (inliers[i] == 1) rows.push_back(static_cast<int>(i));
   const int count = static_cast<int>(rows.size());
-  if (!IsTwoView(problem.task) && !IsOfTwoClouds(problem.task)) return count;
+  if (!IsTwoView(problem.task)) return count;
   const PointMatrix points = problem.points(rows, Eigen::all);
   const Eigen::Index half = points.cols() / 2;
   return std::min(CountDistinct(points.leftCols(half)), CountDistinct(points.rightCols(half)));
@@ -118,7 +119,6 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   const bool several = !estimate->structures.empty();
   std::vector<std::uint8_t> of_first;
   for (const std::int32_t label : estimate->assignment) of_first.push_back(label == 1);
-  const int inliers = Witnesses(problem, several ? of_first : estimate->inliers);
   if (!several) {
     const ParallaxTest test = VerdictOf(problem, *estimate);
     estimate->translation = test.translation;
@@ -130,9 +130,13 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
     }
     TellOtherPose(problem, estimate);
   }
-  estimate->log_false_alarms = estimate->share_behind > kMostBehind
-                                   ? std::numeric_limits<double>::infinity()
-                                   : LogFalseAlarmsOf(problem, inliers, estimate->inlier_threshold);
+  const std::vector<std::uint8_t>& inliers = several ? of_first : estimate->inliers;
+  if (estimate->share_behind > kMostBehind)
+    estimate->log_false_alarms = std::numeric_limits<double>::infinity();
+  else if (IsOfTwoClouds(problem.task))
+    estimate->log_false_alarms = LogChanceMotions(problem.points, estimate->model, inliers, estimate->inlier_threshold);
+  else
+    estimate->log_false_alarms = LogFalseAlarmsOf(problem, Witnesses(problem, inliers), estimate->inlier_threshold);
 }
 
 /// Makes an estimate of usable rows one of all rows.
