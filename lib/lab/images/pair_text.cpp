@@ -55,14 +55,6 @@ std::string FocalText(const Problem& problem, const FocalEstimate& focal) {
   return shared ? text("f", 0) : text("f1", 0) + text("f2", 1);
 }
 
-std::string RotationText(const Eigen::Matrix3d& r) {
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r;
-  const Eigen::AngleAxisd turn(r);
-  return MatrixText("R", rotation.data()) + Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n",
-                                                   turn.angle() * 180.0 / std::numbers::pi, turn.axis()[0],
-                                                   turn.axis()[1], turn.axis()[2]);
-}
-
 std::string PoseText(const RigidMotion& pose) {
   return RotationText(pose.rotation) + Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n",
                                               pose.translation[0], pose.translation[1], pose.translation[2]);
@@ -72,6 +64,22 @@ std::string SpreadText(const Eigen::MatrixXd& covariance, const std::string& of_
   return Format("  standard deviations by noise, at most: R %.2g degrees, t ", SpreadDegrees(covariance, 0)) +
          of_translation + "\n";
 }
+
+}  // namespace
+
+std::string RotationText(const Eigen::Matrix3d& r) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = r;
+  const Eigen::AngleAxisd turn(r);
+  return MatrixText("R", rotation.data()) + Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n",
+                                                   turn.angle() * 180.0 / std::numbers::pi, turn.axis()[0],
+                                                   turn.axis()[1], turn.axis()[2]);
+}
+
+std::string PoseSpreadText(const Eigen::MatrixXd& covariance) {
+  return SpreadText(covariance, Format("%.2g", SpreadDegrees(covariance, 3) * std::numbers::pi / 180.0));
+}
+
+namespace {
 
 /// Of a camera in a known scene.
 std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
@@ -83,8 +91,7 @@ std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
   };
   std::string all;
   if (const auto pose = PoseOfEstimate(estimate, problem)) all += text(*pose);
-  if (const auto& covariance = estimate.pose_covariance)
-    all += SpreadText(*covariance, Format("%.2g", SpreadDegrees(*covariance, 3) * std::numbers::pi / 180.0));
+  if (const auto& covariance = estimate.pose_covariance) all += PoseSpreadText(*covariance);
   if (estimate.other_pose)
     all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.other_pose);
   return all;

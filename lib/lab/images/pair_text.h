@@ -17,6 +17,12 @@ struct PairTimes {
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);
 
+/// R in three lines, and by how many degrees it turns about which axis.
+std::string RotationText(const Eigen::Matrix3d& rotation);
+
+/// The greatest standard deviations of a 6 × 6 covariance in the order (ω, t), t of known length.
+std::string PoseSpreadText(const Eigen::MatrixXd& covariance);
+
 /// Of what the matches leave open, why, for people: "t is not determined: the camera only turned". Empty where it is
 /// determined.
 std::string UndeterminedText(Translation translation, Task task);
