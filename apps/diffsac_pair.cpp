@@ -105,8 +105,9 @@ void AddInput(CLI::App* app, Request* request) {
                 "Without a calibration: one camera took all images, at one zoom (default: where EXIF data say so)");
   app->add_option_function<std::string>(
          "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
-         "sift, rootsift or orb (default: rootsift)")
-      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
+         "sift, rootsift, orb or, where LibTorch is installed, xfeat, of 4096 keypoints and 1600 pixels if not said "
+         "otherwise (default: rootsift)")
+      ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
   app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
       ->capture_default_str();
   app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never")
@@ -183,6 +184,11 @@ void CheckUse(const CLI::App& app, Request* request) {
   request->only_rows = app.count("--method") > 0 && request->method.empty();
   if (request->only_rows) return;
   CheckGivenMatches(app, request);
+  // As XFeat's authors have it.
+  if (request->features.kind == FeatureKind::kXFeat) {
+    if (app.count("--max-keypoints") == 0) request->features.max_keypoints = 4096;
+    if (app.count("--max-image-size") == 0) request->features.max_image_size = 1600;
+  }
   const bool given = !request->given.file.empty();
   if (request->task == "absolute_pose" && !given)
     throw Error("--task absolute_pose is for --from-matches, with points x y X Y Z of a known scene");

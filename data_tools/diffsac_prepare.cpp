@@ -99,8 +99,8 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
          [&options](const std::string& name) {
            options.features.kind = diffsac::FromString<diffsac::FeatureKind>(name);
          },
-         "sift, rootsift or orb (default: rootsift)")
-      ->check(CLI::IsMember({"sift", "rootsift", "orb"}));
+         "sift, rootsift, orb or, where LibTorch is installed, xfeat (default: rootsift)")
+      ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
   app->add_option("--import-descriptors", options.import_descriptors,
                   "Keypoints and descriptors from this HDF5 file, as hloc writes it; hloc: of these keypoints");
   app->add_flag("--ratios", request->ratios, "colmap_database: ratios of the matches, from the stored descriptors");

@@ -24,6 +24,13 @@ assert pair["status"] == "ok" and not pair["may_be_chance"], pair
 assert abs(h[2] - 12) < 1 and abs(h[5]) < 1, h
 END
 done
+# XFeat, where LibTorch is; without it the program says so.
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --features xfeat --threads 1 --picture ""
+grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; fail "no model by XFeat"; }
+mkdir -p "$own/alone/bin"
+cp "$build/bin/diffsac_pair" "$own/alone/bin"
+ln -s "$(realpath "$build")/share" "$own/alone/share"
+build="$own/alone" expect_error 'LibTorch' pair "$own/a.pgm" "$own/b.pgm" --features xfeat --picture ""
 # From any folder: configuration and network are found beside the program.
 mkdir "$own/empty"
 (cd "$own/empty" && run_expecting 0 pair ../a.pgm ../b.pgm --task homography --threads 1 --picture "")

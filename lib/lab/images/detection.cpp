@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <mutex>
@@ -13,9 +14,11 @@
 #include <utility>
 
 #include "diffsac/core/logging.h"
+#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "lab/config/process.h"
 #include "lab/files/files.h"
+#include "lab/images/network_keypoints.h"
 
 namespace diffsac {
 namespace {
@@ -130,7 +133,7 @@ namespace {
 
 /// What OpenCV's detectors take of memory at most: SIFT, whose first octave is of the doubled image, was measured.
 double MemoryMib(FeatureKind kind, const cv::Mat& image) {
-  return (kind == FeatureKind::kOrb ? 30.0 : 230.0) * image.total() / 1e6;
+  return (kind == FeatureKind::kOrb ? 30.0 : 230.0) * static_cast<double>(image.total()) / 1e6;
 }
 
 /// Memory for keypoints, of all threads: who would take more than is free waits for the others.
@@ -179,6 +182,23 @@ void TellReduced(const std::string& path, const Detection& found, int max_size) 
   });
 }
 
+/// The module takes no image of less than a cell of its coarsest features.
+constexpr int kXFeatCell = 32;
+
+void DetectByNetwork(const std::string& path, const FeatureOptions& options, Detection* detection) {
+  Detection& found = *detection;
+  if (std::min(found.image.cols, found.image.rows) < kXFeatCell) return;
+  NetworkKeypoints keypoints;
+  const int most = options.max_keypoints > 0 ? options.max_keypoints : std::numeric_limits<int>::max();
+  const std::string wrong = NetworkKeypointsFunction()(FindModel("xfeat/model.pt"), found.image.data, found.image.cols,
+                                                       found.image.rows, most, &keypoints);
+  if (!wrong.empty()) throw Error(path + ": no keypoints could be found: " + wrong);
+  const auto count = keypoints.scores.size();
+  for (std::size_t i = 0; i < count; ++i)
+    found.keypoints.emplace_back(keypoints.places[2 * i], keypoints.places[2 * i + 1], 1.0f, 0.0f, keypoints.scores[i]);
+  if (count > 0) found.raw = cv::Mat(keypoints.descriptors, true).reshape(1, static_cast<int>(count));
+}
+
 }  // namespace
 
 Detection Detect(const std::string& path, const FeatureOptions& options) {
@@ -189,6 +209,10 @@ Detection Detect(const std::string& path, const FeatureOptions& options) {
   found.scale = Reduce(options.max_image_size, &found.image);
   if (found.scale > 1.0) TellReduced(path, found, options.max_image_size);
   const KeypointMemory memory(MemoryMib(options.kind, found.image), path);
+  if (options.kind == FeatureKind::kXFeat) {
+    DetectByNetwork(path, options, &found);
+    return found;
+  }
   try {
     MakeDetector(options)->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
   } catch (const cv::Exception& e) {
@@ -198,9 +222,12 @@ Detection Detect(const std::string& path, const FeatureOptions& options) {
 }
 
 void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes) {
+  if (static_cast<std::size_t>(bytes->cols()) == raw.cols * raw.elemSize()) {
+    std::memcpy(bytes->row(to).data(), raw.ptr(from), static_cast<std::size_t>(bytes->cols()));
+    return;
+  }
   for (Eigen::Index j = 0; j < bytes->cols(); ++j)
-    (*bytes)(to, j) = raw.type() == CV_8U ? raw.at<std::uint8_t>(from, static_cast<int>(j))
-                                          : static_cast<std::uint8_t>(raw.at<float>(from, static_cast<int>(j)));
+    (*bytes)(to, j) = static_cast<std::uint8_t>(raw.at<float>(from, static_cast<int>(j)));
 }
 
 }  // namespace diffsac

@@ -39,7 +39,8 @@ enum class Orientation {
 cv::Mat ReadGrayImage(const std::string& path, Orientation orientation = Orientation::kAsStored);
 cv::Ptr<cv::Feature2D> MakeDetector(const FeatureOptions& options);
 Detection Detect(const std::string& path, const FeatureOptions& options);
-/// One row of descriptors to bytes. OpenCV rounds SIFT's values to whole numbers up to 255, whatever it stores them in.
+/// One row of descriptors to bytes: as they are, where so many bytes are a row; else numbers to bytes. OpenCV rounds
+/// SIFT's values to whole numbers up to 255, whatever it stores them in.
 void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes);
 
 }  // namespace diffsac

@@ -89,7 +89,7 @@ std::string_view BytesOf(const Value* values, Eigen::Index count) {
 }
 
 // SIFT and RootSIFT are two readings of the same values.
-std::string DetectorName(FeatureKind kind) { return kind == FeatureKind::kOrb ? "orb" : "sift"; }
+std::string DetectorName(FeatureKind kind) { return IsSift(kind) ? "sift" : ToString(kind); }
 
 }  // namespace
 

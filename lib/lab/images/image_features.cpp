@@ -10,7 +10,7 @@
 namespace diffsac {
 namespace {
 
-constexpr int kSiftSize = 128, kOrbBytes = 32;
+constexpr int kSiftSize = 128, kOrbBytes = 32, kXFeatSize = 64;
 
 // Strongest first; the rest makes the order complete.
 std::vector<int> Order(const std::vector<cv::KeyPoint>& keypoints) {
@@ -26,7 +26,10 @@ std::vector<int> Order(const std::vector<cv::KeyPoint>& keypoints) {
   return order;
 }
 
-int BytesOf(FeatureKind kind) { return kind == FeatureKind::kOrb ? kOrbBytes : kSiftSize; }
+int BytesOf(FeatureKind kind) {
+  if (kind == FeatureKind::kXFeat) return kXFeatSize * sizeof(float);
+  return kind == FeatureKind::kOrb ? kOrbBytes : kSiftSize;
+}
 
 // Dividing the roots by their length is the L1 norm of what the roots were taken of.
 Eigen::RowVectorXf UnitRow(const Eigen::RowVectorXf& values) {
@@ -71,6 +74,8 @@ DescriptorMatrix DescriptorsFromBytes(const ByteMatrix& bytes, FeatureKind kind)
       for (Eigen::Index j = 0; j < bits.cols(); ++j) bits(i, j) = static_cast<float>((bytes(i, j / 8) >> (j % 8)) & 1);
     return bits;
   }
+  if (kind == FeatureKind::kXFeat)
+    return Eigen::Map<const DescriptorMatrix>(reinterpret_cast<const float*>(bytes.data()), bytes.rows(), kXFeatSize);
   DescriptorMatrix rows(bytes.rows(), bytes.cols());
   for (Eigen::Index i = 0; i < bytes.rows(); ++i) {
     const Eigen::RowVectorXf values = bytes.row(i).cast<float>();
@@ -80,7 +85,8 @@ DescriptorMatrix DescriptorsFromBytes(const ByteMatrix& bytes, FeatureKind kind)
 }
 
 ImageFeatures FeaturesFromRaw(const RawFeatures& raw, FeatureKind kind) {
-  return {raw.size, raw.positions, raw.frames, DescriptorsFromBytes(raw.bytes, kind)};
+  return {raw.size, raw.positions, kind == FeatureKind::kXFeat ? PointMatrix() : raw.frames,
+          DescriptorsFromBytes(raw.bytes, kind)};
 }
 
 ImageFeatures ExtractFeatures(const std::string& path, const FeatureOptions& options) {

@@ -13,12 +13,16 @@ namespace diffsac {
 
 /// SIFT (Lowe, "Distinctive image features from scale-invariant keypoints", IJCV 2004); RootSIFT, the roots of its
 /// L1-normalised values (Arandjelović and Zisserman, "Three things everyone should know to improve object retrieval",
-/// CVPR 2012); ORB (Rublee et al., "ORB: an efficient alternative to SIFT or SURF", ICCV 2011).
-enum class FeatureKind { kSift, kRootSift, kOrb };
+/// CVPR 2012); ORB (Rublee et al., "ORB: an efficient alternative to SIFT or SURF", ICCV 2011); XFeat, which LibTorch
+/// runs (lab/images/network_keypoints.h).
+enum class FeatureKind { kSift, kRootSift, kOrb, kXFeat };
 template <>
 inline constexpr auto kEnumNames<FeatureKind> = NamesOf<FeatureKind>({{FeatureKind::kSift, "sift"},
                                                                       {FeatureKind::kRootSift, "rootsift"},
-                                                                      {FeatureKind::kOrb, "orb"}});
+                                                                      {FeatureKind::kOrb, "orb"},
+                                                                      {FeatureKind::kXFeat, "xfeat"}});
+/// Whether its descriptors are SIFT's values.
+inline bool IsSift(FeatureKind kind) { return kind == FeatureKind::kSift || kind == FeatureKind::kRootSift; }
 
 struct FeatureOptions {
   FeatureKind kind = FeatureKind::kRootSift;
@@ -30,7 +34,8 @@ struct FeatureOptions {
 /// Of SIFT's detector; it stands in what names the files that are made of its keypoints.
 inline constexpr double kContrastThreshold = 0.04;
 
-/// N descriptors as the detector gives them, one a row: SIFT's 128 values, ORB's 32 bytes.
+/// N descriptors as the detector gives them, one a row: SIFT's 128 values, ORB's 32 bytes, the bytes of
+/// XFeat's 64 numbers.
 using ByteMatrix = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// The keypoints of one image, strongest first.
@@ -38,6 +43,7 @@ struct RawFeatures {
   ImageSize size;         ///< Of the file's pixels, whatever its orientation flag says.
   PointMatrix positions;  ///< N × 2, pixels of the file, the centre of the first pixel is (0, 0).
   PointMatrix frames;     ///< N × 2: the logarithm of the diameter in pixels of the file; the angle in radians.
+                          ///< XFeat's say nothing.
   ByteMatrix bytes;
 };
 
@@ -46,7 +52,7 @@ struct ImageFeatures {
   ImageSize size;
   PointMatrix positions;
   PointMatrix frames;            ///< As RawFeatures::frames; empty where keypoints have no size and angle.
-  DescriptorMatrix descriptors;  ///< N × 128 of unit length, or ORB's N × 256 bits, each 0 or 1.
+  DescriptorMatrix descriptors;  ///< N × 128 (XFeat: 64) of unit length, or ORB's N × 256 bits, each 0 or 1.
 };
 
 /// An image without texture has no keypoints. Throws Error when the file is no image.

@@ -76,7 +76,7 @@ void DescribeRest(const std::string& path, const Detection& found, const Feature
 
 PlacedDescriptors DescribePlaces(const std::string& path, const PointMatrix& places, const FeatureOptions& options) {
   options.Check();
-  if (options.kind == FeatureKind::kOrb) throw Error("places are described by SIFT or RootSIFT, not by ORB");
+  if (!IsSift(options.kind)) throw Error("places are described by sift or rootsift, not by " + ToString(options.kind));
   if (!places.allFinite()) throw Error(path + ": a matched coordinate in it is not finite");
   FeatureOptions all = options;
   all.max_keypoints = 0;

@@ -115,7 +115,7 @@ DescriptorMatrix RowsOf(const Example& pair, const PlacedImages& images, Feature
 
 TutorialResult AddTutorialDescriptors(const TutorialRequest& request, const std::atomic<bool>& stop) {
   request.features.Check();
-  if (request.features.kind == FeatureKind::kOrb) throw Error("--features: places are described by sift or rootsift");
+  if (!IsSift(request.features.kind)) throw Error("--features: places are described by sift or rootsift");
   const CorrespondenceScene scene(request.input);
   TutorialResult result;
   result.pairs = scene.size();

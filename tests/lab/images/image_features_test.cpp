@@ -275,7 +275,7 @@ TEST_CASE("places are described by the keypoint that is there, or themselves") {
   CHECK(alike > 34);
 
   options.kind = FeatureKind::kOrb;
-  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not by ORB"));
+  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not by orb"));
   options.kind = FeatureKind::kSift;
   places(0, 0) = std::nan("");
   CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not finite"));

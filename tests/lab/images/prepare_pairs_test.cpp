@@ -341,7 +341,7 @@ TEST_CASE("scenes that are there stay, and an interrupted preparation goes on wi
 TEST_CASE("all kinds of features match the views, and their descriptors are stored") {
   TemporaryFolder folder;
   WritePinhole(Views(), folder / "s");
-  for (FeatureKind kind : {FeatureKind::kSift, FeatureKind::kRootSift, FeatureKind::kOrb}) {
+  for (FeatureKind kind : {FeatureKind::kSift, FeatureKind::kRootSift, FeatureKind::kOrb, FeatureKind::kXFeat}) {
     CAPTURE(ToString(kind));
     PairsRequest request = Request("colmap", folder / "s", folder / ToString(kind));
     request.options.features.kind = kind;
@@ -359,8 +359,10 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
       CHECK(rows.cols() == 512);
       CHECK(((rows.array() == 0.0f) || (rows.array() == 1.0f)).all());
     } else {
-      CHECK(rows.cols() == 256);
-      CHECK((rows.leftCols(128).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
+      const Eigen::Index size = kind == FeatureKind::kXFeat ? 64 : 128;
+      CHECK(rows.cols() == 2 * size);
+      CHECK(pair.problem.similarities.rows() == (kind == FeatureKind::kXFeat ? 0 : pair.problem.points.rows()));
+      CHECK((rows.leftCols(size).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
     }
   }
 }
