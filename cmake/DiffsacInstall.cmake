@@ -104,6 +104,7 @@ foreach(_entry "pair:programs:the model of two images, or of every pair of photo
         execute_process(COMMAND \${HELP2MAN} --no-info --name \"${CMAKE_MATCH_3}\" --output \"\${page}\"
           \"$<TARGET_FILE:diffsac_${CMAKE_MATCH_1}_program>\"
           COMMAND_ERROR_IS_FATAL ANY)
+        execute_process(COMMAND gzip -9nf \"\${page}\" COMMAND_ERROR_IS_FATAL ANY)
       else()
         message(STATUS \"No man page of diffsac_${CMAKE_MATCH_1}: there is no help2man\")
       endif()" COMPONENT ${CMAKE_MATCH_2})

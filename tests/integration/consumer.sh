@@ -61,7 +61,7 @@ for program in "$own/mo ved/bin/"*; do
   "$program" --help >../help
   for file in $(grep -oE '(docs|data_tools)/[A-Za-z_/]+\.md' ../help); do expect_file "$own/mo ved/share/doc/diffsac/$file"; done
   for file in $(grep -oE 'configs/[a-z_/]+\.yaml' ../help); do expect_file "$own/mo ved/share/diffsac/$file"; done
-  if command -v help2man >/dev/null; then expect_file "$own/mo ved/share/man/man1/$(basename "$program").1"; fi
+  if command -v help2man >/dev/null; then expect_file "$own/mo ved/share/man/man1/$(basename "$program").1.gz"; fi
 done
 pose() { "$own/$1/pose" 300 100 75 <../matches.txt; }
 # What was compiled before the move looks where the prefix was, and says so.

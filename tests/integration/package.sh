@@ -1,15 +1,21 @@
-# The Debian package and the archive, unpacked into empty folders: what is in them runs there, without LibTorch and without the
-# build.
+# The Debian packages and the archive, unpacked into empty folders: what is in them runs there, and is compiled with, without
+# LibTorch and without the build.
 . "$(dirname "$0")/common.sh"
 command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null || { echo "skipped: no dpkg-dev here"; exit 4; }
 run_expecting 0 cpack --config "$build/CPackConfig.cmake" -B "$own/packages"
 version=$(sed -n 's/.*kVersion\[\] = "\(.*\)".*/\1/p' lib/diffsac/core/version.h)
-deb=$(echo "$own"/packages/diffsac_"${version}"_*.deb) archive=$(echo "$own"/packages/diffsac-"${version}"-*.tar.gz)
-expect_file "$deb" "$archive"
-run_expecting 0 dpkg-deb --info "$deb"
-grep -q "Depends: .*libtbb12.*" "$own/out" || { cat "$own/out" >&2; fail "the package does not say what it needs"; }
-grep -qi "torch" "$own/out" && fail "the package needs LibTorch"
-dpkg-deb -x "$deb" "$own/root"
+archive=$(echo "$own"/packages/diffsac-"${version}"-*.tar.gz)
+expect_file "$archive"
+soname=${version%.*}
+for package in "libdiffsac$soname" libdiffsac-dev libdiffsac-data diffsac-tools; do
+  deb=$(echo "$own/packages/${package}_${version}"_*.deb)
+  expect_file "$deb"
+  run_expecting 0 dpkg-deb --info "$deb"
+  grep -qi "torch" "$own/out" && fail "the package needs LibTorch"
+  [[ $package == libdiffsac-* ]] || grep -q "Depends: .*libtbb12.*" "$own/out" ||
+    { cat "$own/out" >&2; fail "$package does not say what it needs"; }
+done
+for deb in "$own"/packages/*.deb; do dpkg-deb -x "$deb" "$own/root"; done
 mkdir "$own/archive"
 tar -xzf "$archive" -C "$own/archive" --strip-components=1
 gray_blobs 200 150 140 3 0 >"$own/a.pgm"
@@ -17,6 +23,22 @@ gray_blobs 200 150 140 3 12 >"$own/b.pgm"
 room 320 240 260 35 8 >"$own/room.pgm"
 mkdir "$own/empty"
 cd "$own/empty"
+if command -v pkg-config >/dev/null; then
+  # A program that links the shared library of the packages.
+  # shellcheck disable=SC2046
+  run_expecting 0 c++ "$source/tests/integration/consumer/fit_line.cpp" -o fit_line \
+    $(PKG_CONFIG_PATH="$own/root/usr/lib/pkgconfig" pkg-config --cflags --libs diffsac)
+  LD_LIBRARY_PATH="$own/root/usr/lib" run_expecting 0 ./fit_line
+  grep -q "slope 0.500 intercept 1.000 inliers 7" "$own/out" || fail "another line"
+  LD_LIBRARY_PATH="$own/root/usr/lib" ldd fit_line | grep -q "root/usr/lib/libdiffsac.so.$soname" || fail "no shared library"
+fi
+python=$(sed -n 's/^Python_EXECUTABLE:[^=]*=//p' "$build/CMakeCache.txt")
+if [[ -d "$own/root/usr/lib/python3" && -n "$python" ]]; then
+  PYTHONPATH="$own/root/usr/lib/python3/dist-packages" run_expecting 0 "$python" -c 'import diffsac, numpy
+points = numpy.random.default_rng(1).uniform(0, 600, (40, 2))
+print(diffsac.__version__, diffsac.estimate_homography(points, points + 5, numpy.full(40, 0.5)).num_inliers)'
+  grep -q "^$version 40$" "$own/out" || { cat "$own/out" >&2; fail "another estimate in Python"; }
+fi
 for prefix in "$own/root/usr" "$own/archive"; do
   for program in diffsac_pair diffsac_vanish diffsac_prepare; do
     run_expecting 0 "$prefix/bin/$program" --version
