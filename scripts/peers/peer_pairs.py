@@ -32,6 +32,10 @@ def read_problems(run):
         return list(csv.DictReader(file))
 
 
+def conditions_of(run):
+    return {row["condition"] for row in read_problems(run)}
+
+
 def pair_ids(run, condition):
     """(scene, pair) in the order of the run."""
     ids = dict.fromkeys(tuple(row["id"].split("/")) for row in read_problems(run) if row["condition"] == condition)

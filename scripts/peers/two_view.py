@@ -48,11 +48,12 @@ for module in ("numpy", "h5py", "cv2"):
 import cv2
 import numpy as np
 
-from peer_pairs import accuracy, errors_of_matrix, existing, fail, matrix_of, normalized, pair_ids, read_pair, select
+from peer_pairs import accuracy, conditions_of, errors_of_matrix, existing, fail, matrix_of, normalized, pair_ids, read_pair, select
 
 EPSILON_PX, ITERATIONS, FEWEST_ITERATIONS, CONFIDENCE = 1.0, 1000, 100, 0.9999
 SUPERANSAC_PX = {"essential": 4.0, "fundamental": 2.0}     # of its examples: with 1 px it is worse
-CONDITIONS = {"all matches": 1.0, "ratio 0.85": 0.85}
+CONDITIONS = {"all matches": 1.0, "ratio 0.85": 0.85, **{  # the greatest ratio; 1 - score where matches have scores
+    name + cut: greatest for name in ("ALIKED + LightGlue", "XFeat + LighterGlue") for cut, greatest in (("", 1.0), (", score .1 or more", 0.9))}}
 FEWEST_POINTS = 8
 COLUMNS = ["row", "condition", "id", "seed", "ms", "model"]
 
@@ -329,7 +330,8 @@ def record(arguments):
         for row in rows if made_by == first else []:
             blocks[row[0], row[1]].append(row)
     cv2.setNumThreads(1)
-    missing = [(peer, condition) for peer in peers for condition in CONDITIONS if (peer, condition) not in blocks]
+    conditions = [name for name in CONDITIONS if name in conditions_of(arguments.run)]
+    missing = [(peer, condition) for peer in peers for condition in conditions if (peer, condition) not in blocks]
     pairs = {condition: pairs_of(arguments, folders, condition) for condition in {condition for _, condition in missing}}
     for peer, condition in missing:
         start = time.monotonic()
