@@ -228,6 +228,8 @@ void DefineOthers(nb::module_* module) {
       "[R | t]: points2 ≈ R points1 + t, of matches N × 3 of two clouds. max_distance: the greatest distance of "
       "an\ninlier; 0: twice the resolution of points2.",
       &EstimateRigidMotion);
+  DefineClouds(module, "estimate_rigid_motions", "Several [R | t] in the same matches: things that move by themselves.",
+               &EstimateRigidMotions);
   DefineClouds(module, "estimate_similarity", "[s R | t]: the same with a scale s > 0.", &EstimateSimilarity);
   DefinePoints(module, "estimate_line", "(a, b, c): a x + b y + c = 0 with a² + b² = 1.", &Points2, &EstimateLine);
   DefinePoints(module, "estimate_lines", "Several lines in the same points.", &Points2, &EstimateLines);

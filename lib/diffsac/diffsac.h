@@ -267,6 +267,9 @@ ModelsEstimate<Eigen::Matrix3d> EstimateHomographies(const Matches& matches, con
 /// Several poses: things that move by themselves.
 ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoints& points, const Eigen::Matrix3d& K,
                                                                   const ImageOptions& options = {});
+/// Several motions between two clouds: things that move by themselves. Draws as EstimateRigidMotion.
+ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateRigidMotions(const CloudMatches& matches,
+                                                                 const CloudOptions& options = {});
 /// Several lines.
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,
                                               const PointOptions& options);

@@ -1,4 +1,5 @@
 // Motions between clouds: what is found, how certain, and what is said where nothing is.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -150,6 +151,35 @@ TEST_CASE("errors of motions between clouds are what their covariances say", "[c
     CHECK(errors.Mean() < 1.25 * size);
     CHECK(errors.ShareBeyond(scaled ? kChiSquare95Of7 : kChiSquare95Of6) < 0.12);
   }
+}
+
+TEST_CASE("things that move by themselves have a motion each, far from the origin as well") {
+  Rng rng(31);
+  const CloudScene first = MakeCloudScene(600, 0.0, 0.01, rng.Fork("first")),
+                   second = MakeCloudScene(400, 0.0, 0.01, rng.Fork("second")),
+                   wrong = MakeCloudScene(2000, 1.0, 0.01, rng.Fork("wrong"));
+  PointMatrix points(3000, 6);
+  points << first.points, second.points, wrong.points;
+  const Eigen::RowVector3d far(1e5, -2e5, 3e4);
+  points.leftCols(3).rowwise() += far;
+  const auto found = EstimateRigidMotions(MatchesOf(points), CloudOptions(0.05));
+  REQUIRE(found.ok());
+  REQUIRE(found.models.size() == 2);
+  for (int k = 0; k < 2; ++k) {
+    const Rigid::Parameters& truth = k == 0 ? first.truth : second.truth;
+    const Eigen::Matrix3d rotation = found.models[k].leftCols<3>();
+    CHECK((rotation - RotationOf(truth)).norm() < 0.02);
+    CHECK((rotation * far.transpose() + found.models[k].col(3) - TranslationOf(truth)).norm() < 0.02);
+  }
+  const auto of = [&](int begin, int end, int label) {
+    return std::count(found.assignment.begin() + begin, found.assignment.begin() + end, label);
+  };
+  CHECK(of(0, 600, 1) > 570);
+  CHECK(of(600, 1000, 2) > 380);
+  CHECK(of(1000, 3000, 0) > 1950);
+  CHECK_FALSE(EstimateRigidMotions(MatchesOf(wrong.points), CloudOptions(0.05)).ok());
+  CHECK(EstimateRigidMotions({PointMatrix(0, 3), PointMatrix(0, 3)}, CloudOptions(0.05)).status ==
+        Status::kTooFewPoints);
 }
 
 TEST_CASE("of chance, points that many are matched to and neighbours that are matched alike say nothing more") {

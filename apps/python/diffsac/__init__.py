@@ -38,6 +38,7 @@ estimate_one_focal = _explained(_native.estimate_one_focal)
 estimate_plane = _explained(_native.estimate_plane)
 estimate_planes = _explained(_native.estimate_planes)
 estimate_rigid_motion = _explained(_native.estimate_rigid_motion)
+estimate_rigid_motions = _explained(_native.estimate_rigid_motions)
 estimate_shared_focal = _explained(_native.estimate_shared_focal)
 estimate_similarity = _explained(_native.estimate_similarity)
 estimate_two_focals = _explained(_native.estimate_two_focals)
@@ -77,6 +78,7 @@ __all__ = [
     "estimate_plane",
     "estimate_planes",
     "estimate_rigid_motion",
+    "estimate_rigid_motions",
     "estimate_shared_focal",
     "estimate_similarity",
     "estimate_two_focals",

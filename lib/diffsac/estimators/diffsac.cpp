@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "diffsac/estimators/pixel_length.h"
@@ -226,10 +227,11 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
 }
 
 template <class Model>
-ModelsEstimate<Model> Several(const Problem& problem, const EstimateOptions& options,
-                              const SceneFrame* frame = nullptr) {
+ModelsEstimate<Model> Several(
+    const Problem& problem, const EstimateOptions& options,
+    const std::function<void(Estimate*)>& restore = [](auto*) {}) {
   Estimate estimate = KeptEstimator(problem.task, options, true)->Run(problem, options.seed);
-  if (frame != nullptr) frame->Restore(&estimate);
+  restore(&estimate);
   ModelsEstimate<Model> result;
   result.status = estimate.status;
   for (const ModelParameters& model : estimate.structures) result.models.push_back(ModelOf<Model>(model));
@@ -385,7 +387,16 @@ ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateAbsolutePoses(const ScenePoi
                                                                   const ImageOptions& options) {
   const SceneFrame frame(points.points3d);
   const double residual = ResidualOr(options, Task::kAbsolutePose, PixelLength(points.points2d));
-  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, frame, K, residual), options, &frame);
+  return Several<Eigen::Matrix<double, 3, 4>>(ProblemOf(points, frame, K, residual), options,
+                                              [&](Estimate* estimate) { frame.Restore(estimate); });
+}
+
+ModelsEstimate<Eigen::Matrix<double, 3, 4>> EstimateRigidMotions(const CloudMatches& matches,
+                                                                 const CloudOptions& options) {
+  const CloudFrames frames(Task::kRigid, matches);
+  return Several<Eigen::Matrix<double, 3, 4>>(
+      ProblemOf(Task::kRigid, matches, frames, options), options,
+      [&](Estimate* estimate) { RestoreMotions(frames.from, frames.to, estimate); });
 }
 
 ModelsEstimate<Eigen::Vector3d> EstimateLines(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points,
