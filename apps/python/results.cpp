@@ -113,6 +113,7 @@ nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
   fields["log_false_alarms"] = estimate.log_false_alarms;
   fields["inlier_probabilities"] =
       estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
+  fields["posteriors"] = Array(VectorOf(estimate.posteriors));
   SetCounts(estimate, &fields);
   return fields;
 }

@@ -103,8 +103,8 @@ struct Matches {
   ImageSize size1 = {};               ///< In pixels; {}: unknown. Sizes help fundamental matrices.
   ImageSize size2 = {};               ///< As `size1`.
   /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
-  /// and KeyPoint::angle · π / 180); empty: unknown. The networks of essential and fundamental matrices read them, and
-  /// do without where they are unknown.
+  /// and KeyPoint::angle · π / 180); empty: unknown. Essential and fundamental matrices gain by them: networks read
+  /// them, and a match whose keypoints do not turn as its epipolar lines do counts less.
   Eigen::Matrix<double, Eigen::Dynamic, 2> similarities = {};
   /// N: instead of ratios, what a matcher says of each match, from 0 to 1, higher is better (LightGlue's and the like);
   /// empty: unknown. Give all matches: a cut by score (LightGlue's filter_threshold) loses more than it helps. No
@@ -144,6 +144,9 @@ struct ModelEstimate {
   double log_false_alarms = 0.0;
   /// N values, how likely each point is an inlier as the network said before the search; empty without a network.
   std::vector<float> inlier_probabilities;
+  /// N values, how likely each point is right under `model`: by its residual, the noise, how crowded residuals are that
+  /// are just no inliers', and its score or ratio, which need not be a probability itself; 0 without a model.
+  std::vector<float> posteriors;
   EstimateReport cost;    ///< Hypotheses, milliseconds.
   int rows_left_out = 0;  ///< That have a value that is not finite.
   int repeated_rows = 0;  ///< That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.

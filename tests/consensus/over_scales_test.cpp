@@ -92,6 +92,49 @@ TEST_CASE("Points of low prior count less, in the score and for the model") {
   CHECK(SearchUniformly<Line>(problem.points, 0.1, options, Rng(1)).score == plain.score);
 }
 
+TEST_CASE("Of two models with as many matches that is chosen with which keypoints turn") {
+  Rng rng(7);
+  const testing::TwoViewProblem one = testing::RandomProblem(60, rng, 0.2), two = testing::RandomProblem(60, rng, 0.2);
+  PointMatrix points(120, 4);
+  points << one.pixels, two.pixels;
+  ConsensusOptions options = OverScales(0.5, 4.0);
+  options.final_refinement = FinalRefinement::kMarginalised;
+  options.max_iterations = 3000;
+  const auto search = [&](const EstimationPriors& priors) {
+    return SearchUniformly<Fundamental>(points, 1.0, options, Rng(1), priors);
+  };
+  const ConsensusResult plain = search({});
+  for (const bool first : {true, false}) {
+    EstimationPriors priors;
+    priors.turns.resize(120, 2);
+    for (int i = 0; i < 120; ++i) {
+      const Matrix3Parameters& own = i < 60 ? one.fundamental : two.fundamental;
+      const double* x = points.data() + 4 * i;
+      double turn[2];
+      // Those of one model turn as its lines do, those of the other one otherwise.
+      for (double angle = 0.0; angle < 6.3; angle += 0.1) {
+        turn[0] = std::cos(angle), turn[1] = std::sin(angle);
+        if (TurnsAsLines(own.data(), x[0], x[1], x[2], x[3], turn) == ((i < 60) == first)) break;
+      }
+      priors.turns.row(i) << turn[0], turn[1];
+    }
+    options.turn_weight = 0.25;
+    const ConsensusResult chosen = search(priors);
+    REQUIRE(chosen.status == Status::kOk);
+    const auto inliers = [&](int begin) {
+      return std::count(chosen.inliers.begin() + begin, chosen.inliers.begin() + begin + 60, 1);
+    };
+    CHECK(inliers(first ? 0 : 60) > 50);
+    CHECK(inliers(first ? 60 : 0) < 20);
+    // At weight 1, and of another number of points, they say nothing.
+    options.turn_weight = 1.0;
+    CHECK(search(priors).score == plain.score);
+    options.turn_weight = 0.25;
+    priors.turns.conservativeResize(119, 2);
+    CHECK(search(priors).score == plain.score);
+  }
+}
+
 TEST_CASE("The cameras' prior divides scores of F, not those of models without the hook") {
   Rng rng(6);
   const testing::TwoViewProblem views = testing::RandomProblem(60, rng, 0.2);

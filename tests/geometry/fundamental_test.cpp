@@ -158,6 +158,35 @@ TEST_CASE("Sampson's distance is the distance to the nearest exact correspondenc
   }
 }
 
+TEST_CASE("A small step within the epipolar plane turns as the epipolar lines do, and no other turn does") {
+  Rng rng(17);
+  for (int trial = 0; trial < 50; ++trial) {
+    const testing::TwoViewProblem views = testing::RandomProblem(1, rng);
+    const double* x = views.pixels.data();
+    const auto agrees = [&](double turn) {
+      const double direction[] = {std::cos(turn), std::sin(turn)};
+      return TurnsAsLines(views.fundamental.data(), x[0], x[1], x[2], x[3], direction);
+    };
+    // The point, and one beside it in the direction from camera to camera, on both images.
+    const Eigen::Vector3d ray = views.k1.inverse() * Eigen::Vector3d(x[0], x[1], 1.0);
+    const Eigen::Vector3d other = views.pose.rotation * ray,
+                          end = views.k2.inverse() * Eigen::Vector3d(x[2], x[3], 1.0);
+    const double depth = -end.cross(views.pose.translation).norm() / end.cross(other).norm();
+    const Eigen::Vector3d point = std::abs(depth) * ray;
+    const Eigen::Vector3d beside = point + 1e-4 * views.pose.rotation.transpose() * views.pose.translation;
+    const Eigen::Vector2d step1 = (views.k1 * beside).hnormalized() - (views.k1 * point).hnormalized();
+    const auto second = [&](const Eigen::Vector3d& p) -> Eigen::Vector2d {
+      return (views.k2 * (views.pose.rotation * p + views.pose.translation)).hnormalized();
+    };
+    const Eigen::Vector2d step2 = second(beside) - second(point);
+    const double turn = std::atan2(step2[1], step2[0]) - std::atan2(step1[1], step1[0]);
+    CHECK(agrees(turn));
+    CHECK(agrees(turn + 0.6));
+    CHECK(agrees(turn - 0.6));
+    for (const double off : {0.7, 1.5, 3.1, -0.7, -1.5}) CHECK_FALSE(agrees(turn + off));
+  }
+}
+
 TEST_CASE("The oriented epipolar constraint holds for real scenes and breaks for points behind a camera") {
   Rng rng(6);
   for (int trial = 0; trial < 500; ++trial) {

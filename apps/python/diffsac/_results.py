@@ -77,6 +77,7 @@ class Estimate:
     noise_scale: float  # σ of one coordinate of the inliers' residuals, in pixels or the points' unit; NaN: not estimated.
     log_false_alarms: float  # log10 of the number of models with as many inliers that chance would give.
     inlier_probabilities: Optional[NDArray[np.float32]]  # N, by the network before the search; None without one.
+    posteriors: NDArray[np.float32]  # N, how likely each match or point is right under the model; 0 without one.
     cost: Cost
     rows_left_out: int  # That have a value that is not finite, or masked.
     repeated_rows: int  # That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.

@@ -35,6 +35,9 @@ void BindScales(ConsensusOptions& o, OptionsBinder& b) {
       .Help(
           "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
           "alike");
+  b.Field("turn_weight", o.turn_weight, Within(0.0, 1.0))
+      .Help(
+          "epipolar models: a match whose keypoint does not turn as its epipolar lines do counts with this; 1: alike");
   b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
       .Help(
           "F and H, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E, or (s₁ − s₃)/s₂ of H, with a "

@@ -105,6 +105,10 @@ struct ConsensusOptions {
   /// Each point counts in scores and nonlinear refinement with the probability of being an inlier that is known of it
   /// before (EstimationPriors::inlier_priors), to this power. 0: alike.
   double inlier_prior_power = 0.0;
+  /// Epipolar models, where it is known how keypoints turned (EstimationPriors::turns): a match whose keypoint does not
+  /// turn as its epipolar lines do (TurnsAsLines in geometry/epipolar.h) counts with this in scores and nonlinear
+  /// refinement. 1: alike.
+  double turn_weight = 1.0;
   /// Fundamental matrices and homographies: scores are divided by 1 + this · (s₁ − s₂)/s₂ of the essential matrix, or
   /// (s₁ − s₃)/s₂ of the plane's motion, that a model makes with guessed cameras, where the images' sizes are known
   /// (EstimationPriors::cameras). Unknown focal lengths: by 1 + this · the square of how many standard deviations of

@@ -54,6 +54,7 @@ namespace diffsac {
 //                                    equally well (a symmetric body's). Hypotheses of the same points then count as one
 //   kFreedom                         of how many free parameters the model is, where that is not kResidualDimension · γ
 //   Residuals(model, columns, begin, end, out)   several at a time, from columns (scorer.h)
+//   Turns(model, columns, i, turn)   whether the keypoint of point i turned as the model says, for options.turn_weight
 //   Determined(points)               whether all points together determine a model (CheckPoints)
 //
 // The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.

@@ -50,6 +50,9 @@ struct EstimationPriors {
   /// How much each point says (PointWeights in problem/problem.h), for structures.search: chosen. Empty: alike.
   Eigen::VectorXd point_weights = {};
   std::optional<CameraPrior> cameras = {};
+  /// The cosine and sine of how each keypoint turned, N × 2 (Problem::similarities), for options.turn_weight. Empty:
+  /// unknown.
+  PointMatrix turns = {};
   /// Of how many of the data's units one unit of the points is.
   double unit = 1.0;
 };

@@ -158,7 +158,7 @@ class HypothesisBlock {
 /// What scores take into account of the priors. Priors that are not one number a point say nothing; what is no
 /// probability counts as the nearest one, and what is no number as 0.
 inline ScorePrior PriorOf(const EstimationPriors& priors, const ConsensusOptions& options, Eigen::Index num_points) {
-  ScorePrior prior{{}, priors.cameras};
+  ScorePrior prior{{}, priors.cameras, priors.turns, options.turn_weight};
   if (options.inlier_prior_power > 0.0 && priors.inlier_priors.size() == num_points) {
     const Eigen::ArrayXd probabilities = priors.inlier_priors.unaryExpr(
         [](double value) { return std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0); });

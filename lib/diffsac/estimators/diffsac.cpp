@@ -161,6 +161,7 @@ void Take(Estimate estimate, Result* result) {
   result->noise_scale = estimate.noise_scale;
   result->log_false_alarms = estimate.log_false_alarms;
   result->inlier_probabilities = std::move(estimate.inlier_probabilities);
+  result->posteriors = std::move(estimate.posteriors);
   result->cost = estimate.report;
   result->rows_left_out = estimate.rows_left_out;
   result->repeated_rows = estimate.repeated_rows;

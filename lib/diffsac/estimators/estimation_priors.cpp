@@ -45,6 +45,10 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
     if constexpr (requires { Description::PriorsOf(problem, 1.0); })
       priors.cameras = FocalCameraPrior(Description::PriorsOf(problem, options.focal_log_sigma), options.camera_prior);
   });
+  if (options.turn_weight < 1.0 && problem.similarities.rows() == problem.points.rows()) {
+    priors.turns.resize(problem.similarities.rows(), 2);
+    priors.turns << problem.similarities.col(1).array().cos(), problem.similarities.col(1).array().sin();
+  }
   priors.point_weights = PointWeights(problem);
   if (options.inlier_prior_power > 0.0) {
     priors.inlier_priors = priors.point_weights;
@@ -56,6 +60,8 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
 ConsensusOptions OptionsOfProblem(const Problem& problem, ConsensusOptions options) {
   options.least_scale *= problem.least_scale_factor;
   options.greatest_scale *= problem.greatest_scale_factor;
+  // Surest matches crowd on what repeats least, often one plane: F needs the others as well (docs/drop_ins.md).
+  if (problem.scored && problem.task == Task::kFundamental) options.inlier_prior_power *= 0.5;
   return options;
 }
 

@@ -47,6 +47,7 @@ ConsensusOptions MarginalisedConsensus(Task task) {
   consensus.refit_candidates = 10;
   consensus.refine_finalists = 3;
   consensus.inlier_prior_power = 1.0;
+  consensus.turn_weight = 0.25;
   if (task == Task::kFundamental) {
     // Its landscape has many optima. Essential matrices gain nothing by it (docs/experiments.md).
     consensus.basins = 10;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "diffsac/estimators/point_rows.h"
+#include "diffsac/estimators/posteriors.h"
 #include "diffsac/estimators/static_overlay.h"
 #include "diffsac/geometry/parallax.h"
 #include "diffsac/geometry/pose.h"
@@ -112,6 +113,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
     estimate->status = Status::kDegenerate;
   if (estimate->status != Status::kOk) {
     estimate->inliers.assign(static_cast<std::size_t>(problem.points.rows()), 0);
+    estimate->posteriors = PosteriorsOf(problem, *estimate);
     if (IsStill(problem, problem.inlier_threshold)) estimate->translation = Translation::kStatic;
     return;
   }
@@ -137,6 +139,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
     estimate->log_false_alarms = LogChanceMotions(problem.points, estimate->model, inliers, estimate->inlier_threshold);
   else
     estimate->log_false_alarms = LogFalseAlarmsOf(problem, Witnesses(problem, inliers), estimate->inlier_threshold);
+  estimate->posteriors = PosteriorsOf(problem, *estimate);
 }
 
 /// Makes an estimate of usable rows one of all rows.
@@ -144,6 +147,7 @@ void GiveToAll(const UsableRows& rows, Estimate* estimate) {
   rows.Spread(&estimate->inliers);
   rows.Spread(&estimate->assignment);
   rows.Spread(&estimate->inlier_probabilities);
+  rows.Spread(&estimate->posteriors);
   for (std::vector<int>& set : estimate->minimal_sets)
     for (int& row : set) row = rows.RowOf(row);
   estimate->rows_left_out = rows.left_out();

@@ -61,6 +61,8 @@ struct Estimate {
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.
   std::vector<float> inlier_probabilities;
+  /// N values, how likely each point is right under `model` (PosteriorsOf); empty of several structures.
+  std::vector<float> posteriors;
   /// The first (up to 20) minimal sets that were solved, in their order, for reports; empty for methods that have none
   /// or do not tell.
   std::vector<std::vector<int>> minimal_sets;

@@ -37,8 +37,8 @@ void PreferMoving(const std::vector<int>& rows, Estimate moving, Estimate* whole
     return all;
   };
   moving.inliers = spread(moving.inliers, std::vector<std::uint8_t>(whole->inliers.size()));
-  if (!moving.inlier_probabilities.empty())
-    moving.inlier_probabilities = spread(moving.inlier_probabilities, std::vector<float>(whole->inliers.size()));
+  for (std::vector<float>* values : {&moving.inlier_probabilities, &moving.posteriors})
+    if (!values->empty()) *values = spread(*values, std::vector<float>(whole->inliers.size()));
   for (std::vector<int>& set : moving.minimal_sets)
     for (int& row : set) row = rows[row];
   moving.report.hypotheses += whole->report.hypotheses;

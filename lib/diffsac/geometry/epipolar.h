@@ -31,6 +31,20 @@ inline double SampsonError(const Matrix3Parameters& model, const double* point) 
   return SampsonDistance(model.data(), point[0], point[1], point[2], point[3]);
 }
 
+/// Whether a keypoint turned as the epipolar lines of its match do, within the angle whose cosine is .8 (37°): around a
+/// right match the line in image 1, turned as the keypoint did, lies about along that in image 2. Wrong matches turn in
+/// any way. turn: the cosine and sine of the second column of Problem::similarities. False at an epipole.
+inline bool TurnsAsLines(const double* f, double x1, double y1, double x2, double y2, const double* turn) {
+  constexpr double kLeastCosine = 0.8;
+  const double a = (f[0] * x1 + f[1] * y1) + f[2];
+  const double b = (f[3] * x1 + f[4] * y1) + f[5];
+  const double d = (f[0] * x2 + f[3] * y2) + f[6];
+  const double e = (f[1] * x2 + f[4] * y2) + f[7];
+  // The normals of the two lines point to opposite sides.
+  const double along = -((turn[0] * a + turn[1] * b) * d + (turn[0] * b - turn[1] * a) * e);
+  return along > 0.0 && along * along > kLeastCosine * kLeastCosine * ((a * a + b * b) * (d * d + e * e));
+}
+
 /// What all epipolar models of one matrix have.
 struct SampsonModel {
   using Parameters = Matrix3Parameters;
@@ -45,6 +59,9 @@ struct SampsonModel {
   /// As `Residual`, over 4 columns, bit for bit.
   static void Residuals(const Parameters& model, const double* const* columns, int begin, int end, double* out) {
     SampsonDistances(model.data(), columns, begin, end, out);
+  }
+  static bool Turns(const Parameters& model, const double* const* columns, int i, const double* turn) {
+    return TurnsAsLines(model.data(), columns[0][i], columns[1][i], columns[2][i], columns[3][i], turn);
   }
 };
 

@@ -56,7 +56,7 @@ class FinalRefiner {
     if (!cameras) return std::nullopt;
     Parameters model = chosen->model;
     ++*fits;
-    if (!Model::Marginalise(scorer_.points(), scorer_.AllWeights(), LossAt(model), cameras->focals(), &model,
+    if (!Model::Marginalise(scorer_.points(), scorer_.WeightsUnder(model), LossAt(model), cameras->focals(), &model,
                             &posterior) ||
         CountInliers(model) < Model::kMinimalSize)
       return std::nullopt;
@@ -120,7 +120,8 @@ class FinalRefiner {
     for (Eigen::Index i = 0; i < residuals.size(); ++i) result->inliers[i] = residuals[i] <= threshold;
     if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return;
     result->fit = {LossAt(chosen.model), support};
-    if constexpr (HasRobustRefine<Model>) result->fit->weights = scorer_.weights();
+    if constexpr (HasRobustRefine<Model>)
+      if (scorer_.Weighs()) result->fit->weights = scorer_.WeightsUnder(chosen.model);
   }
 
  private:

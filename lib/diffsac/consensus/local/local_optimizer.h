@@ -197,9 +197,9 @@ typename Model::Parameters RefinedNonlinearly(const Scorer<Model>& scorer, [[may
     const auto refine = [&] {
       if constexpr (HasFocalPosterior<Model>)
         if (const auto& cameras = scorer.prior().cameras)
-          return Model::Refine(scorer.points(), scorer.AllWeights(), loss, cameras->focals(), &model, steps);
+          return Model::Refine(scorer.points(), scorer.WeightsUnder(start), loss, cameras->focals(), &model, steps);
       if constexpr (HasRobustRefine<Model>)
-        return Model::Refine(scorer.points(), scorer.AllWeights(), loss, &model, steps);
+        return Model::Refine(scorer.points(), scorer.WeightsUnder(start), loss, &model, steps);
       else
         return Model::Refine(scorer.points(), loss.scale, &model);
     };

@@ -18,11 +18,16 @@ namespace diffsac {
 struct ScorePrior {
   Eigen::VectorXd weights = {};             ///< Of each point's contribution, within [0, 1]; empty: 1 each.
   std::optional<CameraPrior> cameras = {};  ///< Of models that have the hook.
+  /// The cosine and sine of each point's turn, N × 2, of models that have the hook; empty: unknown.
+  PointMatrix turns = {};
+  double turn_weight = 1.0;  ///< Of points that turn otherwise, within [0, 1].
 
   /// For these points alone.
   ScorePrior Of(const std::vector<int>& rows) const {
-    if (weights.size() == 0) return {{}, cameras};
-    return {weights(rows), cameras};
+    ScorePrior some{{}, cameras, {}, turn_weight};
+    if (weights.size() > 0) some.weights = weights(rows);
+    if (turns.rows() > 0) some.turns = turns(rows, Eigen::all);
+    return some;
   }
 };
 
@@ -63,11 +68,18 @@ class Scorer {
   int size() const { return static_cast<int>(points_.rows()); }
   const PointMatrix& points() const { return points_; }
   const ScorePrior& prior() const { return prior_; }
-  /// Of the points; empty: 1 each.
+  /// What is known of the points before any model; empty: 1 each.
   const Eigen::VectorXd& weights() const { return prior_.weights; }
 
-  /// Of the points, 1 each where none are given.
-  Eigen::VectorXd AllWeights() const { return weights().size() > 0 ? weights() : Eigen::VectorXd::Ones(size()); }
+  /// Whether points count differently.
+  bool Weighs() const { return weights().size() > 0 || HasTurns(); }
+
+  /// Of the points under a model, N values.
+  Eigen::VectorXd WeightsUnder(const typename Model::Parameters& model) const {
+    Eigen::VectorXd all = weights().size() > 0 ? weights() : Eigen::VectorXd::Ones(size());
+    if (HasTurns()) WeighTurns(model, 0, size(), all.data(), [](int) { return true; });
+    return all;
+  }
 
   void Residuals(const typename Model::Parameters& model, int begin, int end, double* out) const {
     if constexpr (requires { Model::Residuals(model, pointers_.data(), begin, end, out); }) {
@@ -89,14 +101,14 @@ class Scorer {
     const double plausibility = Plausibility(model);
     const double bar_of_sum = bar / plausibility;
     if (!MayReach(model, score, bar_of_sum)) return bar;
-    if (!score.IsSum()) return OfAll(score, Residuals(model), bar_of_sum - kMargin) * plausibility;
+    if (!score.IsSum()) return OfAll(model, score, Residuals(model), bar_of_sum - kMargin) * plausibility;
     double sum = 0.0;
     std::array<double, kBlock> residuals;
     for (int begin = 0; begin < size(); begin += kBlock) {
       if (sum + rest_[begin / kBlock] + kMargin < bar_of_sum) return bar;
       const int end = std::min(begin + kBlock, size());
       Residuals(model, begin, end, residuals.data());
-      sum += Sum(score, residuals.data(), begin, end);
+      sum += Sum(model, score, residuals.data(), begin, end);
     }
     return sum * plausibility;
   }
@@ -105,7 +117,7 @@ class Scorer {
   double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals, const Score& score,
                     double bar = -1.0) const {
     const double plausibility = Plausibility(model);
-    return OfAll(score, residuals, bar / plausibility - kMargin) * plausibility;
+    return OfAll(model, score, residuals, bar / plausibility - kMargin) * plausibility;
   }
 
  private:
@@ -170,13 +182,35 @@ class Scorer {
     return score.BoundOfAll(histogram);
   }
 
-  double OfAll(const Score& score, const Eigen::VectorXd& residuals, double bar) const {
+  bool HasTurns() const { return kKnowsTurns && prior_.turn_weight < 1.0 && prior_.turns.rows() == size(); }
+
+  /// Lowers the weights of those of the points [begin, end), of which weights[0] is the first, that `matter` and turn
+  /// otherwise than the model says.
+  template <class Matter>
+  void WeighTurns([[maybe_unused]] const typename Model::Parameters& model, [[maybe_unused]] int begin,
+                  [[maybe_unused]] int end, [[maybe_unused]] double* weights,
+                  [[maybe_unused]] const Matter& matter) const {
+    if constexpr (kKnowsTurns)
+      for (int i = begin; i < end; ++i)
+        if (matter(i - begin) && !Model::Turns(model, pointers_.data(), i, prior_.turns.data() + 2 * i))
+          weights[i - begin] *= prior_.turn_weight;
+  }
+
+  double OfAll(const typename Model::Parameters& model, const Score& score, const Eigen::VectorXd& residuals,
+               double bar) const {
+    if (HasTurns()) return score.OfAll(residuals.data(), WeightsUnder(model).data(), size(), bar);
     return score.OfAll(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size(), bar);
   }
 
-  double Sum(const Score& score, const double* residuals, int begin, int end) const {
-    if (prior_.weights.size() == 0) return score.Sum(residuals, end - begin);
-    return score.Sum(residuals, prior_.weights.data() + begin, end - begin);
+  double Sum(const typename Model::Parameters& model, const Score& score, const double* residuals, int begin,
+             int end) const {
+    const double* given = weights().size() == 0 ? nullptr : weights().data() + begin;
+    if (!HasTurns()) return given ? score.Sum(residuals, given, end - begin) : score.Sum(residuals, end - begin);
+    std::array<double, kBlock> own;
+    for (int i = 0; i < end - begin; ++i) own[i] = given ? given[i] : 1.0;
+    const double reach = score.unit();
+    WeighTurns(model, begin, end, own.data(), [&](int i) { return residuals[i] < reach; });
+    return score.Sum(residuals, own.data(), end - begin);
   }
 
   /// What the score is multiplied with, within (0, 1].
@@ -200,6 +234,9 @@ class Scorer {
     using Type = typename M::Bounds;
   };
 
+  static constexpr bool kKnowsTurns = requires(const typename Model::Parameters& model) {
+    Model::Turns(model, nullptr, 0, nullptr);
+  };
   static constexpr int kBlock = 64;
   static constexpr double kMargin = 1e-6;
   const PointMatrix& points_;

@@ -126,6 +126,7 @@ inline EstimationPriors OfRows(const EstimationPriors& priors, const std::vector
   // A list that is not one number a point is left as it is, for the loop to pass over.
   const auto fits = [&](const Eigen::VectorXd& values) { return rows.empty() || values.size() > rows.back(); };
   if (fits(priors.inlier_priors)) some.inlier_priors = priors.inlier_priors(rows);
+  if (!rows.empty() && priors.turns.rows() > rows.back()) some.turns = priors.turns(rows, Eigen::all);
   if (fits(priors.fit_weights)) some.fit_weights = priors.fit_weights(rows);
   return some;
 }

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "diffsac/estimators/robust_estimator.h"
+
+namespace diffsac {
+
+/// How likely each point of the problem is right under the estimate's model, N values; 0 without a model, and of
+/// several structures nothing. By Bayes: a right point's residual is of noise σ, now and then (5 %) of three times
+/// that; a wrong one's has the density of residuals just beyond the noise, where mismatches that are nearly right
+/// crowd, and that of places anywhere at least (ChanceShare). Before the residual a point is as likely as its score or
+/// ratio says (MatchPriors), all log odds moved by one number, which maximises the likelihood, so that no scale of
+/// scores is taken at its word. That the model is right is taken for granted (log_false_alarms asks).
+std::vector<float> PosteriorsOf(const Problem& problem, const Estimate& estimate);
+
+}  // namespace diffsac
