@@ -2,12 +2,13 @@
 """What a matcher's scores are worth to estimators of essential and fundamental matrices: ours with scores, with 1 - score as a ratio and
 without either, and PoseLib, on pairs with match_scores.h5 and truth, as learned_matches.py --model writes them.
 
-  PYTHON scripts/peers/matcher_scores.py --scenes SCENE... [--seeds 3] [--maps]
+  PYTHON scripts/peers/matcher_scores.py --scenes SCENE... [--seeds 3] [--maps | --posteriors]
 
 PYTHON has diffsac (pip install .), numpy, h5py, opencv-python-headless and poselib. It prints mAA@10deg as docs/metrics.md has it (F
 decomposed with the true cameras), over all pairs and seeds alike, with the interval of 95 % of the difference to ours with scores by
 bootstrap over pairs; and what share of the matches of a score is right (within 1.5 px of the truth). --maps: other maps from score to
-probability than the library's, .05 + .9 score, which keep the order: for scenes that settings are chosen on alone.
+probability than the library's, .05 + .9 score, which keep the order: for scenes that settings are chosen on alone. --posteriors: how far
+`posteriors` of the estimates are from the share that is right, on average over matches (expected calibration error, ten bins).
 """
 import argparse
 import os
@@ -22,8 +23,14 @@ from peer_pairs import accuracy, errors_of_matrix, fail, read_pair, sampson
 FEWEST_POINTS, RIGHT_PX = 8, 1.5
 
 
-def ours(keep=0.0, **options):
+def estimate(task, pair, kept, seed, **options):
     import diffsac
+    cameras = (pair.k1, pair.k2) if task == "essential" else ()
+    return getattr(diffsac, "estimate_" + task)(pair.matches[kept, :2], pair.matches[kept, 2:], *cameras, seed=seed, size1=[int(v) for v in pair.sizes[:2]],
+                                                size2=[int(v) for v in pair.sizes[2:]], **options)
+
+
+def ours(keep=0.0, **options):
     named = {"scores": lambda s: {"scores": s}, "ratio": lambda s: {"ratio": 1 - s}, "none": lambda s: {}}
     give = named.get(options.pop("give"), options.get("map"))
     options.pop("map", None)
@@ -32,10 +39,7 @@ def ours(keep=0.0, **options):
         kept = scores >= keep
         if kept.sum() < FEWEST_POINTS:
             return None
-        x1, x2 = pair.matches[kept, :2], pair.matches[kept, 2:]
-        sizes = {"size1": [int(v) for v in pair.sizes[:2]], "size2": [int(v) for v in pair.sizes[2:]]}
-        cameras = (pair.k1, pair.k2) if task == "essential" else ()
-        found = getattr(diffsac, "estimate_" + task)(x1, x2, *cameras, seed=seed, **sizes, **give(scores[kept]), **options)
+        found = estimate(task, pair, kept, seed, **give(scores[kept]), **options)
         return found.model if found.ok else None
     return run
 
@@ -86,15 +90,33 @@ def pairs_of(scenes):
                 yield pair, 1.0 - pair.ratios
 
 
+def right_matches(pair):
+    x, y, z = pair.shift
+    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pair.turn
+    return np.sqrt(sampson(np.linalg.inv(pair.k2).T @ essential @ np.linalg.inv(pair.k1), pair.matches)) <= RIGHT_PX
+
+
+def calibration(pairs, seeds):
+    for task in ("essential", "fundamental"):
+        said, right = [], []
+        for pair, scores in pairs:
+            for seed in range(seeds):
+                said.append(estimate(task, pair, np.ones(len(scores), bool), seed, scores=scores).posteriors)
+                right.append(right_matches(pair))
+        said, right = np.concatenate(said), np.concatenate(right)
+        bins = np.minimum((10 * said).astype(int), 9)
+        means = [(said[bins == k].mean(), right[bins == k].mean(), (bins == k).sum()) for k in range(10) if (bins == k).any()]
+        error = sum(abs(p - share) * count for p, share, count in means) / len(said)
+        print(f"{task}: posteriors of {len(said)} matches are off by {error:.3f}; "
+              + ", ".join(f"{p:.2f}: {share:.2f} right" for p, share, _ in means))
+
+
 def reliability(pairs):
     """Of a score, how many are right."""
     scores, right = [], []
     for pair, score in pairs:
-        x, y, z = pair.shift
-        essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pair.turn
-        residual = np.sqrt(sampson(np.linalg.inv(pair.k2).T @ essential @ np.linalg.inv(pair.k1), pair.matches))
         scores.append(score)
-        right.append(residual <= RIGHT_PX)
+        right.append(right_matches(pair))
     scores, right = np.concatenate(scores), np.concatenate(right)
     print(f"{len(scores)} matches, {100 * right.mean():.0f} % right")
     for low in np.arange(0, 1, 0.1):
@@ -108,8 +130,11 @@ def main():
     parser.add_argument("--scenes", nargs="+", required=True)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--maps", action="store_true")
+    parser.add_argument("--posteriors", action="store_true")
     arguments = parser.parse_args()
     pairs = list(pairs_of(arguments.scenes)) or fail("no pairs")
+    if arguments.posteriors:
+        return calibration(pairs, arguments.seeds)
     reliability(pairs)
     random = np.random.default_rng(1)
     resampled = random.integers(0, len(pairs), (2000, len(pairs)))
