@@ -8,7 +8,8 @@ PYTHON has diffsac (pip install .), numpy, h5py, opencv-python-headless and pose
 decomposed with the true cameras), over all pairs and seeds alike, with the interval of 95 % of the difference to ours with scores by
 bootstrap over pairs; and what share of the matches of a score is right (within 1.5 px of the truth). --maps: other maps from score to
 probability than the library's, .05 + .9 score, which keep the order: for scenes that settings are chosen on alone. --posteriors: how far
-`posteriors` of the estimates are from the share that is right, on average over matches (expected calibration error, ten bins).
+`posteriors` of the estimates are from the share that is right, on average over matches (expected calibration error, ten bins); right is
+within 1.5 px of the photographs as the matcher saw them, 1024 wide or high.
 """
 import argparse
 import os
@@ -20,7 +21,7 @@ import numpy as np
 
 from peer_pairs import accuracy, errors_of_matrix, fail, read_pair, sampson
 
-FEWEST_POINTS, RIGHT_PX = 8, 1.5
+FEWEST_POINTS, RIGHT_PX, MATCHED_SIDE = 8, 1.5, 1024
 
 
 def estimate(task, pair, kept, seed, **options):
@@ -90,10 +91,10 @@ def pairs_of(scenes):
                 yield pair, 1.0 - pair.ratios
 
 
-def right_matches(pair):
+def right_matches(pair, px=RIGHT_PX):
     x, y, z = pair.shift
     essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pair.turn
-    return np.sqrt(sampson(np.linalg.inv(pair.k2).T @ essential @ np.linalg.inv(pair.k1), pair.matches)) <= RIGHT_PX
+    return np.sqrt(sampson(np.linalg.inv(pair.k2).T @ essential @ np.linalg.inv(pair.k1), pair.matches)) <= px
 
 
 def calibration(pairs, seeds):
@@ -102,7 +103,8 @@ def calibration(pairs, seeds):
         for pair, scores in pairs:
             for seed in range(seeds):
                 said.append(estimate(task, pair, np.ones(len(scores), bool), seed, scores=scores).posteriors)
-                right.append(right_matches(pair))
+                # Keypoints are as exact as the photographs that the matcher saw, of this longest side (learned_matches.py).
+                right.append(right_matches(pair, RIGHT_PX * max(1.0, max(pair.sizes) / MATCHED_SIDE)))
         said, right = np.concatenate(said), np.concatenate(right)
         bins = np.minimum((10 * said).astype(int), 9)
         means = [(said[bins == k].mean(), right[bins == k].mean(), (bins == k).sum()) for k in range(10) if (bins == k).any()]
