@@ -85,7 +85,8 @@ if command -v pkg-config >/dev/null; then
   for component in shared namelink; do run_expecting 0 cmake --install "$build" --component $component --prefix "$own/mo ved"; done
   link
   version=$(sed -n 's/.*kVersion\[\] = "\([0-9]*[.][0-9]*\).*/\1/p' "$source/lib/diffsac/core/version.h")
-  objdump -p pose | grep -q "NEEDED *libdiffsac.so.$version$" || fail "no shared library of $version"
+  objdump -p pose > "$own/needs"
+  grep -q "NEEDED *libdiffsac.so.$version$" "$own/needs" || fail "no shared library of $version"
   mv "$own/mo ved" "$own/moved again"
   LD_LIBRARY_PATH=$(dirname "$(find "$own/moved again" -name libdiffsac.so)") same_pose pkg-config
   mv "$own/moved again" "$own/mo ved"

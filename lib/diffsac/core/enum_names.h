@@ -7,11 +7,11 @@
 #include <vector>
 
 namespace diffsac {
-
+/// A value of an enum with its name.
 template <class Enum>
 struct EnumName {
-  Enum value;
-  const char* name;
+  Enum value;        ///< The value.
+  const char* name;  ///< Its name.
 };
 
 /// The names of an enum's values in YAML, in messages and in tables. Written once, beside the enum:
@@ -24,7 +24,7 @@ struct EnumName {
 /// Then `b.Field("noise", noise)` binds it, and ToString and FromString<Noise> convert it.
 template <class Enum>
 inline constexpr auto kEnumNames = nullptr;
-
+/// The names of kEnumNames as an array.
 template <class Enum, std::size_t kSize>
 constexpr std::array<EnumName<Enum>, kSize> NamesOf(const EnumName<Enum> (&names)[kSize]) {
   return std::to_array(names);
@@ -46,7 +46,7 @@ std::vector<std::string> NamesOf() {
   for (const auto& entry : kEnumNames<Enum>) names.push_back(entry.name);
   return names;
 }
-
+/// The value's name.
 template <NamedEnum Enum>
 std::string ToString(Enum value) {
   for (const auto& entry : kEnumNames<Enum>)

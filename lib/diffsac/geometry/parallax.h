@@ -13,7 +13,7 @@ namespace diffsac {
 
 /// Whether the matches of two views show parallax, without which epipolar geometry says nothing of the translation.
 struct ParallaxTest {
-  Translation translation = Translation::kNotTested;
+  Translation translation = Translation::kNotTested;  ///< What they say of it.
   /// Where the camera turned or stood still: R, fitted to the matches, which determine it better than E does.
   std::optional<Eigen::Matrix3d> turn = {};
 };

@@ -13,7 +13,7 @@ enum class Translation {
   kPlane,   ///< F: the matches lie on one plane, or the camera turned in place. They fit F with any epipole.
   kLine     ///< The matches lie on one line, or on one and a point or two: other models explain them as well.
 };
-
+/// Their names.
 template <>
 inline constexpr auto kEnumNames<Translation> = NamesOf<Translation>({{Translation::kNotTested, "not_tested"},
                                                                       {Translation::kDetermined, "determined"},

@@ -79,7 +79,7 @@ struct Problem {
   /// By what the noise scales of an estimator's options (ConsensusOptions::least_scale and greatest_scale) are
   /// multiplied: 1 where they are made for this problem.
   double least_scale_factor = 1.0;
-  double greatest_scale_factor = 1.0;
+  double greatest_scale_factor = 1.0;  ///< As least_scale_factor.
 };
 
 /// Whether the problem has what its task needs beside its points: the essential matrix, cameras.
