@@ -83,8 +83,7 @@ int RunTwo(const CLI::App& app, Request request) {
 
 void Say(const std::vector<Scan>& scans, const ScanPair& pair) {
   const RigidMotionEstimate& estimate = pair.registration.estimate;
-  std::cout << fs::path(scans[pair.first].path).filename().string() << " - "
-            << fs::path(scans[pair.second].path).filename().string() << ": ";
+  std::cout << scans[pair.first].name() << " - " << scans[pair.second].name() << ": ";
   if (!estimate.ok())
     std::cout << "no motion: " << ToString(estimate.status) << std::endl;
   else

@@ -19,7 +19,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import h5py
 import numpy as np
 
-from peer_pairs import accuracy, errors_of_matrix, fail, read_pair, sampson
+from peer_pairs import accuracy, errors_of_matrix, essential_matrix, fail, matrix_of, read_pair, sampson
 
 FEWEST_POINTS, RIGHT_PX, MATCHED_SIDE = 8, 1.5, 1024
 
@@ -62,8 +62,7 @@ def poselib(threshold, keep=0.0):
         cameras = [{"model": "PINHOLE", "width": int(w), "height": int(h), "params": [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]}
                    for k, (w, h) in ((pair.k1, pair.sizes[:2]), (pair.k2, pair.sizes[2:]))]
         pose, info = library.estimate_relative_pose(x1, x2, *cameras, options, {})
-        (x, y, z), turn = pose.t, pose.R
-        return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn if info["num_inliers"] >= 5 else None
+        return matrix_of(pose) if info["num_inliers"] >= 5 else None
     return run
 
 
@@ -92,8 +91,7 @@ def pairs_of(scenes):
 
 
 def right_matches(pair, px=RIGHT_PX):
-    x, y, z = pair.shift
-    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pair.turn
+    essential = essential_matrix(pair.turn, pair.shift)
     return np.sqrt(sampson(np.linalg.inv(pair.k2).T @ essential @ np.linalg.inv(pair.k1), pair.matches)) <= px
 
 

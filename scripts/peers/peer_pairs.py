@@ -160,10 +160,14 @@ def affine_of_pair(arguments, folder, images, name, pair):
         return file[key][()]
 
 
+def essential_matrix(turn, shift):
+    x, y, z = shift
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
+
+
 def matrix_of(pose):
     """The essential matrix of a motion."""
-    (x, y, z), turn = pose.t, pose.R
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
+    return essential_matrix(pose.R, pose.t)
 
 
 def pose_errors(turn, shift, pair):

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/geometry/point_spread.h"
+#include "diffsac/problem/cloud_chance.h"
 
 namespace diffsac {
 namespace {
@@ -43,17 +44,12 @@ double SlabShare(const PointMatrix& points, double threshold) {
 }
 
 double OccupiedShare(const PointMatrix& cloud, double threshold) {
-  constexpr double kMostCells = 1 << 20;  // Along a side.
   const Eigen::Index count = cloud.rows();
   if (count < 2) return 1.0;
-  const Eigen::RowVectorXd least = cloud.colwise().minCoeff();
-  const double extent = (cloud.colwise().maxCoeff() - least).maxCoeff();
-  const double side = std::max(std::cbrt(4.0 / 3.0 * std::numbers::pi) * threshold, extent / kMostCells);
-  if (!(side > 0.0)) return 1.0;
+  const BallGrid grid(cloud, cloud, threshold);
+  if (!(grid.side() > 0.0)) return 1.0;
   std::vector<std::uint64_t> cells(static_cast<std::size_t>(count));
-  for (Eigen::Index i = 0; i < count; ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      cells[i] = cells[i] << 21U | static_cast<std::uint64_t>((cloud(i, axis) - least[axis]) / side);
+  for (Eigen::Index i = 0; i < count; ++i) cells[i] = grid.CellOf(cloud, i);
   std::sort(cells.begin(), cells.end());
   // Pairs of points, and of these in one cell at least one.
   const double pairs = 0.5 * static_cast<double>(count) * static_cast<double>(count - 1);

@@ -15,29 +15,6 @@ namespace {
 using Cell = std::uint64_t;
 using Cells = std::vector<Cell>;
 
-/// Cubes about the points of both clouds.
-class Grid {
- public:
-  Grid(const PointMatrix& moved, const PointMatrix& second, double side)
-      : least_(moved.colwise().minCoeff().cwiseMin(second.colwise().minCoeff())) {
-    const double extent = (moved.colwise().maxCoeff().cwiseMax(second.colwise().maxCoeff()) - least_).maxCoeff();
-    side_ = std::max(side, extent / kMostCells);
-  }
-  Cell CellOf(const PointMatrix& points, Eigen::Index row) const {
-    Cell cell = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double place = (points(row, axis) - least_[axis]) / side_;
-      cell = cell << 21U | (place >= 0.0 && place <= kMostCells ? static_cast<Cell>(place) : 0);  // Not NaN.
-    }
-    return cell;
-  }
-
- private:
-  static constexpr double kMostCells = 1 << 20;  // Along a side.
-  Eigen::RowVectorXd least_;
-  double side_ = 0.0;
-};
-
 int CountDistinct(Cells cells) {
   std::sort(cells.begin(), cells.end());
   return static_cast<int>(std::unique(cells.begin(), cells.end()) - cells.begin());
@@ -61,13 +38,28 @@ double ShareTogether(Cells first, Cells second) {
 
 }  // namespace
 
+BallGrid::BallGrid(const PointMatrix& first, const PointMatrix& second, double threshold)
+    : least_(first.colwise().minCoeff().cwiseMin(second.colwise().minCoeff())) {
+  const double extent = (first.colwise().maxCoeff().cwiseMax(second.colwise().maxCoeff()) - least_).maxCoeff();
+  side_ = std::max(std::cbrt(4.0 / 3.0 * std::numbers::pi) * threshold, extent / kMostCells);
+}
+
+std::uint64_t BallGrid::CellOf(const PointMatrix& points, Eigen::Index row) const {
+  std::uint64_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double place = (points(row, axis) - least_[axis]) / side_;
+    cell = cell << 21U | (place >= 0.0 && place <= kMostCells ? static_cast<std::uint64_t>(place) : 0);  // Not NaN.
+  }
+  return cell;
+}
+
 double LogChanceMotions(const PointMatrix& points, const ModelParameters& model,
                         const std::vector<std::uint8_t>& inliers, double threshold) {
   const Similarity::Parameters motion = model;
   const PointMatrix moved =
       (points.leftCols(3) * RotationOf(motion).transpose()).rowwise() + TranslationOf(motion).transpose();
   const PointMatrix second = points.rightCols(3);
-  const Grid grid(moved, second, std::cbrt(4.0 / 3.0 * std::numbers::pi) * threshold);
+  const BallGrid grid(moved, second, threshold);
   std::vector<std::pair<Cell, Cell>> pairs;
   Cells firsts, seconds;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {

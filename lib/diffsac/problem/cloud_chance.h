@@ -8,6 +8,22 @@
 
 namespace diffsac {
 
+/// Cubes of the volume of a threshold's ball, about the points of two clouds (N × 3 each), or of more where a side of
+/// their box would have more than 2²⁰.
+class BallGrid {
+ public:
+  BallGrid(const PointMatrix& first, const PointMatrix& second, double threshold);
+  /// 0 where neither the threshold nor the box has an extent.
+  double side() const { return side_; }
+  /// Which cube the point of a row is in.
+  std::uint64_t CellOf(const PointMatrix& points, Eigen::Index row) const;
+
+ private:
+  static constexpr double kMostCells = 1 << 20;  // Along a side.
+  Eigen::RowVectorXd least_;
+  double side_ = 0.0;
+};
+
 /// log10 of the number of motions with as many inliers that unlike clouds would give (LogChanceModels). Above 0 the
 /// clouds may share nothing.
 ///

@@ -30,13 +30,6 @@ CloudMatches MatchesOf(const Scan& first, const Scan& second) {
   return matches;
 }
 
-Eigen::Matrix4d TransformOf(const RigidMotion& motion) {
-  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-  transform.topLeftCorner<3, 3>() = motion.rotation;
-  transform.topRightCorner<3, 1>() = motion.translation;
-  return transform;
-}
-
 double HoldOf(const open3d::geometry::PointCloud& second, const std::vector<Eigen::Vector2i>& pairs) {
   if (pairs.empty()) return 0.0;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

@@ -1,7 +1,6 @@
 #include "lab/clouds/registration_text.h"
 
 #include <Eigen/Geometry>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "lab/eval/format.h"
@@ -12,10 +11,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string NameOf(const Scan& scan) { return std::filesystem::path(scan.path).filename().string(); }
-
 std::string SizesText(const Scan& scan) {
-  std::string text = NameOf(scan) + ": " + std::to_string(scan.points) + " points";
+  std::string text = scan.name() + ": " + std::to_string(scan.points) + " points";
   if (scan.left_out > 0) text += ", " + std::to_string(scan.left_out) + " more are not finite";
   return text + ", described " + std::to_string(scan.descriptors.rows()) + "\n";
 }
@@ -140,7 +137,7 @@ std::string RegistrationsCsv(const std::vector<Scan>& scans, const std::vector<S
   for (const ScanPair& pair : pairs) {
     const Registration& found = pair.registration;
     text +=
-        CsvText(NameOf(scans[pair.first])) + "," + CsvText(NameOf(scans[pair.second])) + "," +
+        CsvText(scans[pair.first].name()) + "," + CsvText(scans[pair.second].name()) + "," +
         std::string(ToString(found.estimate.status)) +
         Format(",%d,%d,%d,%d,%d,", found.matches, found.estimate.num_inliers, int{found.estimate.may_be_chance()},
                int{found.estimate.ambiguous()}, int{IsEdge(found)}) +
@@ -157,7 +154,7 @@ std::string PoseGraphText(const std::vector<Scan>& scans, const std::vector<Scan
   const std::vector<Placed> placed = Place(scans.size(), pairs);
   for (std::size_t i = 0; i < scans.size(); ++i) {
     const std::string id = std::to_string(i);
-    text += "# " + id + ": " + NameOf(scans[i]) + "\nVERTEX_SE3:QUAT " + id + " " +
+    text += "# " + id + ": " + scans[i].name() + "\nVERTEX_SE3:QUAT " + id + " " +
             Numbers(PoseNumbers(placed[i].pose)) + "\n";
     if (placed[i].is_first) text += "FIX " + id + "\n";
   }

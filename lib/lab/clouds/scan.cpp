@@ -96,6 +96,15 @@ DescriptorMatrix Descriptors(const PointCloud& cloud, double voxel) {
 
 }  // namespace
 
+std::string Scan::name() const { return fs::path(path).filename().string(); }
+
+Eigen::Matrix4d TransformOf(const RigidMotion& motion) {
+  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
+  transform.topLeftCorner<3, 3>() = motion.rotation;
+  transform.topRightCorner<3, 1>() = motion.translation;
+  return transform;
+}
+
 std::vector<std::string> ScansOfFolder(const std::string& folder) {
   std::error_code code;
   std::vector<std::string> scans;
@@ -146,10 +155,7 @@ Scan ReadScan(const std::string& path, const ScanPlan& plan) {
 void WriteMoved(const std::string& input, const RigidMotion& motion, const std::string& output) {
   PointCloud cloud;
   Read(input, &cloud);
-  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-  transform.topLeftCorner<3, 3>() = motion.rotation;
-  transform.topRightCorner<3, 1>() = motion.translation;
-  cloud.Transform(transform);
+  cloud.Transform(TransformOf(motion));
   WriteFileAtomically(output, [&](const std::string& temporary) {
     if (!open3d::io::WritePointCloud(temporary, cloud)) throw Error(output + ": cannot be written");
   });

@@ -16,6 +16,7 @@ namespace diffsac {
 /// A cloud that is thinned out to one point a voxel and described.
 struct Scan {
   std::string path;
+  std::string name() const;                          ///< The file's.
   std::size_t points = 0;                            ///< Of the file, those with finite coordinates.
   std::size_t left_out = 0;                          ///< Those without.
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< The mean point, in the file's frame.
@@ -49,5 +50,8 @@ void CheckCloudName(const std::string& path);
 
 /// Writes the cloud of a file, moved, in the format of the name's ending. Throws Error.
 void WriteMoved(const std::string& input, const RigidMotion& motion, const std::string& output);
+
+/// [R | t] with the row 0 0 0 1, as Open3D takes motions.
+Eigen::Matrix4d TransformOf(const RigidMotion& motion);
 
 }  // namespace diffsac
