@@ -7,10 +7,7 @@ if(BUILD_SHARED_LIBS)
 endif()
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train)
-  if(DIFFSAC_HAS_CLOUDS)
-    list(APPEND DIFFSAC_LAB_ROOMS clouds)
-  endif()
+  set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train clouds)
 endif()
 # The networks that the functions of diffsac.h draw and choose by (ModelFile, ChooserFile): of the installation and of the
 # Python package.

@@ -5,6 +5,7 @@
     convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
     convert.py registration INPUT OUTPUT                                      matches of clouds with their motion in OUTPUT
     convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
+    convert.py matches3d INPUT.npy|INPUT.npz|INPUT.h5 OUTPUT                  the same of diffsac_register
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
 COLMAP's first pixel has its centre at (0.5, 0.5), that of all these formats but NeRF's at (0, 0).
@@ -485,10 +486,7 @@ def yud_plus(source, arguments):
 def matches(source, arguments):
     """N x 4 to 7 numbers as diffsac_pair --matches writes them; or SuperGlue's .npz: keypoints0, keypoints1, matches, match_confidence."""
     names = ["x1", "y1", "x2", "y2", "ratio", "log_size", "angle"]
-    try:
-        loaded = np.load(source, allow_pickle=False)
-    except (ValueError, EOFError) as error:
-        raise BadInput(f"{source}: no NumPy file of numbers: {error}") from None
+    loaded = numpy_file(source)
     if isinstance(loaded, np.lib.npyio.NpzFile) and {"keypoints0", "keypoints1", "matches"} <= set(loaded.files):
         first, second, other = loaded["keypoints0"], loaded["keypoints1"], loaded["matches"]
         need(other.shape == (len(first),) and (other < len(second)).all(), f"{source}: expected one of keypoints1 for each of keypoints0, or -1")
@@ -497,12 +495,49 @@ def matches(source, arguments):
         if "match_confidence" in loaded.files:
             values, names = np.column_stack([values, loaded["match_confidence"][kept]]), [*names, "score"]
     else:
-        if isinstance(loaded, np.lib.npyio.NpzFile):
-            need(len(loaded.files) == 1, f"{source}: expected one array, or keypoints0, keypoints1 and matches; found {', '.join(loaded.files)}")
-            loaded = loaded[loaded.files[0]]
-        need(loaded.ndim == 2 and loaded.shape[1] in (4, 5, 7), f"{source}: expected N x 4, 5 or 7 numbers, found {loaded.shape}")
-        values, names = loaded, names[: loaded.shape[1]]
-    np.savetxt(arguments.output, np.asarray(values, float), delimiter=",", header=",".join(names), comments="", fmt="%.17g")
+        values, names = one_array(source, loaded, names, (4, 5, 7), "one array, or keypoints0, keypoints1 and matches")
+    write_table(arguments.output, values, names)
+
+
+def matches3d(source, arguments):
+    """N x 6 or 7 numbers as diffsac_register --from-matches reads them: one array of NumPy, or the one group of cloud_matches.h5."""
+    names = ["x1", "y1", "z1", "x2", "y2", "z2", "ratio"]
+    if not source.endswith((".h5", ".hdf5")):
+        return write_table(arguments.output, *one_array(source, numpy_file(source), names, (6, 7), "one array"))
+    try:
+        opened = h5py.File(source)
+    except OSError as error:
+        raise BadInput(f"{source}: no HDF5 file that can be read: {error}") from None
+    with opened as file:
+        places = [name for name in [".", *file] if isinstance(file[name], h5py.Group) and "points" in file[name]]
+        need(len(places) == 1, f"{source}: expected one group with points, found {len(places)}: {', '.join(places[:5]) or 'none'}")
+        group = file[places[0]]
+        values = group["points"][()]
+        if values.ndim == 2 and "ratios" in group:
+            need(group["ratios"].shape == values.shape[:1], f"{source}: ratios: expected one for each of {len(values)} points")
+            values = np.column_stack([values, group["ratios"]])
+    write_table(arguments.output, *one_array(source, values, names, (6, 7), "one array"))
+
+
+def numpy_file(source):
+    try:
+        return np.load(source, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise BadInput(f"{source}: no NumPy file of numbers: {error}") from None
+
+
+def one_array(source, loaded, names, widths, expected):
+    if isinstance(loaded, np.lib.npyio.NpzFile):
+        need(len(loaded.files) == 1, f"{source}: expected {expected}; found {', '.join(loaded.files)}")
+        loaded = loaded[loaded.files[0]]
+    counts = f"{', '.join(map(str, widths[:-1]))} or {widths[-1]}"
+    fits = loaded.ndim == 2 and loaded.shape[1] in widths and loaded.dtype.kind in "fiub"
+    need(fits, f"{source}: expected N x {counts} numbers, found {loaded.shape} of {loaded.dtype}")
+    return loaded, names[: loaded.shape[1]]
+
+
+def write_table(path, values, names):
+    np.savetxt(path, np.asarray(values, float), delimiter=",", header=",".join(names), comments="", fmt="%.17g")
 
 
 def registration(source, arguments):
@@ -538,7 +573,7 @@ def registration(source, arguments):
 
 
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, registration)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, matches3d, registration)}
 
 
 def main():

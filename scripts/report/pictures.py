@@ -19,7 +19,7 @@ INLIER, WRONG, MISSED, OUTLIER = "#0A9440", "#D81E1E", "#3B8EE0", "#9AA2AB"
 ESTIMATE = "#D55E00"
 _MARKS = ("o", "s", "^", "v", "D", "p", "P", "x", "*", "<", ">", "h", "d", "+")
 _DASHES = ("-", "--", ":", "-.")
-MOST_CURVES, MOST_PANELS, MOST_STEPS, MOST_POINTS, MESH_LINES = 12, 4, 8, 5000, 9
+MOST_CURVES, MOST_PANELS, MOST_STEPS, MOST_POINTS, MOST_LINES, MESH_LINES = 12, 4, 8, 5000, 100, 9
 
 plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.edgecolor": "#404040", "axes.titlesize": 9.5,
                      "axes.grid": True, "grid.color": "#E0E0E0", "axes.axisbelow": True, "legend.frameon": False,
@@ -471,11 +471,47 @@ def _draw_segments(axes, fit, segments):
     Box(segments.reshape(-1, 2)).set(axes, True)
 
 
+def _draw_clouds(axes, fit, points, moved):
+    """The matched points of both clouds, or those of the first after the motion, with a line for each inlier."""
+    first, second = points[:, :3], points[:, 3:]
+    if moved:
+        motion = np.reshape(fit["model"], (3, 4))
+        first = first @ motion[:, :3].T + motion[:, 3]
+        axes.set_title("after the motion")
+    inliers = np.array(fit["inliers"] or [0] * len(points), dtype=bool)
+    _scatter(axes, first, s=3, color=SERIES[0], label="first cloud")
+    _scatter(axes, second, s=3, color=ESTIMATE, label="second cloud")
+    ends = np.stack([first[inliers], second[inliers]], axis=1)
+    for i, (start, end) in enumerate(ends[:: max(1, len(ends) // MOST_LINES)]):
+        axes.plot(*np.array([start, end]).T, color=INLIER, linewidth=0.7, label=None if i else "inliers")
+    Box(np.vstack([first, second])).set(axes, False)
+
+
+def _draw_all_clouds(run, fits):
+    """A row a fit: before and after the motion."""
+    figure, grid = _figure(1000, 460 * len(fits.fits) + 50, len(fits.fits), 2, layout="constrained", subplot_kw={"projection": "3d"})
+    for row, fit in zip(grid, fits.fits):
+        example = fits.example(fit)
+        row[0].set_title(fit_title(run, fit, example))
+        for moved, axes in enumerate(row):
+            if moved and not fit["model"]:
+                axes.set_axis_off()
+                continue
+            _draw_clouds(axes, fit, example.points, moved)
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=3, fontsize=7, handlelength=1.5)
+    return figure
+
+
 def draw_fits(run, fits):
     """The kept fits, a column a condition; of several structures each that is found has a colour."""
     if not fits or not fits.fits or run.results["two_view"]:
         return False
     kept = fits.fits
+    title = f"{fits.json['fits_label']}: {run.results['task']} fits{' (partial)' if run.partial else ''}"
+    if fits.example(kept[0]).points.shape[1] == 6:
+        figure = _draw_all_clouds(run, fits)
+        figure.suptitle(title, fontsize=12)
+        return _save(figure, run.folder, "fits", tight=False)
     one_condition = len(run.results["conditions"]) == 1
     columns = min(4, len(kept) if one_condition else max(1, len(kept) // fits.json["qualitative"]))
     rows = -(-len(kept) // columns)
@@ -498,7 +534,7 @@ def draw_fits(run, fits):
     for axes in grid.flat[len(ordered):]:
         axes.set_axis_off()
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))  # Keys below panels of equal axes want more room.
-    figure.suptitle(f"{fits.json['fits_label']}: {run.results['task']} fits{' (partial)' if run.partial else ''}", fontsize=12)
+    figure.suptitle(title, fontsize=12)
     return _save(figure, run.folder, "fits", tight=False)
 
 

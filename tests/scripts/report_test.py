@@ -199,6 +199,12 @@ class RunTest(unittest.TestCase):
                 figure = pictures.plt.figure()
                 pictures._draw_fit(figure.add_subplot(projection="3d" if points.shape[1] == 3 else None), fit, example)
                 pictures.plt.close(figure)
+        for points in (np.zeros((0, 6)), np.full((3, 6), np.nan), np.ones((2, 6))):
+            for moved in (False, True):
+                figure = pictures.plt.figure()
+                fit = {"inliers": [1] * len(points), "model": np.eye(3, 4).ravel().tolist()}
+                pictures._draw_clouds(figure.add_subplot(projection="3d"), fit, points, moved)
+                pictures.plt.close(figure)
 
     def test_reverse_steps(self):
         class Traced:

@@ -49,6 +49,7 @@ double HoldOf(const open3d::geometry::PointCloud& second, const std::vector<Eige
 
 void Refine(const Scan& first, const Scan& second, double reach, Registration* result) {
   // Open3D's threads add in the order in which they end; one adds in order.
+  const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   const Eigen::Matrix4d start = TransformOf(result->estimate.motion);
   auto best = registration::EvaluateRegistration(*first.cloud, *second.cloud, reach, start);
@@ -62,7 +63,7 @@ void Refine(const Scan& first, const Scan& second, double reach, Registration* r
   const Eigen::Matrix4d& moved = best.transformation_;
   result->overlap2 =
       registration::EvaluateRegistration(*second.cloud, *first.cloud, reach, moved.inverse().eval()).fitness_;
-  omp_set_num_threads(omp_get_num_procs());
+  omp_set_num_threads(threads);
   result->motion.rotation = moved.topLeftCorner<3, 3>();
   result->motion.translation = moved.topRightCorner<3, 1>() + second.middle - result->motion.rotation * first.middle;
 }
@@ -71,9 +72,7 @@ void Refine(const Scan& first, const Scan& second, double reach, Registration* r
 
 Registration RegisterScans(const Scan& first, const Scan& second, const CloudOptions& options) {
   Registration result;
-  const CloudMatches matches = MatchesOf(first, second);
-  result.matches = static_cast<int>(matches.points1.rows());
-  result.estimate = EstimateRigidMotion(matches, options);
+  static_cast<MatchedMotion&>(result) = EstimateMatched(Task::kRigid, MatchesOf(first, second), options);
   if (result.estimate.ok()) Refine(first, second, options.max_distance, &result);
   return result;
 }

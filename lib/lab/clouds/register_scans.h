@@ -1,15 +1,13 @@
 #pragma once
 
-#include "diffsac/diffsac.h"
+#include "lab/clouds/matched_motion.h"
 #include "lab/clouds/scan.h"
 
 namespace diffsac {
 
-/// How the first scan moves onto the second.
-struct Registration {
-  int matches = 0;
-  /// By the matches, between points about the scans' middles (Scan::middle).
-  RigidMotionEstimate estimate;
+/// How the first scan moves onto the second: by the matches, between points about the scans' middles (Scan::middle),
+/// and by the clouds.
+struct Registration : MatchedMotion {
   /// Between the files' frames: y = R x + t, after point-to-plane ICP where that brings no fewer points together.
   RigidMotion motion;
   /// The share of thinned points of the first, and of the second, within options.max_distance of the other.

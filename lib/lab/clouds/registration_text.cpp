@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "lab/eval/format.h"
-#include "lab/images/pair_text.h"
 
 namespace diffsac {
 namespace {
@@ -28,15 +27,6 @@ Eigen::VectorXd PoseNumbers(const RigidMotion& motion) {
   Eigen::VectorXd numbers(7);
   numbers << motion.translation, Eigen::Quaterniond(motion.rotation).coeffs();
   return numbers;
-}
-
-Json Rows(const Eigen::MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    const Eigen::VectorXd row = matrix.row(r);
-    rows.push_back(std::vector<double>(row.begin(), row.end()));
-  }
-  return rows;
 }
 
 RigidMotion Chain(const RigidMotion& after, const RigidMotion& before) {
@@ -86,36 +76,19 @@ std::string UpperText(const Eigen::Matrix<double, 6, 6>& matrix) {
 }  // namespace
 
 std::string RegistrationText(const Scan& first, const Scan& second, const Registration& registration) {
-  const RigidMotionEstimate& estimate = registration.estimate;
-  std::string text = SizesText(first) + SizesText(second);
-  text += "matches: " + std::to_string(registration.matches) + "\n";
-  if (!estimate.ok()) return text + "no motion: " + std::string(ToString(estimate.status)) + "\n";
-  text += Format("rigid motion: %d inliers (%.0f %%), noise %.2g\n", estimate.num_inliers,
-                 100.0 * estimate.num_inliers / registration.matches, estimate.noise_scale);
-  text += RotationText(registration.motion.rotation);
-  text += "  t =  (" + Numbers(registration.motion.translation, ", ") + "); y = R x + t\n";
-  if (estimate.covariance) text += PoseSpreadText(*estimate.covariance);
-  text += Format("overlap: %.0f %% of the first, %.0f %% of the second; RMSE %.2g", 100.0 * registration.overlap1,
-                 100.0 * registration.overlap2, registration.rmse);
-  return text + Format(" (before ICP %.0f %% of the first)\n", 100.0 * registration.overlap_before);
+  const std::string text = SizesText(first) + SizesText(second) + MotionText(registration, registration.motion);
+  if (!registration.estimate.ok()) return text;
+  return text +
+         Format("overlap: %.0f %% of the first, %.0f %% of the second; RMSE %.2g", 100.0 * registration.overlap1,
+                100.0 * registration.overlap2, registration.rmse) +
+         Format(" (before ICP %.0f %% of the first)\n", 100.0 * registration.overlap_before);
 }
 
 std::string RegistrationJson(const Scan& first, const Scan& second, const Registration& registration) {
-  const RigidMotionEstimate& estimate = registration.estimate;
-  Json json = {{"first", first.path},
-               {"second", second.path},
-               {"status", ToString(estimate.status)},
-               {"matches", registration.matches},
-               {"inliers", estimate.num_inliers}};
-  if (estimate.ok()) {
-    json["rotation"] = Rows(registration.motion.rotation);
-    json["translation"] = Rows(registration.motion.translation.transpose())[0];
-    // About the middles of the scans.
-    json["covariance"] = estimate.covariance ? Rows(*estimate.covariance) : Json();
-    json["noise_scale"] = estimate.noise_scale;
-    json["log_false_alarms"] = estimate.log_false_alarms;
-    json["may_be_chance"] = estimate.may_be_chance();
-    json["ambiguous"] = estimate.ambiguous();
+  Json json = {{"first", first.path}, {"second", second.path}};
+  // The covariance is about the middles of the scans.
+  json.update(MotionJson(registration, registration.motion));
+  if (registration.estimate.ok()) {
     json["overlap"] = {registration.overlap1, registration.overlap2};
     json["rmse"] = registration.rmse;
     json["hold"] = registration.hold;

@@ -59,11 +59,10 @@ void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensC
   problem->cameras = CameraPair{first->K, second->K};
 }
 
-TextTable ReadMatchTable(const std::string& file) {
-  const TextColumns columns = {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}};
-  if (!IsNumpy(file)) return ReadTextTable(file, columns);
+TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, bool convert) {
+  if (!convert) return ReadTextTable(file, columns);
   const std::string text = TemporaryBeside(fs::temp_directory_path() / "matches.csv");
-  RunPythonScript("convert.py", {"matches", file, text});
+  RunPythonScript("convert.py", {columns.needed.size() == 6 ? "matches3d" : "matches", file, text});
   TextTable table = ReadTextTable(text, columns);
   RemoveFile(text);
   return table;
@@ -72,7 +71,8 @@ TextTable ReadMatchTable(const std::string& file) {
 }  // namespace
 
 MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
-  const TextTable table = ReadMatchTable(given.file);
+  const TextTable table = ReadMatchTable(
+      given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}}, IsNumpy(given.file));
   RequireMiddles(given.sizes, calibration);
   const ImageCameras cameras(calibration, {given.file, given.file});
   MatchedImages matched;
@@ -110,6 +110,21 @@ MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration&
   problem.points << table.values.middleCols(2, 3), StraightPositions(camera, table.values.leftCols(2));
   problem.cameras = CameraPair{camera->K, camera->K};
   return matched;
+}
+
+CloudMatches ReadCloudMatches(const std::string& file) {
+  const std::string extension = fs::path(file).extension();
+  const TextTable table =
+      ReadMatchTable(file, {"matches x1 y1 z1 x2 y2 z2", {"x1", "y1", "z1", "x2", "y2", "z2"}, {"ratio", "score"}},
+                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5");
+  CloudMatches matches{table.values.leftCols(3), table.values.middleCols(3, 3)};
+  bool scored = false;
+  const Eigen::VectorXd qualities = QualitiesOf(table, file, &scored);
+  if (scored)
+    matches.scores = 1.0 - qualities.array();
+  else
+    matches.match_ratios = qualities;
+  return matches;
 }
 
 bool AreManyMatches(const std::string& path) {

@@ -1,0 +1,125 @@
+#include "lab/clouds/matched_motion.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "lab/eval/format.h"
+#include "lab/images/pair_text.h"
+
+namespace diffsac {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json Rows(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    const Eigen::VectorXd row = matrix.row(r);
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return rows;
+}
+
+std::string TextOf(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string TransformText(const RigidMotion& motion, const char* scale) {
+  const Eigen::Vector3d& t = motion.translation;
+  return RotationText(motion.rotation) + "  t =  (" + ShortestNumber(t[0]) + ", " + ShortestNumber(t[1]) + ", " +
+         ShortestNumber(t[2]) + "); y = " + scale + "R x + t\n";
+}
+
+/// ", 3 repeated, 2 not finite".
+template <class Found>
+std::string UnusedText(const Found& found) {
+  std::string text;
+  if (found.repeated_rows > 0) text += ", " + std::to_string(found.repeated_rows) + " repeated";
+  if (found.rows_left_out > 0) text += ", " + std::to_string(found.rows_left_out) + " not finite";
+  return text;
+}
+
+std::string NoneText(Status status) { return "no motion: " + std::string(ToString(status)) + "\n"; }
+
+RigidMotion MotionOf(const Eigen::Matrix<double, 3, 4>& model) { return {model.leftCols<3>(), model.col(3)}; }
+
+}  // namespace
+
+MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const CloudOptions& options) {
+  MatchedMotion found{task, static_cast<int>(matches.points1.rows()), {}};
+  if (task == Task::kRigid) {
+    found.estimate = EstimateRigidMotion(matches, options);
+    return found;
+  }
+  SimilarityEstimate similarity = EstimateSimilarity(matches, options);
+  found.scale = similarity.scale;
+  found.estimate.motion = similarity.motion;
+  found.estimate.covariance = similarity.covariance;
+  static_cast<ModelEstimate<Eigen::Matrix<double, 3, 4>>&>(found.estimate) = std::move(similarity);
+  return found;
+}
+
+std::string MotionText(const MatchedMotion& found, const RigidMotion& motion) {
+  const RigidMotionEstimate& estimate = found.estimate;
+  std::string text = "matches: " + std::to_string(found.matches) + UnusedText(estimate) + "\n";
+  if (!estimate.ok()) return text + NoneText(estimate.status);
+  const bool scaled = found.task == Task::kSimilarity;
+  text += Format("%s: %d inliers (%.0f %%), noise %.2g\n", scaled ? "similarity" : "rigid motion", estimate.num_inliers,
+                 100.0 * estimate.num_inliers / found.matches, estimate.noise_scale);
+  text += TransformText(motion, scaled ? "s " : "");
+  if (scaled) text += "  s = " + ShortestNumber(found.scale);
+  if (scaled && estimate.covariance)
+    text += Format(", within %.2g %%", 100.0 * std::sqrt((*estimate.covariance)(6, 6)));
+  if (scaled) text += "\n";
+  return estimate.covariance ? text + PoseSpreadText(*estimate.covariance) : text;
+}
+
+Json MotionJson(const MatchedMotion& found, const RigidMotion& motion) {
+  const RigidMotionEstimate& estimate = found.estimate;
+  Json json = {{"status", ToString(estimate.status)}, {"matches", found.matches}, {"inliers", estimate.num_inliers}};
+  if (!estimate.ok()) return json;
+  json["rotation"] = Rows(motion.rotation);
+  json["translation"] = Rows(motion.translation.transpose())[0];
+  if (found.task == Task::kSimilarity) json["scale"] = found.scale;
+  json["covariance"] = estimate.covariance ? Rows(*estimate.covariance) : Json();
+  json["noise_scale"] = estimate.noise_scale;
+  json["log_false_alarms"] = estimate.log_false_alarms;
+  json["may_be_chance"] = estimate.may_be_chance();
+  json["ambiguous"] = estimate.ambiguous();
+  return json;
+}
+
+std::string MatchedJson(const std::string& file, const MatchedMotion& found) {
+  const RigidMotionEstimate& estimate = found.estimate;
+  Json json = {{"file", file}, {"task", ToString(found.task)}};
+  json.update(MotionJson(found, estimate.motion));
+  if (estimate.other_motion)
+    json["other_motion"] = {{"rotation", Rows(estimate.other_motion->rotation)},
+                            {"translation", Rows(estimate.other_motion->translation.transpose())[0]}};
+  json["inlier_threshold"] = estimate.inlier_threshold;
+  json["inlier_rows"] = Json::array();
+  for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
+    if (estimate.inliers[i] == 1) json["inlier_rows"].push_back(i);
+  json["posteriors"] = estimate.posteriors;
+  return TextOf(json);
+}
+
+std::string MotionsText(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found) {
+  const auto& assignment = found.assignment;
+  std::string text = "matches: " + std::to_string(assignment.size()) + UnusedText(found) + "\n";
+  if (!found.ok()) return text + NoneText(found.status);
+  for (std::size_t k = 0; k < found.models.size(); ++k)
+    text += "rigid motion " + std::to_string(k + 1) + ": " +
+            std::to_string(std::count(assignment.begin(), assignment.end(), static_cast<std::int32_t>(k) + 1)) +
+            " matches\n" + TransformText(MotionOf(found.models[k]), "");
+  return text;
+}
+
+std::string MotionsJson(const std::string& file, const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found) {
+  Json json = {{"file", file}, {"status", ToString(found.status)}, {"motions", Json::array()}};
+  for (const auto& model : found.models)
+    json["motions"].push_back(
+        {{"rotation", Rows(model.leftCols<3>())}, {"translation", Rows(model.col(3).transpose())[0]}});
+  json["assignment"] = found.assignment;
+  return TextOf(json);
+}
+
+}  // namespace diffsac
