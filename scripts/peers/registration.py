@@ -11,12 +11,12 @@ the nearest of the other fragment, with the ratio to the second one. The first h
 second to OUT/test, for `type: cloud_matches`; inliers are within .1 m, a motion is right within 15 degrees and .3 m.
 
 record: models of Open3D (RANSAC with its checkers of edges and distances; fast global registration) and KISS-Matcher as a CSV file of
-which diffsac_eval makes rows of type `recorded`. ms is the processor time of the call alone, that of all its threads.
+which diffsac_eval makes rows of type `recorded`. ms is the processor time of the call alone, that of all its threads. What a killed
+program has finished is in FILE.csv.part[.gz], where the same command goes on.
 
 PYTHON has open3d==0.20.0, kiss-matcher==1.0.2, numpy, h5py and opencv-python-headless.
 """
 import argparse
-import gzip
 import os
 import sys
 import time
@@ -27,6 +27,8 @@ import cv2
 import h5py
 import numpy as np
 import open3d
+
+from two_view import read_rows, write_rows
 
 FRAMES, STEP, CUBE, KEYPOINTS, LIMITS = 50, 2, 0.025, 5000, (0.1, 15.0, 0.3)
 NEAREST, FARTHEST = 0.4, 4.0       # metres that the sensor tells
@@ -129,25 +131,35 @@ def kiss(first, second, epsilon, seed):
 PEERS = {"open3d_ransac": open3d_ransac, "open3d_fgr": open3d_fgr, "kiss_matcher": kiss}
 
 
+def rows_of(identity, points, epsilon, seeds):
+    for peer, make in PEERS.items():
+        for seed in range(1, seeds + 1):
+            call = make(points[:, :3], points[:, 3:], epsilon, seed)
+            start = time.process_time()
+            motion = call()
+            ms = 1000 * (time.process_time() - start)
+            model = "" if motion is None else " ".join(repr(float(v)) for v in np.asarray(motion)[:3].reshape(-1))
+            yield [peer, "all", identity, str(seed), f"{ms:.3f}", model]
+
+
 def record(arguments):
-    opened = gzip.open if arguments.output.endswith(".gz") else open
-    part = arguments.output + ".part"
-    with opened(part, "wt", newline="\n") as file:
-        file.write(f"# scripts/peers/registration.py record; open3d {open3d.__version__}, kiss-matcher 1.0.2; ms: processor time\n")
-        file.write("row,condition,id,seed,ms,model\n")
-        for scene in arguments.clouds:
-            with h5py.File(f"{scene}/cloud_matches.h5") as pairs:
-                for name in pairs:
+    packed = ".gz" if arguments.output.endswith(".gz") else ""
+    part, blocks = f"{arguments.output.removesuffix('.gz')}.part{packed}", {}
+    first = [f"# scripts/peers/registration.py record; open3d {open3d.__version__}, kiss-matcher 1.0.2; ms: processor time; "
+             f"{arguments.seeds} seeds of {' '.join(arguments.clouds)}\n"]
+    if os.path.exists(part):
+        made_by, rows = read_rows(part)
+        for row in rows if made_by == first else []:
+            blocks.setdefault(row[2], []).append(row)
+    for scene in arguments.clouds:
+        with h5py.File(f"{scene}/cloud_matches.h5") as pairs:
+            for name in pairs:
+                identity = f"{os.path.basename(os.path.normpath(scene))}/{name}"
+                if identity not in blocks:
                     points, epsilon = pairs[f"{name}/points"][()], float(pairs[f"{name}/limits"][0])
-                    for peer, make in PEERS.items():
-                        for seed in range(1, arguments.seeds + 1):
-                            call = make(points[:, :3], points[:, 3:], epsilon, seed)
-                            start = time.process_time()
-                            motion = call()
-                            ms = 1000 * (time.process_time() - start)
-                            model = "" if motion is None else " ".join(repr(float(v)) for v in np.asarray(motion)[:3].reshape(-1))
-                            file.write(f"{peer},all,{os.path.basename(scene)}/{name},{seed},{ms:.3f},{model}\n")
-            print(f"{scene}: done", flush=True)
+                    blocks[identity] = list(rows_of(identity, points, epsilon, arguments.seeds))
+                    write_rows(part, first, blocks)
+        print(f"{scene}: done", flush=True)
     os.replace(part, arguments.output)
 
 
