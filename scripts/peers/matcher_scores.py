@@ -2,14 +2,15 @@
 """What a matcher's scores are worth to estimators of essential and fundamental matrices: ours with scores, with 1 - score as a ratio and
 without either, and PoseLib, on pairs with match_scores.h5 and truth, as learned_matches.py --model writes them.
 
-  PYTHON scripts/peers/matcher_scores.py --scenes SCENE... [--seeds 3] [--maps | --posteriors]
+  PYTHON scripts/peers/matcher_scores.py --scenes SCENE... [--seeds 3] [--maps | --posteriors | --chance]
 
 PYTHON has diffsac (pip install .), numpy, h5py, opencv-python-headless and poselib. It prints mAA@10deg as docs/metrics.md has it (F
 decomposed with the true cameras), over all pairs and seeds alike, with the interval of 95 % of the difference to ours with scores by
 bootstrap over pairs; and what share of the matches of a score is right (within 1.5 px of the truth). --maps: other maps from score to
 probability than the library's, .05 + .9 score, which keep the order: for scenes that settings are chosen on alone. --posteriors: how far
 `posteriors` of the estimates are from the share that is right, on average over matches (expected calibration error, ten bins); right is
-within 1.5 px of the photographs as the matcher saw them, 1024 wide or high.
+within 1.5 px of the photographs as the matcher saw them, 1024 wide or high. --chance: of the estimates whose pose is within 10 degrees
+of the truth, and of those beyond 30, what share `may_be_chance` flags (learned_matches.py --turn makes pairs that are mostly wrong).
 """
 import argparse
 import os
@@ -111,6 +112,20 @@ def calibration(pairs, seeds):
               + ", ".join(f"{p:.2f}: {share:.2f} right" for p, share, _ in means))
 
 
+def chance(pairs, seeds):
+    for task in ("essential", "fundamental"):
+        errors, flagged = [], []
+        for pair, scores in pairs:
+            for seed in range(seeds):
+                found = estimate(task, pair, np.ones(len(scores), bool), seed, scores=scores)
+                if found.ok:
+                    errors.append(max(errors_of_matrix(found.model, pair, task)))
+                    flagged.append(found.may_be_chance)
+        errors, flagged = np.array(errors), np.array(flagged)
+        print(f"{task}: flagged are " + ", ".join(f"{flagged[which].sum()} of {which.sum()} {what}" for what, which in (
+            ("within 10 degrees", errors <= 10), ("beyond 30", errors > 30))))
+
+
 def reliability(pairs):
     """Of a score, how many are right."""
     scores, right = [], []
@@ -131,10 +146,13 @@ def main():
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--maps", action="store_true")
     parser.add_argument("--posteriors", action="store_true")
+    parser.add_argument("--chance", action="store_true")
     arguments = parser.parse_args()
     pairs = list(pairs_of(arguments.scenes)) or fail("no pairs")
     if arguments.posteriors:
         return calibration(pairs, arguments.seeds)
+    if arguments.chance:
+        return chance(pairs, arguments.seeds)
     reliability(pairs)
     random = np.random.default_rng(1)
     resampled = random.integers(0, len(pairs), (2000, len(pairs)))

@@ -7,6 +7,7 @@
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 #include "estimators/public_functions.h"
+#include "geometry/two_view_problems.h"
 
 namespace diffsac {
 namespace {
@@ -122,6 +123,49 @@ TEST_CASE("Of equal matches the one of the best score counts") {
   const TwoViewEstimate estimate = EstimateEssential(twice, scored.cameras);
   CHECK(estimate.repeated_rows == count);
   CHECK(estimate.model == EstimateEssential(scored.matches, scored.cameras).model);
+}
+
+/// 12 groups of 12 matches, each from one place to another that have nothing in common: as matchers that look at all
+/// keypoints together are wrong.
+PointMatrix WrongGroups(Rng& rng) {
+  PointMatrix points(144, 4);
+  Eigen::Vector4d place;
+  for (int i = 0; i < 144; ++i) {
+    if (i % 12 == 0) place << rng.Uniform(0, 1000), rng.Uniform(0, 800), rng.Uniform(0, 1000), rng.Uniform(0, 800);
+    const Eigen::Vector2d within(rng.Uniform(-40, 40), rng.Uniform(-40, 40));
+    for (int j = 0; j < 4; ++j) points(i, j) = place[j] + within[j % 2] + 4.0 * rng.Normal();
+  }
+  return points;
+}
+
+TEST_CASE(
+    "Matches with scores may be chance where wrong ones agree with each other, and are not beside noisy right ones") {
+  ImageOptions options;
+  options.use_network = false;
+  int flagged = 0, of_no_scores = 0;
+  constexpr int kTrials = 10;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Rng rng(trial);
+    const PointMatrix wrong = WrongGroups(rng);
+    const testing::TwoViewProblem pair = testing::RandomProblem(100, rng, 2.0);
+    PointMatrix mixed(244, 4);
+    mixed << pair.pixels, wrong;
+    const auto give = [](const PointMatrix& points) {
+      Matches matches = testing::MatchesOf(points, {});
+      matches.scores = Eigen::VectorXd::Constant(points.rows(), 0.5);
+      return matches;
+    };
+    const CameraPair cameras{pair.k1, pair.k2};
+    CHECK_FALSE(EstimateEssential(give(mixed), cameras, options).may_be_chance());
+    CHECK_FALSE(EstimateFundamental(give(mixed), options).may_be_chance());
+    flagged += EstimateEssential(give(wrong), cameras, options).may_be_chance() +
+               EstimateFundamental(give(wrong), options).may_be_chance();
+    of_no_scores += EstimateEssential(testing::MatchesOf(wrong, {}), cameras, options).may_be_chance() +
+                    EstimateFundamental(testing::MatchesOf(wrong, {}), options).may_be_chance();
+  }
+  CAPTURE(flagged, of_no_scores);
+  CHECK(flagged >= 0.9 * 2 * kTrials);
+  CHECK(of_no_scores < flagged);
 }
 
 TEST_CASE("A score is a probability that is never 0 or 1, and stays with its row") {

@@ -25,6 +25,18 @@ Residuals ResidualsOf(const Problem& problem, const ModelParameters& parameters)
   });
 }
 
+/// σ of the noise, and up to where a residual may be noise, both in the data's unit.
+struct Noise {
+  explicit Noise(const Estimate& estimate) {
+    constexpr double kLeast = 0.1;  // Of the inliers' threshold: of exact points noise is nothing.
+    constexpr double kReach = 2.5;
+    const double found = std::isfinite(estimate.noise_scale) ? estimate.noise_scale : estimate.inlier_threshold;
+    sigma = std::max(found, kLeast * estimate.inlier_threshold);
+    radius = std::max(estimate.inlier_threshold, kReach * sigma);
+  }
+  double sigma, radius;
+};
+
 /// What is known of points that have nothing to do with the model: how likely one is within `radius` of it.
 double WrongShare(const Problem& problem, const Residuals& residuals, double radius) {
   constexpr double kReach = 4.0;  // The shell from the radius to so many of it.
@@ -74,23 +86,28 @@ double ShiftOf(const Eigen::ArrayXd& priors, const Eigen::ArrayXd& evidence) {
 
 }  // namespace
 
+MatchesWithinNoise WithinNoise(const Problem& problem, const Estimate& estimate) {
+  const Residuals residuals = ResidualsOf(problem, estimate.model);
+  const double radius = Noise(estimate).radius;
+  MatchesWithinNoise found{{}, WrongShare(problem, residuals, radius)};
+  for (const double length : residuals.lengths) found.inside.push_back(length <= radius);
+  return found;
+}
+
 std::vector<float> PosteriorsOf(const Problem& problem, const Estimate& estimate) {
-  constexpr double kLeast = 0.005;     // No prior is surer.
-  constexpr double kLeastSigma = 0.1;  // Of the inliers' threshold: of exact points noise is nothing.
-  constexpr double kRadiusOfSigma = 2.5;
+  constexpr double kLeast = 0.005;  // No prior is surer.
   if (!estimate.structures.empty()) return {};
   const Eigen::Index count = problem.points.rows();
   std::vector<float> posteriors(static_cast<std::size_t>(count), 0.0F);
   if (estimate.status != Status::kOk) return posteriors;
   const Residuals residuals = ResidualsOf(problem, estimate.model);
-  const double noise = std::isfinite(estimate.noise_scale) ? estimate.noise_scale : estimate.inlier_threshold;
-  const double sigma = std::max(noise, kLeastSigma * estimate.inlier_threshold);
-  const double radius = std::max(estimate.inlier_threshold, kRadiusOfSigma * sigma);
+  const Noise noise(estimate);
   Eigen::ArrayXd priors = MatchPriors(problem);
   if (priors.size() != count) priors = Eigen::ArrayXd::Constant(count, 0.3);
   priors = priors.max(kLeast).min(1.0 - kLeast);
   priors = (priors / (1.0 - priors)).log();
-  const Eigen::ArrayXd evidence = LogLikelihoodRatios(residuals, sigma, radius, WrongShare(problem, residuals, radius));
+  const Eigen::ArrayXd evidence =
+      LogLikelihoodRatios(residuals, noise.sigma, noise.radius, WrongShare(problem, residuals, noise.radius));
   const Eigen::ArrayXd found = Logistic(priors + evidence + ShiftOf(priors, evidence));
   for (Eigen::Index i = 0; i < count; ++i) posteriors[static_cast<std::size_t>(i)] = static_cast<float>(found[i]);
   return posteriors;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "diffsac/estimators/robust_estimator.h"
@@ -13,5 +14,13 @@ namespace diffsac {
 /// ratio says (MatchPriors), all log odds moved by one number, which maximises the likelihood, so that no scale of
 /// scores is taken at its word. That the model is right is taken for granted (log_false_alarms asks).
 std::vector<float> PosteriorsOf(const Problem& problem, const Estimate& estimate);
+
+/// Points within noise of an estimate's model: N values, 1 for those within the inliers' threshold, or 2.5 σ where that
+/// is more. wrong_share: how likely a wrong point is among them, as PosteriorsOf takes it.
+struct MatchesWithinNoise {
+  std::vector<std::uint8_t> inside;
+  double wrong_share = 1.0;
+};
+MatchesWithinNoise WithinNoise(const Problem& problem, const Estimate& estimate);
 
 }  // namespace diffsac

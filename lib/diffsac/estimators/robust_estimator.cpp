@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/posteriors.h"
 #include "diffsac/estimators/static_overlay.h"
@@ -104,6 +105,31 @@ ParallaxTest VerdictOf(const Problem& problem, const Estimate& estimate) {
   return of_moving.translation == Translation::kTurn ? of_moving : test;
 }
 
+/// Rows whose score is the median or more.
+std::vector<int> SurerHalf(const Problem& problem) {
+  Eigen::VectorXd ratios = problem.match_ratio;
+  const auto middle = ratios.begin() + (ratios.size() - 1) / 2;
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  std::vector<int> rows;
+  for (Eigen::Index i = 0; i < ratios.size(); ++i)
+    if (problem.match_ratio[i] <= *middle) rows.push_back(static_cast<int>(i));
+  return rows;
+}
+
+/// log_false_alarms of points that are not of two clouds. A matcher that gives scores looked at all keypoints together:
+/// its wrong matches agree with each other, and are not anywhere, so that those just beyond the noise say what chance
+/// gives; of all, or of the surer half.
+double LogChanceOfPoints(const Problem& problem, const Estimate& estimate, const std::vector<std::uint8_t>& inliers) {
+  if (!problem.scored || !estimate.structures.empty() || !IsTwoView(problem.task))
+    return LogFalseAlarmsOf(problem, Witnesses(problem, inliers), estimate.inlier_threshold);
+  const auto log_chance = [&](const Problem& part) {
+    const MatchesWithinNoise within = WithinNoise(part, estimate);
+    return LogFalseAlarms(static_cast<int>(part.points.rows()), Witnesses(part, within.inside),
+                          MinimalSetSize(part.task), within.wrong_share);
+  };
+  return std::log10(2.0) + std::min(log_chance(problem), log_chance(PartOf(problem, SurerHalf(problem))));
+}
+
 /// What every estimate of usable rows says, whatever found it.
 void Complete(const UsableRows& rows, Estimate* estimate) {
   const Problem& problem = rows.problem();
@@ -138,7 +164,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   else if (IsOfTwoClouds(problem.task))
     estimate->log_false_alarms = LogChanceMotions(problem.points, estimate->model, inliers, estimate->inlier_threshold);
   else
-    estimate->log_false_alarms = LogFalseAlarmsOf(problem, Witnesses(problem, inliers), estimate->inlier_threshold);
+    estimate->log_false_alarms = LogChanceOfPoints(problem, *estimate, inliers);
   estimate->posteriors = PosteriorsOf(problem, *estimate);
 }
 
