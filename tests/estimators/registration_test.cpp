@@ -129,6 +129,17 @@ TEST_CASE("turning and moving either cloud turns the motion and changes nothing 
     }
 }
 
+TEST_CASE("very many matches far from the origin give the motion") {
+  CloudScene scene = MakeCloudScene(110'000, 0.5, 0.01, Rng(13));
+  const Eigen::RowVector3d far(4e6, -5e6, 3e4);
+  scene.points.leftCols(3).rowwise() += far;
+  const RigidMotionEstimate estimate = Rigidly(scene.points);
+  REQUIRE(estimate.ok());
+  CHECK(DegreesOff(estimate.motion, scene.truth) < 0.01);
+  CHECK((estimate.motion.rotation * far.transpose() + estimate.motion.translation - TranslationOf(scene.truth)).norm() <
+        0.01);
+}
+
 TEST_CASE("errors of motions between clouds are what their covariances say", "[covariance]") {
   for (const bool scaled : {false, true}) {
     testing::NormalizedErrors errors;

@@ -49,6 +49,16 @@ TEMPLATE_TEST_CASE("sets on one line or in one place have no motion", "", Rigid,
   CHECK_FALSE(TestType::Determined(scene.points));
 }
 
+TEST_CASE("of very many matches on one line each is looked at before they are said to be") {
+  PointMatrix points = PointMatrix::Zero(200'001, 6);
+  points.col(0) = points.col(5) = Eigen::VectorXd::LinSpaced(points.rows(), 0.0, 10.0);
+  CHECK_FALSE(Rigid::Determined(points));
+  points(100'000, 1) = points(100'000, 3) = 5.0;
+  CHECK(Rigid::Determined(points));
+  points(100'000, 3) = 0.0;
+  CHECK_FALSE(Rigid::Determined(points));
+}
+
 TEMPLATE_TEST_CASE("a mirrored cloud has no motion that fits it", "", Rigid, Similarity) {
   CloudScene scene = MakeCloudScene(40, 0.0, 0.0, Rng(3), ScaleFor<TestType>());
   scene.points.col(0) *= -1.0;

@@ -10,10 +10,13 @@ namespace diffsac {
 
 SceneFrame::SceneFrame(const Points& points) {
   constexpr double kFar = 16.0, kMostOctaves = 12.0;
+  constexpr Eigen::Index kMost = 100'000;  // More say no more of where points are: some of them, evenly.
   Eigen::Vector3d middle, extent;
+  const Eigen::Index step = 1 + points.rows() / kMost;
   for (int axis = 0; axis < 3; ++axis) {
-    middle[axis] = Quantile(points.col(axis), 0.5);
-    extent[axis] = 2.0 * (Quantile(points.col(axis), 0.75) - Quantile(points.col(axis), 0.25));
+    const Eigen::VectorXd some = points(Eigen::seqN(0, (points.rows() + step - 1) / step, step), axis);
+    middle[axis] = Quantile(some, 0.5);
+    extent[axis] = 2.0 * (Quantile(some, 0.75) - Quantile(some, 0.25));
   }
   const double longest = extent.maxCoeff();
   if (!(longest > 0.0)) return;

@@ -123,6 +123,14 @@ bool OnOneLine(const PointMatrix& points) {
   return !(spread.sides[1] > kFlat * spread.sides[2]);
 }
 
+/// Of many points some, evenly, mostly say that they are on none.
+bool CloudOnOneLine(const PointMatrix& matches, int first) {
+  constexpr Eigen::Index kSome = 100'000;
+  const Eigen::Index step = 1 + matches.rows() / kSome;
+  const auto some = Eigen::seqN(0, (matches.rows() + step - 1) / step, step);
+  return OnOneLine(matches(some, Eigen::seqN(first, 3))) && (step == 1 || OnOneLine(matches.middleCols(first, 3)));
+}
+
 }  // namespace
 
 template <bool kScaled>
@@ -148,7 +156,7 @@ bool CloudMotion<kScaled>::Fit(const PointMatrix& points, const Eigen::VectorXd&
 template <bool kScaled>
 bool CloudMotion<kScaled>::Determined(const PointMatrix& points) {
   return points.rows() >= kMinimalSize && points.cols() == kDimension && points.allFinite() &&
-         !OnOneLine(points.leftCols(3)) && !OnOneLine(points.rightCols(3));
+         !CloudOnOneLine(points, 0) && !CloudOnOneLine(points, 3);
 }
 
 template <bool kScaled>

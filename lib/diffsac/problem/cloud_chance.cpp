@@ -20,12 +20,12 @@ int CountDistinct(Cells cells) {
   return static_cast<int>(std::unique(cells.begin(), cells.end()) - cells.begin());
 }
 
-/// How often a cell of the one is that of the other, of all pairs.
-double ShareTogether(Cells first, Cells second) {
-  std::sort(first.begin(), first.end());
+/// How often a cell of the one, which are in order, is that of the other, of all pairs.
+double ShareTogether(const Cells& first, Cells second) {
   std::sort(second.begin(), second.end());
   double together = 0.0;
-  for (auto i = first.begin(), j = second.begin(); i != first.end();) {
+  auto j = second.begin();
+  for (auto i = first.begin(); i != first.end();) {
     const auto next = std::upper_bound(i, first.end(), *i);
     j = std::lower_bound(j, second.end(), *i);
     const auto last = std::upper_bound(j, second.end(), *i);
@@ -61,6 +61,7 @@ double LogChanceMotions(const PointMatrix& points, const ModelParameters& model,
   const PointMatrix second = points.rightCols(3);
   const BallGrid grid(moved, second, threshold);
   std::vector<std::pair<Cell, Cell>> pairs;
+  pairs.reserve(static_cast<std::size_t>(points.rows()));
   Cells firsts, seconds;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     pairs.emplace_back(grid.CellOf(moved, i), grid.CellOf(second, i));
@@ -78,8 +79,7 @@ double LogChanceMotions(const PointMatrix& points, const ModelParameters& model,
     seconds.push_back(other);
   }
   const auto count = static_cast<int>(pairs.size());
-  return LogChanceModels(count, witnesses, Similarity::kMinimalSize,
-                         ShareTogether(std::move(firsts), std::move(seconds)));
+  return LogChanceModels(count, witnesses, Similarity::kMinimalSize, ShareTogether(firsts, std::move(seconds)));
 }
 
 }  // namespace diffsac

@@ -25,31 +25,44 @@ bool IsFinite(const double* row, Eigen::Index columns) {
   return std::all_of(row, row + columns, [](double value) { return std::isfinite(value); });
 }
 
-/// Numbers the rows that differ, in their order: a table with open addressing, at most half full.
+/// Numbers the rows that differ, in their order: a table with open addressing, at most half full. A slot has the hash's
+/// other half as well, so that rows that differ are hardly ever looked at.
 class DistinctRows {
  public:
   explicit DistinctRows(const PointMatrix& points)
-      : points_(points), table_(std::bit_ceil(2 * static_cast<std::size_t>(points.rows()) + 1), -1) {}
+      : points_(points), table_(std::bit_ceil(2 * static_cast<std::size_t>(points.rows()) + 1)) {}
+
+  /// Asks memory for what NumberOf looks at first.
+  void Fetch(Eigen::Index row) const {
+    __builtin_prefetch(&table_[HashOf(points_.row(row).data(), points_.cols()) & (table_.size() - 1)], 1);
+  }
 
   /// The number of the rows that equal this one; the next number for the first of them.
   int NumberOf(Eigen::Index row) {
     const double* values = points_.row(row).data();
     const Eigen::Index columns = points_.cols();
-    for (std::size_t slot = HashOf(values, columns);; ++slot) {
-      int& number = table_[slot & (table_.size() - 1)];
-      if (number < 0) {
-        number = static_cast<int>(firsts_.size());
+    const std::uint64_t hash = HashOf(values, columns);
+    const auto tag = static_cast<std::uint32_t>(hash >> 32);
+    for (std::size_t place = hash;; ++place) {
+      Slot& slot = table_[place & (table_.size() - 1)];
+      if (slot.number < 0) {
+        slot = {tag, static_cast<int>(firsts_.size())};
         firsts_.push_back(row);
-        return number;
+        return slot.number;
       }
-      if (std::equal(values, values + columns, points_.row(firsts_[static_cast<std::size_t>(number)]).data()))
-        return number;
+      if (slot.tag == tag &&
+          std::equal(values, values + columns, points_.row(firsts_[static_cast<std::size_t>(slot.number)]).data()))
+        return slot.number;
     }
   }
 
  private:
+  struct Slot {
+    std::uint32_t tag = 0;
+    int number = -1;
+  };
   const PointMatrix& points_;
-  std::vector<int> table_;
+  std::vector<Slot> table_;
   std::vector<Eigen::Index> firsts_;
 };
 
@@ -97,7 +110,11 @@ UsableRows::UsableRows(const Problem& problem) : whole_(&problem) {
   const bool segments = problem.task == Task::kVanishingPoint && points.cols() == 4;
   const PointMatrix ordered = segments ? Ordered(points) : PointMatrix();
   DistinctRows distinct(segments ? ordered : points);
+  rows_.reserve(static_cast<std::size_t>(points.rows()));
+  places_.reserve(static_cast<std::size_t>(points.rows()));
+  constexpr Eigen::Index kAhead = 16;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (i + kAhead < points.rows()) distinct.Fetch(i + kAhead);
     const int next = static_cast<int>(rows_.size());
     const int place = IsFinite(points.row(i).data(), points.cols()) ? distinct.NumberOf(i) : -1;
     places_.push_back(place);

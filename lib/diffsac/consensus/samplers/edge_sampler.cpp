@@ -44,11 +44,12 @@ EdgeSampler::EdgeSampler(const PointMatrix& matches, double tolerance, bool scal
   rows_ = rng_.Fork("order").Permutation(count);
   const Eigen::RowVectorXd middle = matches.colwise().mean();
   double reach = 0.0;
-  for (int c = 0; c < kColumns; ++c) {
-    all_.values[c].reserve(rows_.size());
-    for (const int row : rows_) {
-      const double value = matches(row, c) - middle[c];
-      all_.values[c].push_back(static_cast<float>(value));
+  for (std::vector<float>& column : all_.values) column.resize(rows_.size());
+  // Row by row, each of which is fetched from memory once.
+  for (int place = 0; place < count; ++place) {
+    for (int c = 0; c < kColumns; ++c) {
+      const double value = matches(rows_[place], c) - middle[c];
+      all_.values[c][place] = static_cast<float>(value);
       if (c >= 3) reach = std::max(reach, std::abs(value));
     }
   }
