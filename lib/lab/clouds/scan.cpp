@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
+#include <tuple>
 
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
@@ -120,12 +121,16 @@ void CheckCloudName(const std::string& path) {
 }
 
 ScanPlan PlanScans(const std::vector<std::string>& paths) {
+  constexpr std::size_t kMostKept = 10'000'000;
   ScanPlan plan;
+  std::size_t kept = 0;
   for (const std::string& path : paths) {
-    PointCloud cloud;
-    Read(path, &cloud);
-    plan.voxel = std::max(plan.voxel, SuitableVoxel(cloud));
-    plan.has_scanner = plan.has_scanner && IsNearOrigin(cloud);
+    const auto cloud = std::make_shared<PointCloud>();
+    const std::size_t left_out = Read(path, cloud.get());
+    plan.voxel = std::max(plan.voxel, SuitableVoxel(*cloud));
+    plan.has_scanner = plan.has_scanner && IsNearOrigin(*cloud);
+    kept += cloud->points_.size();
+    if (kept <= kMostKept) plan.read[path] = {cloud, left_out};
   }
   return plan;
 }
@@ -135,7 +140,10 @@ Scan ReadScan(const std::string& path, const ScanPlan& plan) {
   PointCloud read;
   Scan scan;
   scan.path = path;
-  scan.left_out = Read(path, &read);
+  if (const auto found = plan.read.find(path); found != plan.read.end())
+    std::tie(read, scan.left_out) = std::tie(*found->second.first, found->second.second);
+  else
+    scan.left_out = Read(path, &read);
   scan.points = read.points_.size();
   if (voxel > 0.0 && read.GetAxisAlignedBoundingBox().GetExtent().maxCoeff() / voxel > 1e9)
     throw Error(path + ": a voxel of " + std::to_string(voxel) + " is too small for its extent");

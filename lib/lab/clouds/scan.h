@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diffsac/geometry/rigid_motion.h"
@@ -34,11 +36,14 @@ struct ScanPlan {
   double voxel = 0.0;  ///< A cube's side. 0: nothing is described.
   /// Normals that a file lacks look at its frame's origin, where the scanner was; else at the cloud's middle.
   bool has_scanner = true;
+  /// The clouds of some files as they were read, and how many points without finite coordinates each has besides.
+  std::map<std::string, std::pair<std::shared_ptr<const open3d::geometry::PointCloud>, std::size_t>> read = {};
 };
 
 /// A voxel that suits all of these files: twice the resolution of each (the median distance of a point to the nearest
 /// other one), or more, such that at most 10 000 points of it are left; 0 where each has fewer than two places. There
-/// is a scanner where no cloud lies far from its origin. Throws Error where a file is no cloud or has no points.
+/// is a scanner where no cloud lies far from its origin. Clouds are kept while they are ten million points together.
+/// Throws Error where a file is no cloud or has no points.
 ScanPlan PlanScans(const std::vector<std::string>& paths);
 
 /// Reads, thins out and describes: roots of FPFH (Rusu, Blodow and Beetz, "Fast point feature histograms for 3D
