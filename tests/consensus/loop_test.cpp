@@ -360,11 +360,21 @@ TEST_CASE("A draw near the better optimum that was worse itself was never improv
   CHECK(search(options).hypotheses < found.hypotheses);
 }
 
+TEST_CASE("Other starts are not asked for where all draws are as good as sure to find the best") {
+  const ConsensusOptions options = Plain();
+  StoppingRule rule(options, 100, 1);
+  CHECK_FALSE(rule.Finds(1000000));
+  rule.Update(50);
+  CHECK_FALSE(rule.Finds(6));
+  CHECK(rule.Finds(7));
+}
+
 TEST_CASE("Hypotheses of one basin count as one, the better of them") {
   PointMatrix points(40, 1);
   for (int i = 0; i < 40; ++i) points(i, 0) = 0.1 * i;
   const auto at = [](double place) { return Place::Parameters::Constant(place); };
-  BestHypotheses<Place> best(points, 1.0, 3, 0.8);
+  const Scorer<Place> scorer(points);
+  BestHypotheses<Place> best(scorer, 1.0, 3, 0.8);
   CHECK(best.bar() == -1.0);
   best.Offer(at(1.05), 5.0);
   best.Offer(at(1.15), 4.0);  // 19 of 21 points are common.
@@ -380,16 +390,23 @@ TEST_CASE("Hypotheses of one basin count as one, the better of them") {
   CHECK(best.entries().size() == 3);
   CHECK(best.bar() == 4.5);
   // One takes the place of two that it resembles, and the bar stays.
-  BestHypotheses<Place> coarse(points, 1.0, 2, 0.5);
+  BestHypotheses<Place> coarse(scorer, 1.0, 2, 0.5);
   coarse.Offer(at(1.05), 5.0);
   coarse.Offer(at(2.05), 4.5);
   coarse.Offer(at(1.55), 7.0);
   CHECK(coarse.entries().size() == 1);
   CHECK(coarse.bar() == 4.5);
   // None is kept where there is no room.
-  BestHypotheses<Place> none(points, 1.0, 0, 0.8);
+  BestHypotheses<Place> none(scorer, 1.0, 0, 0.8);
   none.Offer(at(1.0), 5.0);
   CHECK(none.entries().empty());
+  // One that is far worse than the best is not asked for, though there is room.
+  BestHypotheses<Place> near(scorer, 1.0, 3, 0.8, 0.5);
+  near.Offer(at(1.05), 0.0);
+  near.Offer(at(1.05), 5.0);
+  CHECK(near.bar() == 2.5);
+  near.Offer(at(2.05), 2.4);
+  CHECK(near.entries().size() == 1);
 }
 
 TEST_CASE("The degeneracy hook is asked for each new best model and judged by the score") {

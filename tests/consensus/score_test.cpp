@@ -217,7 +217,7 @@ void CheckBars(const PointMatrix& points, const Matrix3Parameters& truth, double
 
 TEST_CASE("Giving up early, by residuals or by their bounds, decides as a full sum would") {
   Rng rng(1);
-  for (const int count : {20, 64, 129, 700}) {
+  for (const int count : {20, 64, 129, 700, 5000}) {
     auto problem = testing::RandomProblem(count, rng, 0.7);
     for (int i = 0; i < count / 2; ++i) problem.pixels(i, 2) += 100.0 * rng.Normal();
     problem.normalized = NormalizedCoordinates(problem.pixels, problem.k1, problem.k2);
@@ -230,22 +230,32 @@ TEST_CASE("Giving up early, by residuals or by their bounds, decides as a full s
   }
 }
 
-TEST_CASE("The heaviest first: every row once, weights falling by classes of 1/64, equal ones in their order") {
+TEST_CASE("Rows by weight: every row once, the heavier class first, and the first rows of a class are any of it") {
   Rng rng(2);
-  for (const int count : {0, 1, 2, 500}) {
+  for (const int count : {0, 1, 2, 500, 9000}) {
     Eigen::VectorXd weights(count);
     for (double& weight : weights)
       weight = rng.Below(3) == 0 ? 0.25 * static_cast<double>(rng.Below(5)) : rng.Uniform();
-    const std::vector<int> rows = HeaviestFirst(weights);
-    std::vector<int> sorted = rows, all(count);
+    const RowsByWeight order = SortByWeight(count, weights);
+    std::vector<int> sorted = order.rows, all(count);
     std::sort(sorted.begin(), sorted.end());
     std::iota(all.begin(), all.end(), 0);
     CHECK(sorted == all);
-    for (int i = 1; i < count; ++i) {
-      CHECK(weights[rows[i]] <= weights[rows[i - 1]] + 1.0 / 64.0);
-      if (weights[rows[i]] == weights[rows[i - 1]]) CHECK(rows[i] > rows[i - 1]);
+    int begin = 0;
+    for (const WeightClass& group : order.classes) {
+      CHECK(group.begin == begin);
+      CHECK(group.mixed <= group.end);
+      for (int i = group.begin; i < group.end; ++i) CHECK(weights[order.rows[i]] <= group.most);
+      for (int i = group.end; i < count; ++i) CHECK(weights[order.rows[i]] <= 0.5 * group.most);
+      begin = group.end;
     }
+    CHECK(begin == count);
   }
+  // Of a million rows alike the first thousand come from everywhere.
+  const RowsByWeight order = SortByWeight(1000000, {});
+  REQUIRE(order.classes.size() == 1);
+  const double mean = std::accumulate(order.rows.begin(), order.rows.begin() + 1000, 0.0) / 1000;
+  CHECK(std::abs(mean - 5e5) < 5e4);
 }
 
 }  // namespace

@@ -141,7 +141,13 @@ std::int64_t DrawsForConfidence(double probability, double confidence) {
 }
 
 void StoppingRule::Update(std::int64_t inliers) {
-  needed_ = DrawsForConfidence(AllInlierProbability(inliers, num_points_, set_size_), options_.confidence);
+  probability_ = AllInlierProbability(inliers, num_points_, set_size_);
+  needed_ = DrawsForConfidence(probability_, options_.confidence);
+}
+
+bool StoppingRule::Finds(std::int64_t iterations) const {
+  constexpr double kSure = 0.99;
+  return iterations >= DrawsForConfidence(probability_, kSure);
 }
 
 StopReason StoppingRule::After(std::int64_t iterations) const {

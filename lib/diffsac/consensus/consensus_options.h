@@ -192,11 +192,14 @@ class StoppingRule {
   void Update(std::int64_t inliers);
   /// kNotRun: go on.
   StopReason After(std::int64_t iterations) const;
+  /// Whether so many draws have a set of inliers alone with a probability of .99, whatever the confidence asked for.
+  bool Finds(std::int64_t iterations) const;
 
  private:
   const ConsensusOptions& options_;
   std::int64_t num_points_;
   int set_size_;
+  double probability_ = 0.0;  ///< Of one draw being good.
   std::int64_t needed_ = kNeverEnough;
 };
 

@@ -29,16 +29,18 @@ class BestHypotheses {
     std::vector<std::uint8_t> inliers;  ///< At `threshold`; empty when only one hypothesis is kept.
   };
 
-  BestHypotheses(const PointMatrix& points, double threshold, int capacity, double alike = 1.0)
-      : points_(points),
+  /// least: share of the best's score that another must have. Borrows the scorer.
+  BestHypotheses(const Scorer<Model>& scorer, double threshold, int capacity, double alike = 1.0, double least = 0.0)
+      : scorer_(scorer),
         threshold_(threshold),
         capacity_(capacity),
         alike_(alike),
+        least_(least),
         bar_(capacity > 0 ? -1.0 : std::numeric_limits<double>::infinity()) {}
 
   /// A score must be above this to enter. It never falls, not even where one hypothesis takes the place of several:
   /// draws that were scored against an older bar (HypothesisBlock) may have been given up.
-  double bar() const { return bar_; }
+  double bar() const { return entries_.empty() || least_ == 0.0 ? bar_ : std::max(bar_, least_ * best()); }
   /// A score must be above this to become the best.
   double best() const { return entries_.empty() ? -1.0 : entries_.front().score; }
   const std::vector<Entry>& entries() const { return entries_; }
@@ -47,7 +49,9 @@ class BestHypotheses {
     if (!(score > bar())) return;
     Entry entry{model, score, {}};
     if (capacity_ > 1) {
-      entry.inliers = InlierMask<Model>(points_, model, threshold_);
+      const Eigen::VectorXd residuals = scorer_.Residuals(model);
+      entry.inliers.resize(residuals.size());
+      for (Eigen::Index i = 0; i < residuals.size(); ++i) entry.inliers[i] = residuals[i] <= threshold_;
       const auto twin = [&](const Entry& other) { return Alike(other.inliers, entry.inliers); };
       const auto worse =
           std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return score > e.score; });
@@ -72,10 +76,11 @@ class BestHypotheses {
     return both >= alike_ * either;
   }
 
-  const PointMatrix& points_;
+  const Scorer<Model>& scorer_;
   double threshold_;
   int capacity_;
   double alike_;
+  double least_;
   double bar_;
   std::vector<Entry> entries_;
 };
@@ -184,11 +189,12 @@ class ConsensusSearch {
         scales_(scales),
         scorer_(points, PriorOf(priors, options, points.rows())),
         score_(scales.MakeScore(options.score, options.inlier_prior)),
-        best_(points, scales.score_threshold, std::max(1, options.refit_candidates),
+        best_(scorer_, scales.score_threshold, std::max(1, options.refit_candidates),
               HasRivals<Model>     ? kSameRival
               : options.basins > 0 ? kSameBasin
-                                   : 1.0),
-        starts_(points, scales.score_threshold, options.basins, kSameBasin),
+                                   : 1.0,
+              options.basins > 0 ? kLeastShare : 0.0),
+        starts_(scorer_, scales.score_threshold, options.basins, kSameBasin, kLeastShare),
         improve_(scorer_, score_, options, scales_, rng),
         refine_(scorer_, options, scales_),
         rule_(options, points.rows(), Model::kMinimalSize),
@@ -208,7 +214,7 @@ class ConsensusSearch {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(sampler, options_.max_iterations - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
-        const auto* draw = block_.Next(std::min({best_.bar(), best_minimal_, starts_.bar()}));
+        const auto* draw = block_.Next(std::min({best_.bar(), best_minimal_, StartBar()}));
         if (draw == nullptr) break;
         Take(*draw);
         result_.stop = rule_.After(result_.iterations);
@@ -219,7 +225,7 @@ class ConsensusSearch {
 
   ConsensusResult Finish() {
     const bool confident = result_.stop == StopReason::kConfidence;
-    if (!confident) ImproveStarts();
+    if (!confident && !sure_) ImproveStarts();
     std::optional<ScoredModel<Model>> chosen = refine_(best_.entries(), &result_.hypotheses);
     if (chosen && !confident) Polish(&*chosen);
     result_.unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
@@ -241,13 +247,16 @@ class ConsensusSearch {
     int rise = -1;
     for (int i = 0; i < draw.solutions; ++i) {
       best_.Offer(draw.models[i], draw.scores[i]);
-      starts_.Offer(draw.models[i], draw.scores[i]);
+      if (draw.scores[i] > StartBar()) starts_.Offer(draw.models[i], draw.scores[i]);
       if (!(draw.scores[i] > best_minimal_)) continue;
       best_minimal_ = draw.scores[i];
       rise = i;
     }
     if (rise >= 0) Improve({draw.models[rise], draw.scores[rise]}, draw.set, before);
   }
+
+  /// What a draw must exceed to be another start. It never falls.
+  double StartBar() const { return sure_ ? best_minimal_ : starts_.bar(); }
 
   /// A model that was given, not drawn: it may be as good as an improved one, and bars no minimal model's way.
   void Consider(const Parameters& model) {
@@ -261,7 +270,9 @@ class ConsensusSearch {
   void Improve(const ScoredModel<Model>& found, const int* set, double before) {
     const ScoredModel<Model> improved = improve_(found, set, before, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
-    if (best_.best() > before) rule_.Update(refine_.CountInliers(best_.entries().front().model));
+    if (!(best_.best() > before)) return;
+    rule_.Update(refine_.CountInliers(best_.entries().front().model));
+    sure_ = sure_ || rule_.Finds(options_.max_iterations);
   }
 
   /// The loop improves a draw only where it is the best so far, of which there are seven in a thousand; a draw near a
@@ -279,6 +290,8 @@ class ConsensusSearch {
     }
   }
 
+  /// Of the best one's score, what other basins' models have at least: a far worse one does not become the best.
+  static constexpr double kLeastShare = 0.5;
   /// Of two models of one basin so many inliers are common; of a model that may have rivals, for which there would be
   /// no room, most of them.
   static constexpr double kSameBasin = 0.9, kSameRival = 0.5;
@@ -297,6 +310,7 @@ class ConsensusSearch {
   /// score of all, an improved model's, hardly any draw after the first improvement would do (PoseLib,
   /// robust/ransac_impl.h, keeps the two apart).
   double best_minimal_ = -1.0;
+  bool sure_ = false;       ///< All draws will do, and other starts are not asked for.
   std::vector<int> sets_;   ///< Those that were taken.
   ConsensusResult result_;  ///< What is known of it so far.
 };

@@ -163,7 +163,7 @@ std::vector<Line::Parameters> FindModes(const Posterior& posterior, const Proble
                                         const std::vector<int>& sets, int candidates) {
   const Scorer<Line>& scorer = posterior.scorer();
   const Score msac(ScoreKind::kMsac, problem.inlier_threshold, posterior.sigma(), 1.0);
-  BestHypotheses<Line> best(problem.points, problem.inlier_threshold, candidates);
+  BestHypotheses<Line> best(scorer, problem.inlier_threshold, candidates);
   Line::Parameters solved;
   for (std::size_t start = 0; start < sets.size(); start += Line::kMinimalSize)
     if (Line::SolveMinimal(problem.points, sets.data() + start, &solved) > 0)

@@ -99,7 +99,7 @@ ScoredModel<Model> OptimizeByInnerSamples(const Scorer<Model>& scorer, const Sco
   part_rng.Distinct(scorer.size(), size, rows.data());
   std::sort(rows.begin(), rows.end());
   const PointMatrix points = scorer.points()(rows, Eigen::all);
-  const Scorer<Model> part(points, scorer.prior().Of(rows));
+  const Scorer<Model> part(points, scorer.prior().Of(rows), /*with_bar=*/false);
   const ScoredModel<Model> from = {start.model, part(start.model, score)};
   typename Model::Parameters model = FitInnerSamples(part, score, threshold, samples, from, rng, fits).model;
   ScoredModel<Model> best = start;

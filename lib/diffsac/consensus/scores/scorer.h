@@ -37,32 +37,34 @@ concept HasSquareBounds = requires {
   typename M::Bounds;
 };
 
-/// Rows by weight, within [0, 1], from the heaviest to the lightest up to 1/64; those in their order.
-inline std::vector<int> HeaviestFirst(const Eigen::VectorXd& weights) {
-  constexpr int kClasses = 64;
-  const auto class_of = [&](Eigen::Index i) {
-    return kClasses - 1 - std::clamp(static_cast<int>(weights[i] * kClasses), 0, kClasses - 1);
-  };
-  std::array<int, kClasses + 1> place{};
-  for (Eigen::Index i = 0; i < weights.size(); ++i) ++place[class_of(i) + 1];
-  for (int c = 0; c < kClasses; ++c) place[c + 1] += place[c];
-  std::vector<int> rows(weights.size());
-  for (Eigen::Index i = 0; i < weights.size(); ++i) rows[place[class_of(i)]++] = static_cast<int>(i);
-  return rows;
-}
+/// Rows whose weights are alike within a factor of two; lighter than an eighth are one. They stand one behind the other
+/// from `begin` to `end`, those before `mixed` in random order.
+struct WeightClass {
+  int begin, mixed, end;
+  double most;  ///< No weight is larger.
+};
+
+/// Of weights within [0, 1] all rows, the heaviest class first. No weights: one class.
+struct RowsByWeight {
+  std::vector<int> rows;
+  std::vector<WeightClass> classes;
+};
+RowsByWeight SortByWeight(int size, const Eigen::VectorXd& weights);
 
 /// Scores models against one point set. The points are also kept as columns, so that residuals of a model that offers
 /// `Residuals` over columns are computed several at a time; other models go point by point. Borrows `points`.
 template <MinimalModel Model>
 class Scorer {
  public:
-  explicit Scorer(const PointMatrix& points, ScorePrior prior = {})
+  /// with_bar: whether models will be asked whether they reach a bar, which is prepared for.
+  explicit Scorer(const PointMatrix& points, ScorePrior prior = {}, bool with_bar = true)
       : points_(points), columns_(points), prior_(std::move(prior)), rest_((size() + kBlock - 1) / kBlock + 1) {
     for (int i = 0; i < Model::kDimension; ++i) pointers_[i] = columns_.col(i).data();
     rest_.back() = 0.0;
     for (int block = static_cast<int>(rest_.size()) - 2; block >= 0; --block)
       rest_[block] = rest_[block + 1] + MostOf(block * kBlock);
-    if constexpr (HasSquareBounds<Model>) MakeBounds();
+    if constexpr (HasSquareBounds<Model>)
+      if (with_bar) MakeBounds();
   }
 
   int size() const { return static_cast<int>(points_.rows()); }
@@ -76,9 +78,7 @@ class Scorer {
 
   /// Of the points under a model, N values.
   Eigen::VectorXd WeightsUnder(const typename Model::Parameters& model) const {
-    Eigen::VectorXd all = weights().size() > 0 ? weights() : Eigen::VectorXd::Ones(size());
-    if (HasTurns()) WeighTurns(model, 0, size(), all.data(), [](int) { return true; });
-    return all;
+    return WeightsUnder(model, [](int) { return true; });
   }
 
   void Residuals(const typename Model::Parameters& model, int begin, int end, double* out) const {
@@ -95,8 +95,9 @@ class Scorer {
     return residuals;
   }
 
-  /// The model's score. Gives up, returning `bar`, once even perfect remaining points could not lift it above `bar`;
-  /// the margin keeps rounding from changing what a full sum would decide.
+  /// The model's score. Gives up, returning `bar`, once even perfect remaining points could not lift it above `bar`
+  /// (the margin keeps rounding from changing what a full sum would decide), or where points drawn at random say that
+  /// it is not above it (MayReach).
   double operator()(const typename Model::Parameters& model, const Score& score, double bar = -1.0) const {
     const double plausibility = Plausibility(model);
     const double bar_of_sum = bar / plausibility;
@@ -127,42 +128,63 @@ class Scorer {
     return prior_.weights.size() == 0 ? count : prior_.weights.segment(begin, count).sum();
   }
 
+  /// A run of points in the order of the bounds.
+  struct Block {
+    int begin, end;
+    double rest;  ///< What the points from here on can add at most.
+    /// Of its class: the part that is seen after it, 0 where that is no random part; what the classes behind can add;
+    /// the largest weight.
+    double share, after, most;
+    bool last;  ///< Of its class.
+  };
+
   /// Bounds go over the heaviest points first, so that what the rest can add falls as fast as it can.
   void MakeBounds() {
-    std::array<const double*, Model::kDimension> pointers = pointers_;
-    Eigen::MatrixXd ordered;
-    if (prior_.weights.size() > 0) {
-      const std::vector<int> rows = HeaviestFirst(prior_.weights);
-      ordered = columns_(rows, Eigen::all);
-      float_weights_ = prior_.weights(rows).template cast<float>();
-      for (int i = 0; i < Model::kDimension; ++i) pointers[i] = ordered.col(i).data();
-    }
+    const RowsByWeight order = SortByWeight(size(), prior_.weights);
+    const Eigen::MatrixXd ordered = columns_(order.rows, Eigen::all);
+    std::array<const double*, Model::kDimension> pointers;
+    for (int i = 0; i < Model::kDimension; ++i) pointers[i] = ordered.col(i).data();
     bounds_.emplace(pointers.data(), size());
-    bound_rest_.assign((size() + kBoundBlock - 1) / kBoundBlock + 1, 0.0);
-    for (int block = static_cast<int>(bound_rest_.size()) - 2; block >= 0; --block) {
-      const int begin = block * kBoundBlock, count = std::min(kBoundBlock, size() - begin);
-      const double most =
-          float_weights_.size() == 0 ? count : float_weights_.segment(begin, count).template cast<double>().sum();
-      bound_rest_[block] = bound_rest_[block + 1] + most;
+    if (prior_.weights.size() > 0) float_weights_ = prior_.weights(order.rows).template cast<float>();
+    double rest = 0.0;
+    for (auto group = order.classes.rbegin(); group != order.classes.rend(); ++group) {
+      const double after = rest;
+      const int blocks = (group->end - group->begin + kBoundBlock - 1) / kBoundBlock;
+      for (int i = blocks - 1; i >= 0; --i) {
+        const int begin = group->begin + i * kBoundBlock, end = std::min(begin + kBoundBlock, group->end);
+        rest += float_weights_.size() == 0 ? end - begin
+                                           : float_weights_.segment(begin, end - begin).template cast<double>().sum();
+        const double seen = static_cast<double>(end - group->begin) / (group->end - group->begin);
+        blocks_.push_back({begin, end, rest, end <= group->mixed ? seen : 0.0, after, group->most, i == blocks - 1});
+      }
     }
+    std::reverse(blocks_.begin(), blocks_.end());
   }
 
-  /// False once a bound in single precision shows that the sum stays below `bar`.
+  /// False once a bound in single precision shows that the sum stays below `bar`, or a random part of the points of
+  /// like weight has so little that this is as good as sure: of k of n values within [0, w] that sum to `needed`, the
+  /// expected sum is m = needed · k/n, and it is below m − t with a probability of at most exp(−t²/(2 w m)) (Chernoff;
+  /// drawn without replacement: Hoeffding 1963, section 6). So a model that reaches the bar is given up once in ten
+  /// million tests.
   bool MayReach([[maybe_unused]] const typename Model::Parameters& model, [[maybe_unused]] const Score& score,
                 [[maybe_unused]] double bar) const {
     if constexpr (HasSquareBounds<Model>) {
-      static_assert(kBoundBlock % kBlock == 0);
+      constexpr double kTwiceLog = 2.0 * 16.2;
       typename Model::Bounds::Prepared prepared;
-      if (!(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared)) return true;
+      if (!bounds_ || !(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared))
+        return true;
       if (!score.IsSum()) return !(BoundOfAll(prepared, score) + kMargin < bar);
       const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
       std::array<float, kBoundBlock> squares;
-      double most = kMargin;
-      for (int begin = 0; begin < size(); begin += kBoundBlock) {
-        if (most + bound_rest_[begin / kBoundBlock] < bar) return false;
-        const int end = std::min(begin + kBoundBlock, size());
-        (*bounds_)(prepared, begin, end, squares.data());
-        most += score.Bound(squares.data(), weights == nullptr ? nullptr : weights + begin, end - begin);
+      double most = kMargin, before = kMargin;
+      for (const Block& block : blocks_) {
+        if (most + block.rest < bar) return false;
+        (*bounds_)(prepared, block.begin, block.end, squares.data());
+        most +=
+            score.Bound(squares.data(), weights == nullptr ? nullptr : weights + block.begin, block.end - block.begin);
+        const double expected = (bar - before - block.after) * block.share, missing = expected - (most - before);
+        if (missing > 0.0 && missing * missing > kTwiceLog * block.most * expected) return false;
+        if (block.last) before = most;
       }
       return !(most < bar);
     }
@@ -182,6 +204,14 @@ class Scorer {
     return score.BoundOfAll(histogram);
   }
 
+  /// Those that do not `matter` may have any weight up to their own.
+  template <class Matter>
+  Eigen::VectorXd WeightsUnder(const typename Model::Parameters& model, const Matter& matter) const {
+    Eigen::VectorXd all = weights().size() > 0 ? weights() : Eigen::VectorXd::Ones(size());
+    if (HasTurns()) WeighTurns(model, 0, size(), all.data(), matter);
+    return all;
+  }
+
   bool HasTurns() const { return kKnowsTurns && prior_.turn_weight < 1.0 && prior_.turns.rows() == size(); }
 
   /// Lowers the weights of those of the points [begin, end), of which weights[0] is the first, that `matter` and turn
@@ -196,10 +226,15 @@ class Scorer {
           weights[i - begin] *= prior_.turn_weight;
   }
 
+  /// Turns take away, so they are asked about only where the rest reaches the bar.
   double OfAll(const typename Model::Parameters& model, const Score& score, const Eigen::VectorXd& residuals,
                double bar) const {
-    if (HasTurns()) return score.OfAll(residuals.data(), WeightsUnder(model).data(), size(), bar);
-    return score.OfAll(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size(), bar);
+    if (HasTurns() && !score.IsSum()) return score.OfAll(residuals.data(), WeightsUnder(model).data(), size(), bar);
+    const double most = score.OfAll(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size(), bar);
+    if (!HasTurns() || most < bar) return most;
+    const double* values = residuals.data();
+    const double reach = score.unit();
+    return score.OfAll(values, WeightsUnder(model, [=](int i) { return values[i] < reach; }).data(), size(), bar);
   }
 
   double Sum(const typename Model::Parameters& model, const Score& score, const double* residuals, int begin,
@@ -243,9 +278,9 @@ class Scorer {
   Eigen::MatrixXd columns_;
   std::array<const double*, Model::kDimension> pointers_;
   ScorePrior prior_;
-  std::vector<double> rest_;        ///< What the points from a block on can add at most.
-  Eigen::VectorXf float_weights_;   ///< In the order of the bounds; empty: 1 each.
-  std::vector<double> bound_rest_;  ///< The same as rest_ of the bounds' blocks, in their order.
+  std::vector<double> rest_;       ///< What the points from a block on can add at most.
+  Eigen::VectorXf float_weights_;  ///< In the order of the bounds; empty: 1 each.
+  std::vector<Block> blocks_;
   std::optional<typename BoundsOf<Model>::Type> bounds_;
 };
 
