@@ -168,7 +168,7 @@ def main():
             shown, back = turned(image, arguments.turn if suffix and name.endswith(suffix) else 0.0)
             found[name] = extract(torch.from_numpy(cv2.cvtColor(shown, cv2.COLOR_BGR2RGB)).permute(2, 0, 1) / 255.0, arguments.longest_side)
             if name not in file:
-                file[f"{name}/keypoints"] = found[name]["keypoints"].numpy() @ back[:, :2].T + back[:, 2]
+                file[f"{name}/keypoints"] = (found[name]["keypoints"].numpy() @ back[:, :2].T + back[:, 2]).astype(np.float32)
                 file[f"{name}/image_size"] = np.array(image.shape[1::-1])
         return found[name]
 
