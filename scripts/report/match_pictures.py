@@ -7,10 +7,9 @@ import numpy as np
 
 import examples
 import files
-from pictures import DPI, INLIER, MISSED, OUTLIER, WRONG, _number, _save, plt, structure_colour
+from pictures import DPI, INLIER, MISSED, MOST_LINES, OUTLIER, WRONG, _number, _save, plt, structure_colour
 
 PANEL_WIDTH, PANEL_HEIGHT, GAP, TITLE = 760, 600, 10, 62  # In pixels; an image is made as large as fits.
-MOST_LINES = 100  # Of one kind: more hide the images and each other.
 KINDS = (("other", OUTLIER), ("missed", MISSED), ("right", INLIER), ("wrong", WRONG))  # In the order in which they are drawn.
 
 

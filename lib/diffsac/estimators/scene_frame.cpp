@@ -5,6 +5,7 @@
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/some_rows.h"
 
 namespace diffsac {
 
@@ -12,9 +13,8 @@ SceneFrame::SceneFrame(const Points& points) {
   constexpr double kFar = 16.0, kMostOctaves = 12.0;
   constexpr Eigen::Index kMost = 100'000;  // More say no more of where points are: some of them, evenly.
   Eigen::Vector3d middle, extent;
-  const Eigen::Index step = 1 + points.rows() / kMost;
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::VectorXd some = points(Eigen::seqN(0, (points.rows() + step - 1) / step, step), axis);
+    const Eigen::VectorXd some = points(SomeRows(points.rows(), kMost), axis);
     middle[axis] = Quantile(some, 0.5);
     extent[axis] = 2.0 * (Quantile(some, 0.75) - Quantile(some, 0.25));
   }

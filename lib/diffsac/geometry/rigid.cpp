@@ -11,6 +11,7 @@
 #include "diffsac/geometry/point_spread.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/some_rows.h"
 #include "diffsac/geometry/svd3.h"
 #include "diffsac/geometry/vector_clones.h"
 
@@ -126,9 +127,9 @@ bool OnOneLine(const PointMatrix& points) {
 /// Of many points some, evenly, mostly say that they are on none.
 bool CloudOnOneLine(const PointMatrix& matches, int first) {
   constexpr Eigen::Index kSome = 100'000;
-  const Eigen::Index step = 1 + matches.rows() / kSome;
-  const auto some = Eigen::seqN(0, (matches.rows() + step - 1) / step, step);
-  return OnOneLine(matches(some, Eigen::seqN(first, 3))) && (step == 1 || OnOneLine(matches.middleCols(first, 3)));
+  const auto some = SomeRows(matches.rows(), kSome);
+  return OnOneLine(matches(some, Eigen::seqN(first, 3))) &&
+         (some.size() == matches.rows() || OnOneLine(matches.middleCols(first, 3)));
 }
 
 }  // namespace

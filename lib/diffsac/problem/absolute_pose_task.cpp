@@ -8,6 +8,7 @@
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/point_spread.h"
 #include "diffsac/geometry/pose.h"
+#include "diffsac/geometry/some_rows.h"
 #include "diffsac/problem/coordinates.h"
 
 namespace diffsac {
@@ -25,8 +26,7 @@ double ShareMirrored(const PointMatrix& points, const AbsolutePose::Parameters& 
   if (fitting.empty() || 2 * std::ssize(fitting) > points.rows()) return 0.0;
   const PointSpread plane = SpreadOf(points(fitting, Eigen::seqN(0, 3)));
   const Eigen::Vector3d normal = plane.axes.col(0);
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index i = 0; i < points.rows(); i += 1 + points.rows() / kMostPoints) rows.push_back(i);
+  const auto rows = SomeRows(points.rows(), kMostPoints);
   PointMatrix mirrored = points(rows, Eigen::all);
   mirrored.leftCols(3) -=
       2.0 * ((mirrored.leftCols(3) * normal).array() - plane.centre.dot(normal)).matrix() * normal.transpose();
@@ -34,9 +34,9 @@ double ShareMirrored(const PointMatrix& points, const AbsolutePose::Parameters& 
   for (const double reach : {64.0, 16.0, 4.0, 1.0}) AbsolutePose::Refine(mirrored, reach * threshold, &turned);
   const std::vector<std::uint8_t> fits = InlierMask<AbsolutePose>(mirrored, turned, threshold);
   double alone = 0.0, others = 0.0;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  for (Eigen::Index k = 0; k < rows.size(); ++k) {
     const bool inlier = inliers[static_cast<std::size_t>(rows[k])] != 0;
-    alone += fits[k] != 0 && !inlier;
+    alone += fits[static_cast<std::size_t>(k)] != 0 && !inlier;
     others += inlier;
   }
   return alone > 0.0 ? alone / (alone + others) : 0.0;

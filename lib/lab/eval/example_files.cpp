@@ -230,31 +230,15 @@ std::pair<std::string, std::string> ImageNames(const Example& example) {
   return {pair.substr(0, dash), pair.substr(dash + 1)};
 }
 
-/// Of each kept fit its scene's folder, whose small copies of photographs stand behind matches; empty: none.
-std::vector<std::string> FoldersOfFits(const ExperimentResults& results) {
-  std::vector<std::string> folders(results.fits.size());
-  if (!IsTwoView(results.experiment.task)) return folders;
-  std::map<std::size_t, std::unique_ptr<Dataset>> datasets;
-  for (std::size_t i = 0; i < folders.size(); ++i) {
-    const KeptFit& fit = results.fits[i];
-    std::unique_ptr<Dataset>& dataset = datasets[fit.condition];
-    if (!dataset) dataset = MakeDataset(results.experiment.conditions.at(fit.condition).data, results.experiment.seed);
-    folders[i] = dataset->FolderOf(fit.example.scene);
-  }
-  return folders;
-}
-
 void WriteFits(const ExperimentResults& results, const std::string& folder) {
   const std::string path = PathIn(folder, kFitsFile);
   if (results.fits.empty() && results.traces.empty()) return RemoveFile(path);
-  const std::vector<std::string> folders = FoldersOfFits(results);
   ExampleFile file;
   Json fits = Json::array(), traces = Json::array();
-  for (std::size_t i = 0; i < folders.size(); ++i) {
-    const KeptFit& fit = results.fits[i];
+  for (const KeptFit& fit : results.fits) {
     const bool two_ends = HasTwoEnds(fit.example.problem.task);
     Json json = FitJson(fit, results.experiment.tolerance());
-    json["example"] = file.Add(two_ends ? fit.example : InTheImage(fit.example), fit.condition, folders[i]);
+    json["example"] = file.Add(two_ends ? fit.example : InTheImage(fit.example), fit.condition, fit.folder);
     json["downwards"] = ImagePoints(fit.example.problem).size() > 0;
     fits.push_back(std::move(json));
   }

@@ -64,6 +64,7 @@ struct KeptFit {
   Example example;
   Estimate estimate;
   std::size_t method = 0;
+  std::string folder = {};  ///< Of its scene, whose small copies of photographs stand behind matches; empty: none.
 };
 
 /// One copy's confidences over the reverse steps of a diffusion method, for pictures.

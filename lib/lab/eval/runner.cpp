@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -412,7 +411,10 @@ class ConditionRun {
     for (ProblemRecord& record : row.cell.records)
       if (sources != nullptr && experiment_.estimates) record.rows = sources->SourceOf(record.index).rows;
     if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
-    std::move(fits_[m].begin(), fits_[m].end(), std::back_inserter(results->fits));
+    for (KeptFit& fit : fits_[m]) {
+      if (IsTwoView(experiment_.task)) fit.folder = dataset_.FolderOf(fit.example.scene);
+      results->fits.push_back(std::move(fit));
+    }
   }
 
   const ExperimentOptions& experiment_;

@@ -59,10 +59,11 @@ void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensC
   problem->cameras = CameraPair{first->K, second->K};
 }
 
-TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, bool convert) {
-  if (!convert) return ReadTextTable(file, columns);
+/// converter: what of convert.py makes it text; null: it is text.
+TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, const char* converter) {
+  if (converter == nullptr) return ReadTextTable(file, columns);
   const std::string text = TemporaryBeside(fs::temp_directory_path() / "matches.csv");
-  RunPythonScript("convert.py", {columns.needed.size() == 6 ? "matches3d" : "matches", file, text});
+  RunPythonScript("convert.py", {converter, file, text});
   TextTable table = ReadTextTable(text, columns);
   RemoveFile(text);
   return table;
@@ -71,8 +72,9 @@ TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, bo
 }  // namespace
 
 MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
-  const TextTable table = ReadMatchTable(
-      given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}}, IsNumpy(given.file));
+  const TextTable table =
+      ReadMatchTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}},
+                     IsNumpy(given.file) ? "matches" : nullptr);
   RequireMiddles(given.sizes, calibration);
   const ImageCameras cameras(calibration, {given.file, given.file});
   MatchedImages matched;
@@ -116,7 +118,7 @@ CloudMatches ReadCloudMatches(const std::string& file) {
   const std::string extension = fs::path(file).extension();
   const TextTable table =
       ReadMatchTable(file, {"matches x1 y1 z1 x2 y2 z2", {"x1", "y1", "z1", "x2", "y2", "z2"}, {"ratio", "score"}},
-                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5");
+                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5" ? "matches3d" : nullptr);
   CloudMatches matches{table.values.leftCols(3), table.values.middleCols(3, 3)};
   bool scored = false;
   const Eigen::VectorXd qualities = QualitiesOf(table, file, &scored);
