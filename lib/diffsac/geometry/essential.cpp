@@ -5,50 +5,62 @@
 #include <utility>
 
 #include "diffsac/geometry/essential_constraint.h"
+#include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/null_space.h"
 #include "diffsac/geometry/polynomial.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/rotation.h"
 #include "diffsac/geometry/svd3.h"
+#include "diffsac/geometry/vector_clones.h"
 
 namespace diffsac {
 namespace {
 
-/// Polynomials in x, y, z. Linear: x, y, z, 1.
+/// EquationLanes as templates take them.
+using Lanes = double __attribute__((vector_size(kEquationLanes * sizeof(double))));
+
+/// Polynomials in x, y, z, of numbers or of several neighbouring ones. Linear: x, y, z, 1.
+template <class T>
 struct Linear {
-  double c[4];
+  T c[4];
 };
 /// x², y², z², xy, xz, yz, x, y, z, 1.
+template <class T>
 struct Quadratic {
-  double c[10];
+  T c[10];
 };
 /// Nistér's order: x³ y³ x²y xy² x²z x² y²z y² xyz xy | xz² xz x | yz² yz y | z³ z² z 1.
 constexpr int kCubicTerms = 20;
 /// Sine of the angle between two rays below which noise may decide on which side they meet: a pixel at a focal length
 /// of 1000.
 constexpr double kMinParallax = 1e-3;
+/// A cubic's coefficients.
 using Row = double[kCubicTerms];
 
-/// q += factor a b
-inline void AddProduct(const Linear& a, const Linear& b, double factor, Quadratic* q) {
-  const double *u = a.c, *v = b.c;
-  double* c = q->c;
-  const double x = factor * u[0], y = factor * u[1], z = factor * u[2], w = factor * u[3];
-  c[0] += x * v[0];
-  c[1] += y * v[1];
-  c[2] += z * v[2];
-  c[3] += x * v[1] + y * v[0];
-  c[4] += x * v[2] + z * v[0];
-  c[5] += y * v[2] + z * v[1];
-  c[6] += x * v[3] + w * v[0];
-  c[7] += y * v[3] + w * v[1];
-  c[8] += z * v[3] + w * v[2];
-  c[9] += w * v[3];
+/// q += a b
+template <class A, class B, class T>
+[[gnu::always_inline]] inline void AddProduct(const Linear<A>& a, const Linear<B>& b, Quadratic<T>* q) {
+  const A* u = a.c;
+  const B* v = b.c;
+  T* c = q->c;
+  c[0] += u[0] * v[0];
+  c[1] += u[1] * v[1];
+  c[2] += u[2] * v[2];
+  c[3] += u[0] * v[1] + u[1] * v[0];
+  c[4] += u[0] * v[2] + u[2] * v[0];
+  c[5] += u[1] * v[2] + u[2] * v[1];
+  c[6] += u[0] * v[3] + u[3] * v[0];
+  c[7] += u[1] * v[3] + u[3] * v[1];
+  c[8] += u[2] * v[3] + u[3] * v[2];
+  c[9] += u[3] * v[3];
 }
 
 /// row += q l
-inline void AddProduct(const Quadratic& quadratic, const Linear& linear, Row& row) {
-  const double *q = quadratic.c, *l = linear.c;
+template <class Q>
+[[gnu::always_inline]] inline void AddProduct(const Quadratic<Q>& quadratic, const Linear<Lanes>& linear,
+                                              Lanes (&row)[kCubicTerms]) {
+  const Q* q = quadratic.c;
+  const Lanes* l = linear.c;
   row[0] += q[0] * l[0];
   row[1] += q[1] * l[1];
   row[2] += q[0] * l[1] + q[3] * l[0];
@@ -71,38 +83,60 @@ inline void AddProduct(const Quadratic& quadratic, const Linear& linear, Row& ro
   row[19] += q[9] * l[3];
 }
 
-/// The ten cubic constraints on E = x basis[0] + y basis[1] + z basis[2] + basis[3].
-void CubicConstraints(const double (&basis)[4][9], Row (&rows)[10]) {
-  Linear e[3][3];
-  for (int i = 0; i < 9; ++i)
-    for (int k = 0; k < 4; ++k) e[i / 3][i % 3].c[k] = basis[k][i];
-  for (auto& row : rows) std::fill(row, row + kCubicTerms, 0.0);
+/// The ten cubic constraints on E = x basis[0] + y basis[1] + z basis[2] + basis[3], three entries of E at a time.
+[[gnu::always_inline]] inline void CubicConstraints(const double (&basis)[4][9], Row (&rows)[10]) {
+  Linear<double> e[3][3];
+  Linear<Lanes> of_row[3], of_column[3];
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 4; ++k) {
+      const double* b = basis[k];
+      for (int j = 0; j < 3; ++j) e[i][j].c[k] = b[3 * i + j];
+      of_row[i].c[k] = Lanes{b[3 * i], b[3 * i + 1], b[3 * i + 2], b[3 * i]};
+      of_column[i].c[k] = Lanes{b[i], b[3 + i], b[6 + i], b[i]};
+    }
 
   // E Eᵀ - tr(E Eᵀ) I / 2, times E.
-  Quadratic gram[3][3] = {};
+  Quadratic<Lanes> gram[3] = {};
   for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j)
-      for (int k = 0; k < 3; ++k) AddProduct(e[i][k], e[j][k], 1.0, &gram[i][j]);
+    for (int k = 0; k < 3; ++k) AddProduct(e[i][k], of_column[k], &gram[i]);
   for (int t = 0; t < 10; ++t) {
-    const double half_trace = 0.5 * (gram[0][0].c[t] + gram[1][1].c[t] + gram[2][2].c[t]);
-    for (int i = 0; i < 3; ++i) gram[i][i].c[t] -= half_trace;
+    const double half_trace = 0.5 * (gram[0].c[t][0] + gram[1].c[t][1] + gram[2].c[t][2]);
+    for (int i = 0; i < 3; ++i) gram[i].c[t][i] -= half_trace;
   }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      for (int k = 0; k < 3; ++k) AddProduct(gram[std::min(i, k)][std::max(i, k)], e[k][j], rows[3 * i + j]);
+  for (int i = 0; i < 3; ++i) {
+    Lanes row[kCubicTerms] = {};
+    for (int k = 0; k < 3; ++k) {
+      Quadratic<double> entry;
+      for (int t = 0; t < 10; ++t) entry.c[t] = gram[i].c[t][k];
+      AddProduct(entry, of_row[k], row);
+    }
+    for (int t = 0; t < kCubicTerms; ++t)
+      for (int j = 0; j < 3; ++j) rows[3 * i + j][t] = row[t][j];
+  }
 
-  for (int k = 0; k < 3; ++k) {
-    const int a = (k + 1) % 3, b = (k + 2) % 3;
-    Quadratic minor = {};
-    AddProduct(e[1][a], e[2][b], 1.0, &minor);
-    AddProduct(e[1][b], e[2][a], -1.0, &minor);
-    AddProduct(minor, e[0][k], rows[9]);
-  }
+  const auto turned = [](const Linear<Lanes>& l, int first, double sign) {
+    const int a = first, b = (first + 1) % 3, c = (first + 2) % 3;
+    Linear<Lanes> result;
+    for (int t = 0; t < 4; ++t) result.c[t] = sign * Lanes{l.c[t][a], l.c[t][b], l.c[t][c], l.c[t][a]};
+    return result;
+  };
+  Quadratic<Lanes> minors = {};
+  AddProduct(turned(of_row[1], 1, 1.0), turned(of_row[2], 2, 1.0), &minors);
+  AddProduct(turned(of_row[1], 2, -1.0), turned(of_row[2], 1, 1.0), &minors);
+  Lanes determinant[kCubicTerms] = {};
+  AddProduct(minors, of_row[0], determinant);
+  for (int t = 0; t < kCubicTerms; ++t) rows[9][t] = determinant[t][0] + determinant[t][1] + determinant[t][2];
+}
+
+/// row -= factor other, from the coefficient `begin` on, a multiple of four.
+[[gnu::always_inline]] inline void Subtract(const Row& other, double factor, int begin, Row* row) {
+  for (int t = begin; t < kCubicTerms; t += kEquationLanes)
+    *reinterpret_cast<EquationLanes*>(*row + t) -= factor * LanesAt(other + t);
 }
 
 /// Elimination with row pivoting of the ten leading terms; afterwards rows 4 to 9 hold the terms x²z, x², y²z, y², xyz,
 /// xy alone on their left. False when the leading block is singular.
-bool Eliminate(Row (&rows)[10]) {
+[[gnu::always_inline]] inline bool Eliminate(Row (&rows)[10]) {
   for (int column = 0; column < 10; ++column) {
     int pivot = column;
     for (int i = column + 1; i < 10; ++i)
@@ -112,18 +146,24 @@ bool Eliminate(Row (&rows)[10]) {
     if (pivot != column) std::swap_ranges(rows[pivot], rows[pivot] + kCubicTerms, rows[column]);
     const double inverse = 1.0 / value;
     for (int t = column; t < kCubicTerms; ++t) rows[column][t] *= inverse;
-    for (int i = column + 1; i < 10; ++i) {
-      const double factor = rows[i][column];
-      for (int t = column; t < kCubicTerms; ++t) rows[i][t] -= factor * rows[column][t];
-    }
+    // What stands before the column is not asked for again.
+    for (int i = column + 1; i < 10; ++i)
+      Subtract(rows[column], rows[i][column], column - column % kEquationLanes, &rows[i]);
   }
   for (int column = 9; column > 4; --column) {
     for (int i = 4; i < column; ++i) {
       const double factor = rows[i][column];
-      for (int t = 10; t < kCubicTerms; ++t) rows[i][t] -= factor * rows[column][t];
+      for (int t = 10; t < 12; ++t) rows[i][t] -= factor * rows[column][t];
+      Subtract(rows[column], factor, 12, &rows[i]);
     }
   }
   return true;
+}
+
+DIFFSAC_VECTOR_CLONES
+bool EliminatedConstraints(const double (&basis)[4][9], Row (&rows)[10]) {
+  CubicConstraints(basis, rows);
+  return Eliminate(rows);
 }
 
 /// A row of the 3 x 3 matrix B(z) with B (x, y, 1)ᵀ = 0: coefficients by ascending powers of z.
@@ -237,9 +277,8 @@ int SolveFivePoints(const double (*points)[4], bool possible, Matrix3Parameters*
   for (int i = 0; i < 5; ++i) EpipolarRow(points[i], rows[i]);
   if (!OrthogonalComplement(rows, basis)) return 0;
   MixBasis(basis);
-  Row cubics[10];
-  CubicConstraints(basis, cubics);
-  if (!Eliminate(cubics)) return 0;
+  alignas(sizeof(EquationLanes)) Row cubics[10];
+  if (!EliminatedConstraints(basis, cubics)) return 0;
   const PolynomialRow b[3] = {SubtractShifted(cubics[4], cubics[5]), SubtractShifted(cubics[6], cubics[7]),
                               SubtractShifted(cubics[8], cubics[9])};
   double determinant[11], roots[10];

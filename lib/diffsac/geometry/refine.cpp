@@ -18,14 +18,6 @@
 namespace diffsac {
 namespace {
 
-/// Normalised points of positive weight, as columns.
-struct Observations {
-  Eigen::Matrix<double, Eigen::Dynamic, 4> points;
-  Eigen::VectorXd weights;
-
-  int size() const { return static_cast<int>(weights.size()); }
-};
-
 /// Sampson distances: one residual a point.
 struct SampsonResiduals {
   static void Distances(const Matrix3Parameters& model, const double* const* columns, int count, double* out) {
@@ -48,21 +40,21 @@ struct HomographySampsonResiduals {
   }
 };
 
-/// The robust cost of a model and its normal equations; several points are handled at a time. Borrows observations.
+/// The robust cost of a model and its normal equations; several points are handled at a time. Borrows pairs.
 template <class Residuals>
 class RobustCost {
  public:
-  RobustCost(const Observations& observations, const RobustLoss& loss)
-      : loss_(loss), observations_(observations), distances_(observations.size()), work_(observations.size()) {
-    for (int j = 0; j < 4; ++j) columns_[j] = observations.points.col(j).data();
+  RobustCost(const WeightedPairs& pairs, const RobustLoss& loss)
+      : loss_(loss), size_(pairs.positive()), weights_(pairs.column(4)), distances_(size_), work_(size_) {
+    for (int j = 0; j < 4; ++j) columns_[j] = pairs.column(j);
   }
 
   double operator()(const Matrix3Parameters& model) {
     Evaluate(model);
-    return SumLoss(loss_, distances_.data(), observations_.weights.data(), observations_.size());
+    return SumLoss(loss_, distances_.data(), weights_, size_);
   }
 
-  /// Of all observations.
+  /// Of all pairs.
   const Eigen::VectorXd& Distances(const Matrix3Parameters& model) {
     Evaluate(model);
     return distances_;
@@ -70,20 +62,21 @@ class RobustCost {
 
   NormalEquations Linearize(const Matrix3Parameters& model) {
     Evaluate(model);
-    LossWeights(loss_, distances_.data(), observations_.weights.data(), observations_.size(), work_.data());
-    return Residuals::Equations(model, columns_, work_.data(), observations_.size());
+    LossWeights(loss_, distances_.data(), weights_, size_, work_.data());
+    return Residuals::Equations(model, columns_, work_.data(), size_);
   }
 
  private:
   /// A model is mostly linearised right after its cost was asked for.
   void Evaluate(const Matrix3Parameters& model) {
     if (model == evaluated_) return;
-    Residuals::Distances(model, columns_, observations_.size(), distances_.data());
+    Residuals::Distances(model, columns_, size_, distances_.data());
     evaluated_ = model;
   }
 
   RobustLoss loss_;
-  const Observations& observations_;
+  int size_;
+  const double* weights_;
   const double* columns_[4];
   Eigen::VectorXd distances_, work_;
   Matrix3Parameters evaluated_ = Matrix3Parameters::Zero();  ///< What distances_ are of; 0: nothing.
@@ -134,21 +127,19 @@ bool MinimizeOn(const RobustCost<Residuals>& cost, const RefineOptions& options,
 
 /// Checks, normalises with one scale for both images (so that distances in both keep their proportion) and collects.
 Status Prepare(const PointMatrix& points, const Eigen::VectorXd& weights, int min_points, bool normalize,
-               const Matrix3Parameters& model, PairNormalization* normalization, Observations* observations) {
+               const Matrix3Parameters& model, PairNormalization* normalization, WeightedPairs* pairs) {
   if (points.cols() != 4 || !model.allFinite() || !(model.norm() > 0.0)) return Status::kDegenerate;
-  WeightedPairs pairs;
-  if (!pairs.Collect(points, weights)) return Status::kDegenerate;
-  if (pairs.positive() < min_points) return Status::kTooFewPoints;
+  if (!pairs->Collect(points, weights)) return Status::kDegenerate;
+  if (pairs->positive() < min_points) return Status::kTooFewPoints;
   *normalization = {};
   if (normalize) {
-    if (!pairs.Normalize()) return Status::kDegenerate;
-    *normalization = pairs.normalization();
+    if (!pairs->Normalize()) return Status::kDegenerate;
+    *normalization = pairs->normalization();
     normalization->first.scale = normalization->second.scale =
         std::sqrt(normalization->first.scale * normalization->second.scale);
+    pairs->Scale(normalization->first.scale);
   }
-  observations->points = normalization->first.scale * pairs.columns().leftCols<4>();
-  observations->weights = pairs.columns().col(4);
-  return observations->points.allFinite() ? Status::kOk : Status::kDegenerate;
+  return pairs->columns().allFinite() ? Status::kOk : Status::kDegenerate;
 }
 
 /// Brings the costs back from normalised units.
@@ -182,16 +173,16 @@ RefineReport RefineOnFocalManifold(const PointMatrix& points, const Eigen::Vecto
   using Manifold = FocalManifold<kUnknown, kHeld>;
   RefineReport report;
   PairNormalization identity;
-  Observations observations;
-  report.status = Prepare(points, weights, Manifold::kFreedom, false, model->head<9>(), &identity, &observations);
+  WeightedPairs pairs;
+  report.status = Prepare(points, weights, Manifold::kFreedom, false, model->head<9>(), &identity, &pairs);
   if (!((*model)[9] > 0.0) || !((*model)[10] > 0.0)) report.status = Status::kDegenerate;
   if (report.status != Status::kOk) return report;
   Manifold state = Manifold::From(*model);
-  RobustCost<SampsonResiduals> cost(observations, options.loss);
+  RobustCost<SampsonResiduals> cost(pairs, options.loss);
   if (!kHeld && (priors[0].log_sigma > 0.0 || priors[1].log_sigma > 0.0)) {
     const Eigen::VectorXd distances = cost.Distances(state.Parameters());
-    const double variance = ResidualVariance(options.loss, distances.data(), observations.weights.data(),
-                                             observations.size(), Manifold::kFreedom);
+    const double variance =
+        ResidualVariance(options.loss, distances.data(), pairs.column(4), pairs.positive(), Manifold::kFreedom);
     for (int k = 2 - Manifold::kFocals; k < 2; ++k) {
       if (!(priors[k].log_sigma > 0.0)) continue;
       state.prior_weight[k] = variance / (priors[k].log_sigma * priors[k].log_sigma);
@@ -226,13 +217,12 @@ RefineReport RefineNormalized(const PointMatrix& points, const Eigen::VectorXd& 
                               int fewest, const To& to, const Back& back, Matrix3Parameters* model) {
   RefineReport report;
   PairNormalization n;
-  Observations observations;
-  report.status = Prepare(points, weights, fewest, true, *model, &n, &observations);
+  WeightedPairs pairs;
+  report.status = Prepare(points, weights, fewest, true, *model, &n, &pairs);
   if (report.status != Status::kOk) return report;
   const double scale = n.first.scale;
   Manifold state = Manifold::From(AsParameters(to(n, AsMatrix(*model))));
-  const bool moved =
-      MinimizeOn(RobustCost<Residuals>(observations, Scaled(options.loss, scale)), options, &state, &report);
+  const bool moved = MinimizeOn(RobustCost<Residuals>(pairs, Scaled(options.loss, scale)), options, &state, &report);
   Rescale(scale, &report);
   if (moved) Keep(AsParameters(back(n, AsMatrix(state.Parameters()))), &report, model);
   return report;
@@ -297,11 +287,11 @@ RefineReport RefineEssential(const PointMatrix& points, const Eigen::VectorXd& w
                              Matrix3Parameters* model) {
   RefineReport report;
   PairNormalization identity;
-  Observations observations;
-  report.status = Prepare(points, weights, 5, false, *model, &identity, &observations);
+  WeightedPairs pairs;
+  report.status = Prepare(points, weights, 5, false, *model, &identity, &pairs);
   if (report.status != Status::kOk) return report;
   EssentialManifold state = EssentialManifold::From(*model);
-  if (MinimizeOn(RobustCost<SampsonResiduals>(observations, options.loss), options, &state, &report))
+  if (MinimizeOn(RobustCost<SampsonResiduals>(pairs, options.loss), options, &state, &report))
     Keep(state.Parameters(), &report, model);
   return report;
 }

@@ -1,5 +1,7 @@
 #include "diffsac/geometry/robust_loss_sums.h"
 
+#include <limits>
+
 #include "diffsac/geometry/lanes.h"
 #include "diffsac/geometry/vector_clones.h"
 
@@ -64,10 +66,18 @@ void WeightsOverScales(const double* residuals, const double* weights, int count
   }
 }
 
+/// The squares themselves are truncated where no finite one is.
+bool IsTruncated(const RobustLoss& loss) {
+  return loss.kind == LossKind::kTruncated || loss.kind == LossKind::kTrivial;
+}
+double SquareOf(const RobustLoss& loss) {
+  return loss.kind == LossKind::kTrivial ? std::numeric_limits<double>::max() : loss.scale * loss.scale;
+}
+
 }  // namespace
 
 double SumLoss(const RobustLoss& loss, const double* residuals, const double* weights, int count) {
-  if (loss.kind == LossKind::kTruncated) return SumTruncated(residuals, weights, count, loss.scale * loss.scale);
+  if (IsTruncated(loss)) return SumTruncated(residuals, weights, count, SquareOf(loss));
   if (loss.kind == LossKind::kMarginalised)
     return SumOverScales(residuals, weights, count, OverScales(loss)) * (loss.scale * loss.scale);
   double sum = 0.0;
@@ -76,8 +86,8 @@ double SumLoss(const RobustLoss& loss, const double* residuals, const double* we
 }
 
 void LossWeights(const RobustLoss& loss, const double* residuals, const double* weights, int count, double* out) {
-  if (loss.kind == LossKind::kTruncated) {
-    TruncatedWeights(residuals, weights, count, loss.scale * loss.scale, out);
+  if (IsTruncated(loss)) {
+    TruncatedWeights(residuals, weights, count, SquareOf(loss), out);
   } else if (loss.kind == LossKind::kMarginalised) {
     WeightsOverScales(residuals, weights, count, OverScales(loss), out);
   } else {

@@ -22,6 +22,9 @@ class WeightedPairs {
   bool Normalize();
   /// x1, y1, x2, y2 (normalised: less their means, not yet scaled) and weights, `positive` rows in the points' order.
   auto columns() const { return columns_.topRows(positive_); }
+  const double* column(int j) const { return columns_.col(j).data(); }
+  /// Multiplies the coordinates.
+  void Scale(double scale) { columns_.leftCols<4>() *= scale; }
 
   const PairNormalization& normalization() const { return normalization_; }
 
