@@ -214,7 +214,7 @@ class ConsensusSearch {
     for (result_.stop = rule_.After(0); result_.stop == StopReason::kNotRun;) {
       const bool more = block_.Fill(sampler, options_.max_iterations - result_.iterations);
       while (result_.stop == StopReason::kNotRun) {
-        const auto* draw = block_.Next(std::min({best_.bar(), best_minimal_, StartBar()}));
+        const auto* draw = block_.Next(Bar());
         if (draw == nullptr) break;
         Take(*draw);
         result_.stop = rule_.After(result_.iterations);
@@ -246,8 +246,9 @@ class ConsensusSearch {
     const double before = best_.best();
     int rise = -1;
     for (int i = 0; i < draw.solutions; ++i) {
+      if (!(draw.scores[i] > Bar())) continue;
       best_.Offer(draw.models[i], draw.scores[i]);
-      if (draw.scores[i] > StartBar()) starts_.Offer(draw.models[i], draw.scores[i]);
+      if (!sure_) starts_.Offer(draw.models[i], draw.scores[i]);
       if (!(draw.scores[i] > best_minimal_)) continue;
       best_minimal_ = draw.scores[i];
       rise = i;
@@ -255,8 +256,8 @@ class ConsensusSearch {
     if (rise >= 0) Improve({draw.models[rise], draw.scores[rise]}, draw.set, before);
   }
 
-  /// What a draw must exceed to be another start. It never falls.
-  double StartBar() const { return sure_ ? best_minimal_ : starts_.bar(); }
+  /// What a draw must exceed to matter. It never falls.
+  double Bar() const { return settled_ ? best_minimal_ : std::min({best_.bar(), best_minimal_, starts_.bar()}); }
 
   /// A model that was given, not drawn: it may be as good as an improved one, and bars no minimal model's way.
   void Consider(const Parameters& model) {
@@ -271,8 +272,10 @@ class ConsensusSearch {
     const ScoredModel<Model> improved = improve_(found, set, before, &result_.hypotheses);
     best_.Offer(improved.model, improved.score);
     if (!(best_.best() > before)) return;
-    rule_.Update(refine_.CountInliers(best_.entries().front().model));
+    const int inliers = refine_.CountInliers(best_.entries().front().model);
+    rule_.Update(inliers);
     sure_ = sure_ || rule_.Finds(options_.max_iterations);
+    settled_ = settled_ || (options_.basins > 0 && sure_ && inliers >= kManyInliers);
   }
 
   /// The loop improves a draw only where it is the best so far, of which there are seven in a thousand; a draw near a
@@ -292,6 +295,8 @@ class ConsensusSearch {
 
   /// Of the best one's score, what other basins' models have at least: a far worse one does not become the best.
   static constexpr double kLeastShare = 0.5;
+  /// Models of fewer inliers may have rivals even where all draws will do.
+  static constexpr int kManyInliers = 100;
   /// Of two models of one basin so many inliers are common; of a model that may have rivals, for which there would be
   /// no room, most of them.
   static constexpr double kSameBasin = 0.9, kSameRival = 0.5;
@@ -311,6 +316,7 @@ class ConsensusSearch {
   /// robust/ransac_impl.h, keeps the two apart).
   double best_minimal_ = -1.0;
   bool sure_ = false;       ///< All draws will do, and other starts are not asked for.
+  bool settled_ = false;    ///< Nor are other candidates.
   std::vector<int> sets_;   ///< Those that were taken.
   ConsensusResult result_;  ///< What is known of it so far.
 };

@@ -162,33 +162,37 @@ class Scorer {
   }
 
   /// False once a bound in single precision shows that the sum stays below `bar`, or a random part of the points of
-  /// like weight has so little that this is as good as sure: of k of n values within [0, w] that sum to `needed`, the
-  /// expected sum is m = needed · k/n, and it is below m − t with a probability of at most exp(−t²/(2 w m)) (Chernoff;
-  /// drawn without replacement: Hoeffding 1963, section 6). So a model that reaches the bar is given up once in ten
-  /// million tests.
+  /// like weight has so little that this is as good as sure; models that are clearly above are not looked at to the
+  /// end. Of k of n values within [0, w] that sum to `needed`, the expected sum is m = needed · k/n, and it is below m
+  /// − t with a probability of at most exp(−t²/(2 w m)) (Chernoff; drawn without replacement: Hoeffding 1963, section
+  /// 6). So a model that reaches the bar is given up once in ten million tests.
   bool MayReach([[maybe_unused]] const typename Model::Parameters& model, [[maybe_unused]] const Score& score,
                 [[maybe_unused]] double bar) const {
     if constexpr (HasSquareBounds<Model>) {
-      constexpr double kTwiceLog = 2.0 * 16.2;
+      constexpr double kTwiceLog = 2.0 * 16.2, kEnoughSeen = 0.1, kClearlyAbove = 1.2;
       typename Model::Bounds::Prepared prepared;
       if (!bounds_ || !(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared))
         return true;
       if (!score.IsSum()) return !(BoundOfAll(prepared, score) + kMargin < bar);
-      const float* weights = float_weights_.size() == 0 ? nullptr : float_weights_.data();
       std::array<float, kBoundBlock> squares;
       double most = kMargin, before = kMargin;
       for (const Block& block : blocks_) {
         if (most + block.rest < bar) return false;
         (*bounds_)(prepared, block.begin, block.end, squares.data());
-        most +=
-            score.Bound(squares.data(), weights == nullptr ? nullptr : weights + block.begin, block.end - block.begin);
+        most += score.Bound(squares.data(), WeightsFrom(block.begin), block.end - block.begin);
         const double expected = (bar - before - block.after) * block.share, missing = expected - (most - before);
         if (missing > 0.0 && missing * missing > kTwiceLog * block.most * expected) return false;
+        if (block.share > kEnoughSeen && before + (most - before) / block.share > kClearlyAbove * bar) return true;
         if (block.last) before = most;
       }
       return !(most < bar);
     }
     return true;
+  }
+
+  /// Of the points in the order of the bounds; null: 1 each.
+  const float* WeightsFrom(int begin) const {
+    return float_weights_.size() == 0 ? nullptr : float_weights_.data() + begin;
   }
 
   /// prepared: a model, as the bounds take it.
@@ -199,7 +203,7 @@ class Scorer {
     for (int begin = 0; begin < size(); begin += kBoundBlock) {
       const int end = std::min(begin + kBoundBlock, size());
       (*bounds_)(prepared, begin, end, squares.data());
-      histogram.Add(squares.data(), float_weights_.size() == 0 ? nullptr : float_weights_.data() + begin, end - begin);
+      histogram.Add(squares.data(), WeightsFrom(begin), end - begin);
     }
     return score.BoundOfAll(histogram);
   }
