@@ -24,6 +24,10 @@ std::unique_ptr<RobustEstimator> Row(const std::string& config, const std::strin
   throw Error(config + ": no row " + name);
 }
 
+std::unique_ptr<RobustEstimator> Recommended(Task task) {
+  return MakeEstimator(ConfigFromYaml("{type: ransac, preset: recommended}", "row"), task, {});
+}
+
 Problem ProblemOf(const std::string& yaml) { return MakeDataset(ConfigFromYaml(yaml), 3)->Get(0).problem; }
 
 Matches MatchesOf(const Problem& problem) {
@@ -82,13 +86,24 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
   }
 }
 
+TEST_CASE("the functions of lines and planes stop when they are confident") {
+  PointOptions options(0.1);
+  options.seed = 5;
+  const Problem problem = ProblemOf("{type: synthetic_line, outlier_ratio: 0.3}");
+  const auto line = EstimateLine(problem.points, options);
+  CHECK(line.cost.draws == 50);
+  const Estimate all = Row("tables/line.yaml", "ransac_em")->Run(problem, 5);
+  CHECK(all.report.draws == 420);
+  CHECK((all.model - line.model).norm() < 1e-3);
+}
+
 TEST_CASE("the functions of lines and planes, and of several, give the digits of the tables' rows") {
   PointOptions options(0.1);
   options.seed = 5;
   Problem problem = ProblemOf("{type: synthetic_line, outlier_ratio: 0.6}");
-  CheckSame(EstimateLine(problem.points, options), Row("tables/line.yaml", "ransac_em")->Run(problem, 5));
+  CheckSame(EstimateLine(problem.points, options), Recommended(Task::kLine)->Run(problem, 5));
   problem = ProblemOf("{type: synthetic_plane, outlier_ratio: 0.6}");
-  CheckSame(EstimatePlane(problem.points, options), Row("tables/plane.yaml", "ransac_em")->Run(problem, 5));
+  CheckSame(EstimatePlane(problem.points, options), Recommended(Task::kPlane)->Run(problem, 5));
   problem = ProblemOf("{type: synthetic_structures, task: line, structures: 3, num_points: 150, outlier_ratio: 0.2}");
   const Estimate row = Row("tables/multi_line.yaml", "napsac_1000")->Run(problem, 5);
   const auto lines = EstimateLines(problem.points, options);

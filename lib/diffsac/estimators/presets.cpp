@@ -65,6 +65,8 @@ ClassicalOptions RecommendedForPoints() {
   consensus.refit = Refit::kMixture;
   consensus.refit_candidates = 5;
   consensus.sigma_prior = 30.0;
+  StopWhenConfident(&consensus);
+  consensus.min_iterations = 50;
   return options;
 }
 
