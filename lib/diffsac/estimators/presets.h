@@ -31,9 +31,9 @@ double UsualThreshold(Task task);
 /// The recommended search without a network. Two views: PROSAC's samples (uniform ones without matching ratios), up to
 /// 1000 until confident, scored by MSAC over noise scales between `least_scale` and `greatest_scale` pixels, for F and
 /// E each match weighed by its ratio, F and H by how plausible a camera they make, the ten best hypotheses refined
-/// before one is chosen; ε only caps the mask. Lines and planes: up to 420 uniform samples until confident, refits of the
-/// mixture of inliers and outliers. Absolute poses: PROSAC until confident with local optimisation. docs/two_view.md and
-/// docs/experiments.md have what each part is worth.
+/// before one is chosen; ε only caps the mask. Lines and planes: up to 420 uniform samples until confident, refits of
+/// the mixture of inliers and outliers. Absolute poses: PROSAC until confident with local optimisation.
+/// docs/two_view.md and docs/experiments.md have what each part is worth.
 ClassicalOptions RecommendedClassical(Task task);
 
 /// Learned PROSAC, the recommended search of two views with a network of models/: up to 500 samples drawn by the
