@@ -152,12 +152,14 @@ void CheckSource(const ImageSource& source, const std::string& folder) {
   }
 }
 
-void AddAllPairs(const std::string& folder, ImageSource* source) {
-  source->scenes.push_back({FolderName(folder), AllPairs(static_cast<int>(source->images.size()))});
+void AddAllPairs(const std::string& folder, ImageSource* source, const PairChoice& choice) {
+  source->scenes.push_back({FolderName(folder), {}});
+  if (choice.HasPairs()) return;
+  source->scenes.front().pairs = AllPairs(static_cast<int>(source->images.size()));
   CheckSource(*source, folder);
 }
 
-ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration) {
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration, const PairChoice& choice) {
   ImageSource source;
   const std::optional<LensCamera> camera = CameraOf(calibration);
   for (const std::string& path : ListImages(folder))
@@ -167,15 +169,18 @@ ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& c
           return SourceImage{ImageName(path), path, camera, {}};
         },
         &source);
-  AddAllPairs(folder, &source);
+  AddAllPairs(folder, &source, choice);
   return source;
 }
 
 namespace {
 
-const Registered<ImageFormat> kImages(
-    "images", {.read = [](const PairsRequest& request) { return ReadImageFolder(request.input, request.calibration); },
-               .takes_calibration = true});
+const Registered<ImageFormat> kImages("images", {.read =
+                                                     [](const PairsRequest& request) {
+                                                       return ReadImageFolder(request.input, request.calibration,
+                                                                              request.choice);
+                                                     },
+                                                 .takes_calibration = true});
 
 }  // namespace
 

@@ -53,10 +53,10 @@ struct PairChoice {
   std::vector<double> turn_deg = {};
   /// So many of the pairs, drawn at random (the same every time); 0: all.
   int random_pairs = 0;
+  /// Whether it says which pairs there are, not which of all are left out.
+  bool HasPairs() const { return !steps.empty() || !pairs_file.empty(); }
   /// Whether every image that there is is used, in all the pairs that the source has.
-  bool IsAll() const {
-    return every == 1 && steps.empty() && pairs_file.empty() && turn_deg.empty() && random_pairs == 0;
-  }
+  bool IsAll() const { return every == 1 && !HasPairs() && turn_deg.empty() && random_pairs == 0; }
 };
 
 /// Calibration of images that come without one.
@@ -83,7 +83,7 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
 /// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
 /// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
 /// COLMAP's first pixel has its centre at (0.5, 0.5), which the calibration takes back.
-ImageSource ReadColmap(const std::string& folder);
+ImageSource ReadColmap(const std::string& folder, const PairChoice& choice = {});
 /// The same without pairs, in the order of the model, of files in the folder `images`.
 ImageSource ReadColmapImages(const std::string& folder, const std::string& images);
 
@@ -91,8 +91,9 @@ ImageSource ReadColmapImages(const std::string& folder, const std::string& image
 /// `H_1_N` and `1.ppm` (HPatches: Balntas et al., CVPR 2017).
 ImageSource ReadHomographies(const std::string& folder);
 
-/// Any images, all pairs, without truth.
-ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration = {});
+/// Any images, all pairs (AddAllPairs), without truth.
+ImageSource ReadImageFolder(const std::string& folder, const GivenCalibration& calibration = {},
+                            const PairChoice& choice = {});
 
 /// Replaces the pairs of a source by those chosen. Pairs of images that were left out are dropped. Throws Error: a
 /// source whose pairs have a truth of their own, an unknown name, no pairs.
@@ -129,8 +130,9 @@ std::string StepName(const std::string& name, int step);
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
 /// The camera of a calibration that is given for all images alike, none when nothing is given. Throws Error.
 std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);
-/// Makes all pairs of the images the only scene, named like the folder, and checks the source (CheckSource).
-void AddAllPairs(const std::string& folder, ImageSource* source);
+/// Makes all pairs of the images the only scene, named like the folder, and checks the source (CheckSource). Where the
+/// choice brings its own pairs there are none yet: those of 20 000 images would not fit into memory.
+void AddAllPairs(const std::string& folder, ImageSource* source, const PairChoice& choice = {});
 /// Throws Error unless the images' names are unique and there is a pair; with the first image that was left out.
 void CheckSource(const ImageSource& source, const std::string& folder);
 

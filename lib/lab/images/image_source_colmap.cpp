@@ -20,7 +20,7 @@ ImageSource ReadColmapImages(const std::string& folder, const std::string& image
   return source;
 }
 
-ImageSource ReadColmap(const std::string& folder) {
+ImageSource ReadColmap(const std::string& folder, const PairChoice& choice) {
   ImageSource source = ReadColmapImages(folder, (std::filesystem::path(folder) / "images").string());
   std::sort(source.images.begin(), source.images.end(),
             [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
@@ -30,14 +30,15 @@ ImageSource ReadColmap(const std::string& folder) {
   std::sort(names.begin(), names.end());
   for (SourceImage& image : source.images)
     image.frame = static_cast<int>(std::lower_bound(names.begin(), names.end(), image.name) - names.begin());
-  AddAllPairs(folder, &source);
+  AddAllPairs(folder, &source, choice);
   return source;
 }
 
 namespace {
 
-const Registered<ImageFormat> kColmap("colmap",
-                                      {.read = [](const PairsRequest& request) { return ReadColmap(request.input); }});
+const Registered<ImageFormat> kColmap("colmap", {.read = [](const PairsRequest& request) {
+                                        return ReadColmap(request.input, request.choice);
+                                      }});
 
 }  // namespace
 

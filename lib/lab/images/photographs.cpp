@@ -85,12 +85,12 @@ Photographs ListPhotographs(const std::vector<std::string>& inputs, const std::s
   const std::map<std::int64_t, std::string> names = PairNames(files);
   for (std::size_t i = 0; i < paths.size(); ++i)
     photographs.source.images.push_back({names.at(static_cast<std::int64_t>(i) + 1), paths[i], {}, {}});
-  AddAllPairs(photographs.folder, &photographs.source);
+  PairChoice choice;
+  choice.pairs_file = list;
+  AddAllPairs(photographs.folder, &photographs.source, choice);
   // They may have no folder in common but the file system's.
   std::string& scene = photographs.source.scenes.front().name;
   if (scene.empty()) scene = "photographs";
-  PairChoice choice;
-  choice.pairs_file = list;
   ChoosePairs(choice, photographs.folder, &photographs.source);
   return photographs;
 }

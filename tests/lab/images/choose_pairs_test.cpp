@@ -100,6 +100,19 @@ TEST_CASE("pairs of cameras that stand still are left out on demand") {
   CHECK(Has(ErrorOf([&] { RequireMotion(1.0, "here", &plain); }), "needs poses"));
 }
 
+TEST_CASE("images of a list of pairs are not paired with all others first") {
+  TemporaryFolder folder;
+  for (int i = 0; i < 4; ++i) WriteSmall(folder / ("im" + std::to_string(i) + ".png"));
+  WriteRaw(folder / "pairs.txt", "im0 im3\n");
+  PairChoice choice;
+  choice.pairs_file = folder / "pairs.txt";
+  ImageSource source = ReadImageFolder(folder.path(), {}, choice);
+  CHECK(source.scenes.at(0).pairs.empty());
+  ChoosePairs(choice, "here", &source);
+  REQUIRE(source.scenes.at(0).pairs.size() == 1);
+  CHECK(source.scenes[0].pairs[0].image2 == 3);
+}
+
 TEST_CASE("pairs are chosen by how far their cameras are turned, and at random") {
   TemporaryFolder folder;
   std::vector<std::optional<RigidMotion>> poses;
