@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use("agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-SHOWN = {"shipped": "shipped", "prosac_marginalised": "prosac_scales (no network)", "usac": "OpenCV USAC_ACCURATE 1000"}
+SHOWN = {"learned_prosac": "learned PROSAC", "prosac_marginalised": "the same search without a network", "usac": "OpenCV USAC_ACCURATE 1000"}
 
 with open(sys.argv[1], encoding="utf-8") as file:
     lines = [line for line in csv.reader(file) if len(line) > 2 and line[1] in SHOWN]
