@@ -257,7 +257,11 @@ class ConsensusSearch {
   }
 
   /// What a draw must exceed to matter. It never falls.
-  double Bar() const { return settled_ ? best_minimal_ : std::min({best_.bar(), best_minimal_, starts_.bar()}); }
+  double Bar() const {
+    if (settled_) return best_minimal_;
+    const double bar = std::min(best_.bar(), best_minimal_);
+    return sure_ ? bar : std::min(bar, starts_.bar());
+  }
 
   /// A model that was given, not drawn: it may be as good as an improved one, and bars no minimal model's way.
   void Consider(const Parameters& model) {

@@ -85,12 +85,10 @@ template <class Q>
 
 /// The ten cubic constraints on E = x basis[0] + y basis[1] + z basis[2] + basis[3], three entries of E at a time.
 [[gnu::always_inline]] inline void CubicConstraints(const double (&basis)[4][9], Row (&rows)[10]) {
-  Linear<double> e[3][3];
   Linear<Lanes> of_row[3], of_column[3];
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 4; ++k) {
       const double* b = basis[k];
-      for (int j = 0; j < 3; ++j) e[i][j].c[k] = b[3 * i + j];
       of_row[i].c[k] = Lanes{b[3 * i], b[3 * i + 1], b[3 * i + 2], b[3 * i]};
       of_column[i].c[k] = Lanes{b[i], b[3 + i], b[6 + i], b[i]};
     }
@@ -98,7 +96,10 @@ template <class Q>
   // E Eᵀ - tr(E Eᵀ) I / 2, times E.
   Quadratic<Lanes> gram[3] = {};
   for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) AddProduct(e[i][k], of_column[k], &gram[i]);
+    for (int k = 0; k < 3; ++k) {
+      const Linear<double> entry{basis[0][3 * i + k], basis[1][3 * i + k], basis[2][3 * i + k], basis[3][3 * i + k]};
+      AddProduct(entry, of_column[k], &gram[i]);
+    }
   for (int t = 0; t < 10; ++t) {
     const double half_trace = 0.5 * (gram[0].c[t][0] + gram[1].c[t][1] + gram[2].c[t][2]);
     for (int i = 0; i < 3; ++i) gram[i].c[t][i] -= half_trace;

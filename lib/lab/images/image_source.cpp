@@ -155,7 +155,7 @@ void CheckSource(const ImageSource& source, const std::string& folder) {
 void AddAllPairs(const std::string& folder, ImageSource* source, const PairChoice& choice) {
   source->scenes.push_back({FolderName(folder), {}});
   if (choice.HasPairs()) return;
-  source->scenes.front().pairs = AllPairs(static_cast<int>(source->images.size()));
+  source->scenes.back().pairs = AllPairs(static_cast<int>(source->images.size()));
   CheckSource(*source, folder);
 }
 
