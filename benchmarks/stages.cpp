@@ -143,29 +143,23 @@ void Print(int points, int threads, double before_mib, const std::vector<Row>& r
   std::printf("\n### N = %d, %d thread(s); before any row runs the process holds %.0f MiB\n\n", points, threads,
               before_mib);
   std::printf(
-      "| row | features | encode | decode | consensus | total | least total | processor | per second | / PROSAC 1000 | "
-      "peak, MiB |\n");
-  std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
-  const auto head = std::find_if(rows.begin(), rows.end(), [](const Row& r) { return r.name.rfind("inlier", 0) == 0; });
-  const double encode = head == rows.end() ? 0.0 : Median(head->network);
+      "| row | features | network | consensus | total | least total | processor | per second | / PROSAC 1000 | peak, "
+      "MiB |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Row& row : rows) {
-    const bool learned = row.name.rfind("DiffSAC", 0) == 0 || (head != rows.end() && row.name == head->name);
-    const double network = Median(row.network), total = Median(row.total);
-    std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.3g | %.3g | %.0f |\n", row.name.c_str(),
-                Median(row.features), learned ? encode : 0.0, learned ? std::max(0.0, network - encode) : 0.0,
-                Median(row.consensus), total, *std::min_element(row.total.begin(), row.total.end()),
-                Median(row.processor), 1000.0 / total, Median(row.ratio), row.peak_mib);
+    const double total = Median(row.total);
+    std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.3g | %.3g | %.0f |\n", row.name.c_str(),
+                Median(row.features), Median(row.network), Median(row.consensus), total,
+                *std::min_element(row.total.begin(), row.total.end()), Median(row.processor), 1000.0 / total,
+                Median(row.ratio), row.peak_mib);
   }
   std::fflush(stdout);
 }
 
 void Run(const Options& options) {
-  std::printf(
-      "%s\n%s\n%s, κ = %d, half of the matches wrong, milliseconds, medians of %d rounds; decode: the network's time "
-      "beyond "
-      "the encoder's\n",
-      VersionText("diffsac_stages").c_str(), MachineText().c_str(), options.checkpoint.c_str(), options.copies,
-      options.rounds);
+  std::printf("%s\n%s\n%s, κ = %d, half of the matches wrong, milliseconds, medians of %d rounds\n",
+              VersionText("diffsac_stages").c_str(), MachineText().c_str(), options.checkpoint.c_str(), options.copies,
+              options.rounds);
   for (const int points : options.points) {
     const std::vector<Problem> pairs = MakePairs(options, points);
     for (const int threads : options.threads) {

@@ -1,9 +1,13 @@
+#include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "diffsac/estimators/diffsac_options.h"
 #include "diffsac/estimators/learned_estimator.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/config/yaml.h"
+#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -30,32 +34,69 @@ class OfferingEstimator : public RobustEstimator {
   const ModelParameters& truth_;
 };
 
-/// What the type `diffsac` makes of a row of this type.
-EstimatorEntry Offered() {
+enum class Chosen { kByScore, kByTruth };
+
+/// Of four runs of a learned row by seeds of their own, the estimate of the best score or the one nearest to the truth.
+Estimate OneOfFour(const RobustEstimator& row, const Example& example, std::uint64_t seed, Chosen chosen) {
+  constexpr int kRuns = 4;
+  const TaskTruth& truth = TruthOf(example.problem.task);
+  const auto worth = [&](const Estimate& estimate) {
+    if (estimate.status != Status::kOk) return -std::numeric_limits<double>::infinity();
+    if (chosen == Chosen::kByScore) return estimate.score;
+    const EstimateError error = truth.error(&estimate.model, estimate.inliers, example);
+    return -(truth.error_in_pixels || std::isnan(error.angle_deg) ? error.error_px : error.angle_deg);
+  };
+  Estimate best = row.Run(example.problem, seed);
+  Rng seeds(seed);
+  for (int run = 1; run < kRuns; ++run) {
+    Estimate other = row.Run(example.problem, seeds.NextU64());
+    if (worth(other) > worth(best)) best = std::move(other);
+  }
+  return best;
+}
+
+/// What the type `diffsac` makes of a row of another type, which runs it on an example in its own way.
+using RunRow = Estimate (*)(const LearnedEstimator& row, const Example& example, std::uint64_t seed);
+EstimatorEntry OverLearned(const std::string& type, const std::string& help, RunRow run) {
   const auto learned = []() -> const EstimatorEntry& {
     return Registry<EstimatorEntry>::Instance().Find("diffsac", "");
   };
-  const auto own = [](const Config& row) { return row.MergedWith(ConfigFromYaml("{type: diffsac}", "offered")); };
+  const auto own = [type](const Config& row) { return row.MergedWith(ConfigFromYaml("{type: diffsac}", type)); };
   EstimatorEntry entry;
-  entry.help =
-      "The row `diffsac` with the true model among its hypotheses: what is still wrong is chosen "
-      "wrongly.";
+  entry.help = help;
   entry.make = [=](const Config& row, Task task, const EstimatorContext& context) {
     const std::shared_ptr<const RobustEstimator> estimator = learned().make(own(row), task, context).TakeEstimator();
-    return TableRow([estimator](const Example& example, const RowCall& call) {
-      const auto& row = dynamic_cast<const LearnedEstimator&>(*estimator);
-      return OfferingEstimator(row, example.truth.model).Run(example.problem, call.seed);
+    return TableRow([estimator, run](const Example& example, const RowCall& call) {
+      return run(dynamic_cast<const LearnedEstimator&>(*estimator), example, call.seed);
     });
   };
   entry.resolve = [=](const Config& row, Task task, const EstimatorContext& context) {
-    return learned().resolve(own(row), task, context).MergedWith(ConfigFromYaml("{type: offered}", "offered"));
+    return learned().resolve(own(row), task, context).MergedWith(ConfigFromYaml("{type: " + type + "}", type));
   };
   entry.describe = [=](Task task) { return learned().describe(task); };
   entry.options = typeid(DiffsacOptions);
   return entry;
 }
 
-const Registered<EstimatorEntry> kOffered("offered", Offered());
+Registered<EstimatorEntry> Register(const std::string& type, const std::string& help, RunRow run) {
+  return {type, OverLearned(type, help, run)};
+}
+
+const auto kOffered = Register(
+    "offered", "The row `diffsac` with the true model among its hypotheses: what is still wrong is chosen wrongly.",
+    [](const LearnedEstimator& row, const Example& example, std::uint64_t seed) {
+      return OfferingEstimator(row, example.truth.model).Run(example.problem, seed);
+    });
+const auto kBestOfFour = Register("best_of_four", "Of four runs of the row `diffsac` the one of the best score.",
+                                  [](const LearnedEstimator& row, const Example& example, std::uint64_t seed) {
+                                    return OneOfFour(row, example, seed, Chosen::kByScore);
+                                  });
+const auto kNearestOfFour =
+    Register("nearest_of_four",
+             "Of four runs of the row `diffsac` the one nearest to the truth: what a better choice could gain.",
+             [](const LearnedEstimator& row, const Example& example, std::uint64_t seed) {
+               return OneOfFour(row, example, seed, Chosen::kByTruth);
+             });
 
 }  // namespace
 }  // namespace diffsac

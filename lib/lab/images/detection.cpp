@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <limits>
@@ -131,9 +132,65 @@ Eigen::RowVector2d Detection::Frame(std::size_t i) const {
 
 namespace {
 
+/// Larger images take SIFT's fine octaves (of the doubled image, the image and its half) from tiles of this side and a
+/// margin that a keypoint of these octaves does not see beyond: they are the same as those of the whole image. Coarser
+/// octaves are those of the image reduced to a quarter.
+constexpr double kLargestWhole = 2.6e6;
+constexpr int kTile = 1024, kMargin = 128, kCoarse = 4, kFinestCoarse = 2;
+
+int OctaveOf(const cv::KeyPoint& keypoint) { return static_cast<std::int8_t>(keypoint.octave & 0xFF); }
+
+void FindSift(const cv::Mat& image, cv::Feature2D& sift, Detection* found);
+
+/// The keypoints of the fine octaves within `tile`.
+void FindFine(const cv::Mat& image, const cv::Rect& tile, cv::Feature2D& sift, Detection* found) {
+  const cv::Rect part = cv::Rect(tile.x - kMargin, tile.y - kMargin, kTile + 2 * kMargin, kTile + 2 * kMargin) &
+                        cv::Rect({}, image.size());
+  cv::Mat mask = cv::Mat::zeros(part.size(), CV_8U), raw;
+  mask(tile - part.tl()).setTo(255);
+  std::vector<cv::KeyPoint> keypoints;
+  sift.detectAndCompute(image(part), mask, keypoints, raw);
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    if (OctaveOf(keypoints[i]) >= kFinestCoarse) continue;
+    found->keypoints.push_back(keypoints[i]);
+    found->keypoints.back().pt += cv::Point2f(part.tl());
+    found->raw.push_back(raw.row(static_cast<int>(i)));
+  }
+}
+
+/// The keypoints of the other octaves.
+void FindCoarse(const cv::Mat& image, cv::Feature2D& sift, Detection* found) {
+  cv::Mat reduced;
+  cv::resize(image(cv::Rect(0, 0, image.cols / kCoarse * kCoarse, image.rows / kCoarse * kCoarse)), reduced, {},
+             1.0 / kCoarse, 1.0 / kCoarse, cv::INTER_AREA);
+  Detection coarse;
+  FindSift(reduced, sift, &coarse);
+  // OpenCV's places are a quarter of a pixel too far right and down, whatever the pixel's size.
+  constexpr float kMoved = 0.25f * (1 - kCoarse) + 0.5f * (kCoarse - 1);
+  for (std::size_t i = 0; i < coarse.keypoints.size(); ++i) {
+    cv::KeyPoint keypoint = coarse.keypoints[i];
+    if (OctaveOf(keypoint) < 0) continue;
+    keypoint.pt = kCoarse * keypoint.pt + cv::Point2f(kMoved, kMoved);
+    keypoint.size *= kCoarse;
+    keypoint.octave += kFinestCoarse;  // which does not leave its byte
+    found->keypoints.push_back(keypoint);
+    found->raw.push_back(coarse.raw.row(static_cast<int>(i)));
+  }
+}
+
+void FindSift(const cv::Mat& image, cv::Feature2D& sift, Detection* found) {
+  if (static_cast<double>(image.total()) <= kLargestWhole)
+    return sift.detectAndCompute(image, cv::noArray(), found->keypoints, found->raw);
+  const cv::Rect whole({}, image.size());
+  for (int y = 0; y < image.rows; y += kTile)
+    for (int x = 0; x < image.cols; x += kTile) FindFine(image, cv::Rect(x, y, kTile, kTile) & whole, sift, found);
+  FindCoarse(image, sift, found);
+}
+
 /// What OpenCV's detectors take of memory at most: SIFT, whose first octave is of the doubled image, was measured.
 double MemoryMib(FeatureKind kind, const cv::Mat& image) {
-  return (kind == FeatureKind::kOrb ? 30.0 : 230.0) * static_cast<double>(image.total()) / 1e6;
+  const auto pixels = static_cast<double>(image.total());
+  return 1e-6 * (kind == FeatureKind::kOrb ? 30.0 * pixels : 230.0 * std::min(pixels, kLargestWhole));
 }
 
 /// Memory for keypoints, of all threads: who would take more than is free waits for the others.
@@ -214,7 +271,11 @@ Detection Detect(const std::string& path, const FeatureOptions& options) {
     return found;
   }
   try {
-    MakeDetector(options)->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
+    const cv::Ptr<cv::Feature2D> detector = MakeDetector(options);
+    if (IsSift(options.kind))
+      FindSift(found.image, *detector, &found);
+    else
+      detector->detectAndCompute(found.image, cv::noArray(), found.keypoints, found.raw);
   } catch (const cv::Exception& e) {
     throw Error(path + ": no keypoints could be found: " + e.err);
   }

@@ -101,7 +101,7 @@ std::string FeatureCache::KeyOf(const std::string& image_path) const {
   std::error_code code;
   const auto size = fs::file_size(image_path, code);
   const auto time = fs::last_write_time(image_path, code).time_since_epoch().count();
-  return "diffsac keypoints 2\n" + image_path + "\n" + std::to_string(size) + " " + std::to_string(time) + " " +
+  return "diffsac keypoints 3\n" + image_path + "\n" + std::to_string(size) + " " + std::to_string(time) + " " +
          DetectorName(options_.kind) + " " + std::to_string(options_.max_keypoints) + " " +
          std::to_string(kContrastThreshold) + " " + std::to_string(options_.max_image_size) + "\n";
 }

@@ -96,6 +96,41 @@ TEST_CASE("keypoints are found where they are, strongest first, with unit descri
   CHECK(some.positions == all.positions.topRows(50));
 }
 
+TEST_CASE("a large image has the keypoints that its whole has, though they are found in tiles") {
+  TemporaryFolder folder;
+  cv::Mat coarse, image;
+  cv::resize(Texture(260, 180, 5), coarse, cv::Size(2080, 1440));
+  cv::addWeighted(Texture(2080, 1440, 6), 2.0, coarse, 2.0, -3.0 * 128.0, image);
+  WriteImage(folder / "a.png", image);
+  FeatureOptions options;
+  const RawFeatures found = ExtractRawFeatures(folder / "a.png", options);
+  std::vector<cv::KeyPoint> whole;
+  cv::Mat raw;
+  MakeDetector(options)->detectAndCompute(image, cv::noArray(), whole, raw);
+  REQUIRE(whole.size() > 2000);
+  CHECK(found.positions.rows() <= options.max_keypoints);
+  CHECK(std::abs(found.positions.rows() - static_cast<int>(whole.size())) < 0.02 * static_cast<double>(whole.size()));
+
+  ByteMatrix bytes(1, raw.cols);
+  int same[2] = {0, 0}, all[2] = {0, 0};
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    const Eigen::RowVector2d place(whole[i].pt.x, whole[i].pt.y);
+    const bool fine = static_cast<std::int8_t>(whole[i].octave & 0xFF) < 2;
+    CopyBytes(raw, static_cast<int>(i), 0, &bytes);
+    const double reach = fine ? 1e-3 : 0.1 * whole[i].size;
+    bool seen = false;
+    for (Eigen::Index j = 0; j < found.positions.rows() && !seen; ++j)
+      seen = (found.positions.row(j) - place).norm() < reach &&
+             std::abs(found.frames(j, 0) - std::log(whole[i].size)) < (fine ? 1e-6 : 0.15) &&
+             (!fine || found.bytes.row(j) == bytes.row(0));
+    ++all[fine ? 0 : 1];
+    same[fine ? 0 : 1] += seen ? 1 : 0;
+  }
+  CHECK(same[0] >= 0.999 * all[0]);
+  REQUIRE(all[1] > 100);
+  CHECK(same[1] > 0.7 * all[1]);
+}
+
 TEST_CASE("matches between an image and its warped copy follow the warp, at full and reduced size") {
   TemporaryFolder folder;
   const cv::Mat texture = Texture(480, 360, 2);
