@@ -136,7 +136,7 @@ namespace {
 /// margin that a keypoint of these octaves does not see beyond: they are the same as those of the whole image. Coarser
 /// octaves are those of the image reduced to a quarter.
 constexpr double kLargestWhole = 2.6e6;
-constexpr int kTile = 1024, kMargin = 128, kCoarse = 4, kFinestCoarse = 2;
+constexpr int kTile = 1408, kMargin = 96, kCoarse = 4, kFinestCoarse = 2;
 
 int OctaveOf(const cv::KeyPoint& keypoint) { return static_cast<std::int8_t>(keypoint.octave & 0xFF); }
 

@@ -27,7 +27,7 @@ inline bool IsSift(FeatureKind kind) { return kind == FeatureKind::kSift || kind
 struct FeatureOptions {
   FeatureKind kind = FeatureKind::kRootSift;
   int max_keypoints = 8000;  ///< The strongest are kept; 0 keeps all.
-  /// Larger images are reduced to this longer side, in pixels; 0: never. Keypoints take 230 MB of memory a megapixel.
+  /// Larger images are reduced to this longer side, in pixels; 0: never.
   int max_image_size = 0;
   void Check() const;  ///< Throws Error.
 };
