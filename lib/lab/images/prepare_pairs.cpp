@@ -11,6 +11,7 @@
 #include "lab/config/progress.h"
 #include "lab/data/fitted_truth.h"
 #include "lab/data/pair_scenes.h"
+#include "lab/eval/digest.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
@@ -64,7 +65,7 @@ class MatchDescriptors {
 
 // What decides the content of a scene's files: it stands in the scene's folder, so that a later call can tell whether
 // that is what it would make.
-std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
+std::string RecipeOf(const ImageSource& source, const SourceScene& scene, const PrepareOptions& options) {
   const FeatureOptions& features = options.features;
   std::ostringstream text;
   if (options.import_descriptors.empty()) {
@@ -79,6 +80,11 @@ std::string RecipeOf(const SourceScene& scene, const PrepareOptions& options) {
   if (!options.true_share.empty())
     text << "true_share " << options.true_share[0] << " " << options.true_share[1] << "\n";
   if (options.max_disagreement_deg > 0.0) text << "max_disagreement_deg " << options.max_disagreement_deg << "\n";
+  std::string pairs;
+  for (const SourcePair& pair : scene.pairs)
+    pairs += source.images[pair.image1].name + "-" + source.images[pair.image2].name + "\n";
+  // The last line, which recipes of before version 0.2 do not have.
+  text << "pair_list " << DigestOfText(pairs) << "\n";
   return text.str();
 }
 
@@ -128,7 +134,7 @@ bool Preparation::IsThere(const SourceScene& scene) const {
   if (options_.overwrite || !fs::exists(folder / "matches.h5", code)) return false;
   std::string text = folder.string() + ": already there";
   const std::string recipe = (folder / kRecipeFile).string();
-  if (fs::exists(recipe, code) && ReadFile(recipe) != RecipeOf(scene, options_)) {
+  if (fs::exists(recipe, code) && !RecipeOf(source_, scene, options_).starts_with(ReadFile(recipe))) {
     LogWarning(text + ", but made in another way (" + recipe + "); --overwrite makes it again");
   } else {
     LogInfo(text);
@@ -215,7 +221,7 @@ bool Preparation::WriteScene(const SourceScene& asked) {
   MakeWritableFolder(folder);
   // Before the first word of the new recipe is there, the old files must be incomplete.
   RemoveFile((fs::path(folder) / "matches.h5").string());
-  WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(asked, options_));
+  WriteFileAtomically((fs::path(folder) / kRecipeFile).string(), RecipeOf(source_, asked, options_));
   RemoveFile((fs::path(folder) / kThumbnailsFile).string());
   if (options_.thumbnails) WriteThumbnailsOf(source_, set.pairs, options_.threads, folder);
   WriteCorrespondences(folder, set);

@@ -316,6 +316,17 @@ TEST_CASE("scenes that are there stay, and an interrupted preparation goes on wi
   CHECK(RunPairs(request, kNeverStop).written == 2);
   CHECK(CorrespondenceScene(output + "/kitti_07_step_01").Read(0).problem.points.rows() <= 50);
 
+  // Nor does another list of as many pairs, but the scene's folder tells them apart.
+  std::string recipes[2];
+  for (int i = 0; i < 2; ++i) {
+    PairsRequest listed = Request("kitti", folder / "kitti", folder / ("list" + std::to_string(i)));
+    WriteFileAtomically(folder / "pairs.txt", i == 0 ? "000000 000001" : "000001 000002");
+    listed.choice.pairs_file = folder / "pairs.txt";
+    REQUIRE(RunPairs(listed, kNeverStop).written == 1);
+    recipes[i] = ReadFile(listed.output + "/kitti_07/prepared.txt");
+  }
+  CHECK(recipes[0] != recipes[1]);
+
   // What an interruption leaves, and what is made of it. The last image is broken meanwhile: were its keypoints not
   // taken from their file, it would be left out.
   request.options = {};
