@@ -10,6 +10,7 @@
 
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/robust_map.h"
+#include "diffsac/geometry/some_rows.h"
 
 namespace diffsac {
 namespace {
@@ -21,9 +22,10 @@ constexpr double kLeastLength = 5e-5;
 /// What the matches say of parallax, by their distances to a map and to epipolar lines.
 class Evidence {
  public:
-  /// parameters: of the model, which the inliers' distances to lines were made small by. least: of a noise.
+  /// parameters: of the model, which the inliers' distances to lines were made small by. least: of a noise. chance: how
+  /// often chance may look like parallax.
   Evidence(const Eigen::VectorXd& to_map, const Eigen::VectorXd& to_lines, const std::vector<std::uint8_t>& inliers,
-           int parameters, double least)
+           int parameters, double least, double chance)
       : to_map_(to_map), to_lines_(to_lines) {
     double noise = 0.0, parallax = 0.0;
     int count = 0;
@@ -35,7 +37,7 @@ class Evidence {
     }
     sigma_ = std::max(least, std::sqrt(noise / std::max(1, count - parameters)));
     // Of how many directions of t the matches could tell one.
-    needed_ = -std::log(kChance) + std::log(1.0 + std::numbers::pi * parallax / (sigma_ * sigma_));
+    needed_ = -std::log(chance) + std::log(1.0 + std::numbers::pi * parallax / (sigma_ * sigma_));
   }
 
   bool IsParallax() const {
@@ -45,8 +47,6 @@ class Evidence {
   }
 
  private:
-  /// How often chance may look like parallax.
-  static constexpr double kChance = 0.01;
   /// Of the matches, that may have parallax.
   static constexpr double kShares[] = {1.0, 0.3, 0.1, 0.03};
 
@@ -79,8 +79,9 @@ bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, double least,
 }
 
 /// `fit` makes the map of what no translation would show, `without` says what that is.
-ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, const std::vector<std::uint8_t>& inliers,
-                  int parameters, MapFit fit, Translation without) {
+ParallaxTest TestAll(const PointMatrix& points, const Matrix3Parameters& model,
+                     const std::vector<std::uint8_t>& inliers, int parameters, MapFit fit, Translation without,
+                     double chance) {
   ParallaxTest test;
   const PointMatrix rows = RowsOf(points, inliers);
   if (rows.rows() < 2 || !points.allFinite()) return test;
@@ -90,10 +91,25 @@ ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, con
   const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
   const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
   test.translation = Translation::kDetermined;
-  if (Evidence(to_map, to_lines, inliers, parameters, least).IsParallax()) return test;
+  if (Evidence(to_map, to_lines, inliers, parameters, least, chance).IsParallax()) return test;
   test.translation = IsStatic(rows, map, least, greatest) ? Translation::kStatic : without;
   test.turn = map;
   return test;
+}
+
+/// Of many matches some are asked first: most parallax shows in them.
+ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, const std::vector<std::uint8_t>& inliers,
+                  int parameters, MapFit fit, Translation without) {
+  constexpr double kChance = 0.01, kChanceOfSome = 1e-4;
+  constexpr Eigen::Index kSome = 400;
+  if (points.rows() > 2 * kSome) {
+    const auto some = SomeRows(points.rows(), kSome);
+    std::vector<std::uint8_t> own(some.size());
+    for (Eigen::Index i = 0; i < some.size(); ++i) own[i] = inliers[some[i]];
+    const ParallaxTest test = TestAll(points(some, Eigen::all), model, own, parameters, fit, without, kChanceOfSome);
+    if (test.translation == Translation::kDetermined) return test;
+  }
+  return TestAll(points, model, inliers, parameters, fit, without, kChance);
 }
 
 }  // namespace
@@ -165,16 +181,18 @@ std::vector<std::uint8_t> BesideLine(const PointMatrix& points, int column, cons
   constexpr double kRounding = 1e-6;
   const auto image = points.middleCols(column, 2);
   const double least = std::max(reach, kRounding * image.cwiseAbs().maxCoeff());
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points.rows()), distances = weights;
-  for (Eigen::Index i = 0; i < points.rows(); ++i) weights[i] = inliers[i] != 0;
+  const Eigen::MatrixX2d rows = SpreadRows(RowsOf(points, inliers)).middleCols(column, 2);
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(rows.rows());
+  Eigen::RowVector2d centre;
+  Eigen::Vector2d normal;
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::RowVector2d centre = weights.transpose() * image / weights.sum();
-    const Eigen::MatrixX2d about = image.rowwise() - centre;
+    centre = weights.transpose() * rows / weights.sum();
+    const Eigen::MatrixX2d about = rows.rowwise() - centre;
     const Eigen::Matrix2d spread = about.transpose() * weights.asDiagonal() * about;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
-    distances = (about * axes.eigenvectors().col(0)).cwiseAbs();
-    for (Eigen::Index i = 0; i < points.rows(); ++i) weights[i] = (inliers[i] != 0) / std::max(distances[i], least);
+    normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0);
+    weights = (about * normal).cwiseAbs().cwiseMax(least).cwiseInverse();
   }
+  const Eigen::VectorXd distances = ((image.rowwise() - centre) * normal).cwiseAbs();
   std::vector<std::uint8_t> beside(points.rows());
   for (std::size_t i = 0; i < beside.size(); ++i) beside[i] = distances[static_cast<Eigen::Index>(i)] > least;
   return beside;
