@@ -36,7 +36,8 @@ class OfferingEstimator : public RobustEstimator {
 
 enum class Chosen { kByScore, kByTruth };
 
-/// Of four runs of a learned row by seeds of their own, the estimate of the best score or the one nearest to the truth.
+/// Of four runs of a learned row by seeds of their own, the estimate of the best score or the one nearest to the truth,
+/// with what all of them cost.
 Estimate OneOfFour(const RobustEstimator& row, const Example& example, std::uint64_t seed, Chosen chosen) {
   constexpr int kRuns = 4;
   const TaskTruth& truth = TruthOf(example.problem.task);
@@ -47,11 +48,19 @@ Estimate OneOfFour(const RobustEstimator& row, const Example& example, std::uint
     return -(truth.error_in_pixels || std::isnan(error.angle_deg) ? error.error_px : error.angle_deg);
   };
   Estimate best = row.Run(example.problem, seed);
+  EstimateReport all = best.report;
   Rng seeds(seed);
   for (int run = 1; run < kRuns; ++run) {
     Estimate other = row.Run(example.problem, seeds.NextU64());
+    all.hypotheses += other.report.hypotheses;
+    all.draws += other.report.draws;
+    for (const auto cost : {&EstimateReport::ms_features, &EstimateReport::ms_network, &EstimateReport::ms_consensus,
+                            &EstimateReport::ms_total})
+      all.*cost += other.report.*cost;
     if (worth(other) > worth(best)) best = std::move(other);
   }
+  all.unique_minimal_sets = best.report.unique_minimal_sets;
+  best.report = all;
   return best;
 }
 
