@@ -58,7 +58,8 @@ function(diffsac_library name)
   if(ARG_TORCH)
     diffsac_use_torch(${library})
   endif()
-  if(DIFFSAC_PYTHON AND NOT name MATCHES "^(core|network)$")  # Who installs by pip compiles everything, once.
+  # Who installs by pip compiles everything, once. core has no Eigen, files of network have flags of their own.
+  if(DIFFSAC_PYTHON AND NOT name MATCHES "^(core|network)$")
     target_precompile_headers(${library} PRIVATE <Eigen/Dense> <algorithm> <functional> <memory> <optional> <string> <vector>)
   endif()
   if(ARG_UNITY)

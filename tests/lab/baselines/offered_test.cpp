@@ -12,7 +12,7 @@
 namespace diffsac {
 namespace {
 
-/// How many of the matches of a problem are inliers of what a row says: a network, four draws.
+/// What a row of this type says: a network, four draws.
 Estimate Run(const std::string& type, const Example& example) {
   const std::string yaml = "{type: " + type +
                            ", checkpoint: '" DIFFSAC_SOURCE_DIR
@@ -21,7 +21,7 @@ Estimate Run(const std::string& type, const Example& example) {
   return row.Run(example, {"all", 1, 1});
 }
 
-/// How many of the matches are inliers of what it says.
+/// How many of the matches are inliers of that.
 int Found(const std::string& type, const Example& example) {
   const Estimate estimate = Run(type, example);
   return std::accumulate(estimate.inliers.begin(), estimate.inliers.end(), 0);
