@@ -21,6 +21,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import argparse
 import collections
 import csv
+import functools
 import gzip
 import importlib
 import importlib.metadata
@@ -65,9 +66,9 @@ def sides(pair):
 # Each takes a task, a pair whose matches are in the order of their ratio, and a seed; it gives the call that is timed, and a function
 # that makes a matrix, or None, of what the call gives.
 
-def poselib(task, pair, seed):
+def poselib(task, pair, seed, pixels=EPSILON_PX):
     import poselib as library
-    options = {"max_epipolar_error": EPSILON_PX, "max_iterations": ITERATIONS, "min_iterations": FEWEST_ITERATIONS,
+    options = {"max_epipolar_error": pixels, "max_iterations": ITERATIONS, "min_iterations": FEWEST_ITERATIONS,
                "success_prob": CONFIDENCE, "progressive_sampling": True, "seed": seed}
     first, second = sides(pair)
     if task == "fundamental":
@@ -209,6 +210,8 @@ BOTH, TWO_FOCALS, BEST_FIRST = ("essential", "fundamental"), ("two_focals",), "m
 SEEDLESS = "it takes no seed and is random: the seed numbers repetitions"
 PEERS = {
     "poselib": Peer(poselib, "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px, random by its seed"),
+    **{f"poselib_{pixels:g}px": Peer(functools.partial(poselib, pixels=pixels), "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {pixels:g} px, random by "
+                                     "its seed") for pixels in (0.5, 2)},
     "degensac": Peer(degensac, "pydegensac", ("fundamental",), f"uniform, px_th {EPSILON_PX:g} px of Sampson's error, check of "
                      "degeneracy, random by its seed; it has no minimum of iterations"),
     "colmap": Peer(colmap, "pycolmap", BOTH, f"estimate_TASK_matrix (LO-RANSAC, uniform), max_error {EPSILON_PX:g} px, random by its seed"),
