@@ -209,9 +209,8 @@ Peer = collections.namedtuple("Peer", "estimate module tasks options")
 BOTH, TWO_FOCALS, BEST_FIRST = ("essential", "fundamental"), ("two_focals",), "matches in the order of their ratio, PROSAC"
 SEEDLESS = "it takes no seed and is random: the seed numbers repetitions"
 PEERS = {
-    "poselib": Peer(poselib, "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px, random by its seed"),
-    **{f"poselib_{pixels:g}px": Peer(functools.partial(poselib, pixels=pixels), "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {pixels:g} px, random by "
-                                     "its seed") for pixels in (0.5, 2)},
+    **{name: Peer(functools.partial(poselib, pixels=pixels), "poselib", BOTH, f"{BEST_FIRST}, max_epipolar_error {pixels:g} px, random by its seed")
+       for name, pixels in (("poselib", EPSILON_PX), ("poselib_0.5px", 0.5), ("poselib_2px", 2))},
     "degensac": Peer(degensac, "pydegensac", ("fundamental",), f"uniform, px_th {EPSILON_PX:g} px of Sampson's error, check of "
                      "degeneracy, random by its seed; it has no minimum of iterations"),
     "colmap": Peer(colmap, "pycolmap", BOTH, f"estimate_TASK_matrix (LO-RANSAC, uniform), max_error {EPSILON_PX:g} px, random by its seed"),
