@@ -50,7 +50,7 @@ struct NeighborIndex::Impl {
     std::vector<double> distances(count);
     nanoflann::KNNResultSet<double> results(found.size());
     results.init(found.data(), distances.data());
-    tree.findNeighbors(results, place, nanoflann::SearchParams());
+    tree.findNeighbors(results, place, {});
     std::vector<std::pair<double, int>> nearest;
     nearest.reserve(results.size());
     for (std::size_t i = 0; i < results.size(); ++i) nearest.emplace_back(distances[i], static_cast<int>(found[i]));
