@@ -15,7 +15,7 @@
 namespace diffsac {
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 Example FourPoints() {
   Example example;
