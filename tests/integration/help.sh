@@ -12,13 +12,13 @@ helps() {
   ! grep -qE '[0-9]{30}' "$own/out" || fail "$* --help prints a number of many digits"
 }
 helps evaluate
-grep -q -- '--device TEXT=cpu' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
+grep -qE -- '--device TEXT(=cpu| \[cpu\])' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
 helps train
-grep -q -- '--group-timeout FLOAT=' "$own/out" || fail "a default is not named"
+grep -qE -- '--group-timeout FLOAT(=| \[)' "$own/out" || fail "a default is not named"
 helps prepare
 for command in pairs segments sets tutorial modelnet warp inspect; do helps prepare "$command"; done
 helps prepare warp
-grep -q -- '--max-image-size INT=1024' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
+grep -qE -- '--max-image-size INT(=1024| \[1024\])' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
 
 # refused PATTERN PROGRAM ARGUMENTS...: as expect_error, in one short line.
 refused() {

@@ -199,7 +199,7 @@ TEST_CASE("similarities are told in the units of coordinates") {
   CHECK(InCoordinates(scene.similarities, PointMatrix::Ones(300, 4), PointMatrix::Zero(300, 4)) == scene.similarities);
 }
 
-TEST_CASE("a similarity is what is between two keypoints, its turn within (−π, π]") {
+TEST_CASE("a similarity is what is between two keypoints, its turn above −π and at most π") {
   const double pi = std::numbers::pi;
   const auto similarity = [](double size1, double angle1, double size2, double angle2) {
     return SimilarityOf({std::log(size1), angle1}, {std::log(size2), angle2});
