@@ -147,7 +147,11 @@ function(diffsac_test name)
   else()
     diffsac_use_catch(${name}_test)
   endif()
-  catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST
+  # A name that Catch2 2 does not find again, by a bracket that closes nothing, is no test that passed. Catch2 3 fails by itself.
+  if(Catch2_VERSION VERSION_LESS 3)
+    set(_warned EXTRA_ARGS --warn NoTests)
+  endif()
+  catch_discover_tests(${name}_test TEST_PREFIX "${name}: " DISCOVERY_MODE PRE_TEST ${_warned}
     PROPERTIES TIMEOUT 240 SKIP_RETURN_CODE 4)
 endfunction()
 
