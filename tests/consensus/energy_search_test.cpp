@@ -107,7 +107,7 @@ TEST_CASE("The energy counts outliers, models in use and neighbours that differ"
   CHECK(energy.Value(costs, {1, 2, 1}) == Approx(0.1 + 0.5 + 0.3 + 8.0 + 1.0));
 }
 
-TEST_CASE("Neighbours speak for right matches and against wrong ones; of too few matches they say nothing") {
+TEST_CASE("Neighbours speak for right matches and against wrong ones, of too few matches they say nothing") {
   const Scene scene = TwoPlanes(80, 80, 1);
   const Eigen::VectorXd support = NeighborhoodSupport(scene.points, 10);
   int right = 0;

@@ -99,7 +99,7 @@ TEST_CASE("The labels have the least energy of all labellings") {
   }
 }
 
-TEST_CASE("Without spatial weight a label is a threshold; with it, neighbours decide close cases") {
+TEST_CASE("Without spatial weight a label is a threshold, with it, neighbours decide close cases") {
   const double limit = std::sqrt(2.0 * std::log(2.0));  // exp(−r²/2) = 1/2
   const PointMatrix points = RandomPoints(300, Rng(1));
   const Eigen::VectorXd residuals = RandomResiduals(300, Rng(2));

@@ -137,7 +137,7 @@ TEST_CASE("Each solution and each degenerate set is a hypothesis") {
   CHECK(result.score == 3.0);
 }
 
-TEST_CASE("A source that runs out ends the search; without any set there is no model") {
+TEST_CASE("A source that runs out ends the search, without any set there is no model") {
   const PointMatrix points = Cluster(5, 12);
   auto result = SearchExhaustively<Place>(points, 0.1, Plain(100), Rng(1));
   CHECK(result.iterations == 12);

@@ -144,7 +144,7 @@ TEST_CASE("Too few, identical and collinear points are no reason to crash") {
   }
 }
 
-TEST_CASE("Unfit points have their own status; indices out of range and priors of other lengths are passed over") {
+TEST_CASE("Unfit points have their own status, indices out of range and priors of other lengths are passed over") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PointMatrix unfit = Star({20}, 5, 1).points;
   unfit(3, 1) = nan;

@@ -164,7 +164,7 @@ TEST_CASE("Lists of structs, maps and sub-documents are read with their places")
   CHECK(table.data.Where("type") == "f.yaml:11: data.type");
 }
 
-TEST_CASE("Lists and maps that are given replace the defaults; others leave them") {
+TEST_CASE("Lists and maps that are given replace the defaults, others leave them") {
   TableOptions defaults;
   defaults.rows.resize(3);
   defaults.counts = {{"old", 1}};

@@ -238,7 +238,7 @@ TEST_CASE("include: of a list of files the later ones override, and the file its
                     Contains("main.yaml:3: include: ") && Contains("none.yaml"));
 }
 
-TEST_CASE("include: chains are followed; circles and absent files are errors") {
+TEST_CASE("include: chains are followed, circles and absent files are errors") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("a.yaml"), "include: b.yaml\nname: a\n");
   WriteFileAtomically(folder.File("b.yaml"), "include: ./c.yaml\nname: b\nsteps: 8\n");

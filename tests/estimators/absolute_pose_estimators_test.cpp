@@ -39,7 +39,7 @@ TEST_CASE("every row finds poses among half outliers") {
   }
 }
 
-TEST_CASE("OpenCV's presets of poses; bad points get a status") {
+TEST_CASE("OpenCV's presets of poses, bad points get a status") {
   const Example example = Scenes()->Get(0);
   for (const char* preset : {"ransac", "default", "accurate", "fast", "magsac", "prosac"}) {
     const auto method = MakeRow("opencv_pnp", Task::kAbsolutePose, std::string("preset: ") + preset);

@@ -86,7 +86,7 @@ TEST_CASE("Bad data gives a status from every classical method") {
   }
 }
 
-TEST_CASE("Same seed, same estimate; budgets are reported") {
+TEST_CASE("Same seed, same estimate, budgets are reported") {
   const Example example = MakeExample<2>(100, 0.7, 9);
   const auto ransac = Make("ransac", "{max_iterations: 20}");
   const Estimate first = ransac->Run(example.problem, 5), second = ransac->Run(example.problem, 5);
@@ -124,7 +124,7 @@ TEST_CASE("Exhaustive search is at least as good as random search by the same sc
   }
 }
 
-TEST_CASE("Options are read and checked; keys of the experiment are none of the row's") {
+TEST_CASE("Options are read and checked, keys of the experiment are none of the row's") {
   CHECK(Make("theil_sen"));
   CHECK_THROWS_WITH(Make("ransac", "{label: R}"), Catch::Contains("test.yaml:1: unknown key 'label'"));
   CHECK_THROWS_WITH(Make("ransack"), Catch::Contains("unknown method type 'ransack'; did you mean 'ransac'?"));

@@ -208,7 +208,7 @@ TEST_CASE("trouble: without a model the mask had no values: it has N, all 0") {
   }
 }
 
-TEST_CASE("trouble: matrices that are no calibration were used; one error names the matrix, whatever takes it") {
+TEST_CASE("trouble: matrices that are no calibration were used, one error names the matrix, whatever takes it") {
   const double inf = std::numeric_limits<double>::infinity();
   Eigen::Matrix3d upwards = kCamera, skewed = kCamera, backwards = kCamera, infinite = kCamera, projective = kCamera;
   upwards(1, 1) = -600.0;
@@ -246,7 +246,7 @@ TEST_CASE("trouble: matrices that are no calibration were used; one error names 
   }
 }
 
-TEST_CASE("trouble: twice K halved the threshold; a matrix K times a number is the same camera") {
+TEST_CASE("trouble: twice K halved the threshold, a matrix K times a number is the same camera") {
   for (const PublicFunction& function : PublicFunctions()) {
     if (function.cameras.empty()) continue;
     const Answer expected = function(function.points);

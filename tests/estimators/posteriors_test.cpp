@@ -65,7 +65,7 @@ TEST_CASE("Posteriors are probabilities, whatever scores mean") {
   }
 }
 
-TEST_CASE("Posteriors do not depend on the unit; of rows that are no matches and without a model they are 0") {
+TEST_CASE("Posteriors do not depend on the unit, of rows that are no matches and without a model they are 0") {
   Rng rng(3);
   Labelled made = Matches300(false, rng);
   const std::vector<float> in_pixels = EstimateOf(false, made).posteriors,

@@ -127,7 +127,7 @@ TEST_CASE("The mask of a two-view row is the residuals' in the space it was solv
     }
 }
 
-TEST_CASE("Two-view rows repeat themselves; another seed may differ") {
+TEST_CASE("Two-view rows repeat themselves, another seed may differ") {
   for (const char* type : {"ransac", "prosac", "p_napsac", "gc_ransac", "magsac_pp"}) {
     const Example example = MakePair(Task::kFundamental, 150, 5);
     const Estimate a = Make(type, Task::kFundamental)->Run(example.problem, 3);

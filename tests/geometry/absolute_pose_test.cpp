@@ -153,7 +153,7 @@ TEST_CASE("Fits of absolute poses: exact data, planes and near planes, and the l
   }
 }
 
-TEST_CASE("Weights of zero leave points out of a fit; too few or collinear points have none") {
+TEST_CASE("Weights of zero leave points out of a fit, too few or collinear points have none") {
   Rng rng(5);
   Scene scene = MakeScene(30, 0.0, rng);
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(30);

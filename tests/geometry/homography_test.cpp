@@ -284,7 +284,7 @@ TEST_CASE("The normal equations' gradient is exact, and their matrix that of the
   }
 }
 
-TEST_CASE("Transfer errors over columns are the single ones; where H says nothing they are not finite") {
+TEST_CASE("Transfer errors over columns are the single ones, where H says nothing they are not finite") {
   Rng rng(4);
   const Matrix3Parameters h = RandomHomography(rng);
   const PointMatrix points = HomographyPoints(h, 37, rng, 2.0);

@@ -67,7 +67,7 @@ TEST_CASE("a turn in place is told at every noise, with wrong inliers, for few m
   CHECK(told >= 297);
 }
 
-TEST_CASE("a camera that moved is told whatever the noise; what is far beyond its baseline is not") {
+TEST_CASE("a camera that moved is told whatever the noise, what is far beyond its baseline is not") {
   Rng rng(2);
   for (const double noise : {0.0, 0.5, 2.0})
     for (int trial = 0; trial < 30; ++trial) {

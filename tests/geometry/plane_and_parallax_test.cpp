@@ -79,7 +79,7 @@ TEST_CASE("Collinear and repeated triplets give no plane") {
   CHECK_FALSE(PlaneHomography(Eigen::Matrix3d::Zero(), reinterpret_cast<Quadruple>(original.data()), kTriplet, &h));
 }
 
-TEST_CASE("Five of seven and six of eight points on a plane are found, wherever they stand; four and five are not") {
+TEST_CASE("Five of seven and six of eight points on a plane are found, wherever they stand, four and five are not") {
   Rng rng(3);
   int checked = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -163,7 +163,7 @@ TEST_CASE("An F whose set lies on the plane is mended to the true F") {
 }
 
 TEST_CASE(
-    "A set off the plane is mended where its F is supported by the plane alone; nothing is where there is no plane") {
+    "A set off the plane is mended where its F is supported by the plane alone, nothing is where there is no plane") {
   Rng rng(8);
   int left = 0;
   for (int trial = 0; trial < 60; ++trial) {

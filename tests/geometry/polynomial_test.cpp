@@ -139,7 +139,7 @@ TEST_CASE("Roots that rounding cannot separate end the search, wherever they are
   CHECK(far <= 5);
 }
 
-TEST_CASE("The orthogonal complement is orthonormal and orthogonal to the rows; dependent rows are refused") {
+TEST_CASE("The orthogonal complement is orthonormal and orthogonal to the rows, dependent rows are refused") {
   Rng rng(3);
   for (int trial = 0; trial < 500; ++trial) {
     double rows[5][9], copy[5][9], basis[4][9];

@@ -155,7 +155,7 @@ TEST_CASE("Angles of rotations and directions keep their digits at both ends") {
   CHECK(std::isnan(DirectionAngleDegrees(Eigen::Vector3d::Zero(), axis)));
 }
 
-TEST_CASE("A homography's decomposition holds the true motion and plane; visibility leaves at most two") {
+TEST_CASE("A homography's decomposition holds the true motion and plane, visibility leaves at most two") {
   Rng rng(7);
   for (int trial = 0; trial < 1000; ++trial) {
     PlaneMotion truth;

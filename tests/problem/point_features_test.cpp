@@ -108,7 +108,7 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
   }
 }
 
-TEST_CASE("preference does not see rigid motions and scale; coordinates not translation and scale") {
+TEST_CASE("preference does not see rigid motions and scale, coordinates not translation and scale") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     const Problem problem = MakeProblem(task);
     const std::vector<int> sets = DrawSets(problem, 100);

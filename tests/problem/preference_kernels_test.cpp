@@ -54,7 +54,7 @@ TEST_CASE("a value does not depend on where its point stands") {
   }
 }
 
-TEST_CASE("gains and their sum; limits catch what is not a number") {
+TEST_CASE("gains and their sum, limits catch what is not a number") {
   const std::vector<double> residuals = SomeResiduals();
   const auto count = static_cast<int>(residuals.size());
   std::vector<float> gains(count);

@@ -296,7 +296,7 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   CHECK(!none.truth.homography);
 }
 
-TEST_CASE("labelled motions become several fundamental matrices; of too few matches none") {
+TEST_CASE("labelled motions become several fundamental matrices, of too few matches none") {
   // Two rigid motions of general points, the second turned further, and seven matches of a third.
   Rng rng(4);
   Example pair;

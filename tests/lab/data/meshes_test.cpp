@@ -206,7 +206,7 @@ TEST_CASE("mesh planes: labels, models and inliers agree") {
   CHECK(dataset->Get(0).truth.model != dataset->Get(1).truth.model);  // turned
 }
 
-TEST_CASE("mesh planes: faces nearer than they can be told apart are one structure; round meshes are passed over") {
+TEST_CASE("mesh planes: faces nearer than they can be told apart are one structure, round meshes are passed over") {
   const TemporaryFolder folder;
   // In the cube of 10 this board is .02 thick.
   WriteRaw(folder / "board.off", Boxes({{4, 4, 0.01}}));

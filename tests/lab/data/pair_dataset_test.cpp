@@ -325,7 +325,7 @@ TEST_CASE("KITTI scenes are chosen by sequence and step") {
   CHECK(WriteDatasetOptions(ConfigFromYaml(text)) == text);
 }
 
-TEST_CASE("scenes of a folder are read through the factory; what is missing is named") {
+TEST_CASE("scenes of a folder are read through the factory, what is missing is named") {
   const TemporaryFolder folder;
   WriteCorrespondences(folder / "a", SyntheticSet(3, 40, Rng(1)));
   WriteCorrespondences(folder / "b", SyntheticSet(4, 40, Rng(2)));

@@ -36,7 +36,7 @@ TEST_CASE("a second camera is the first one as often as asked") {
   CHECK(same == Approx(700).margin(60));
 }
 
-TEST_CASE("tilted directions lie at the angle, all around the axis; directions and turns are as asked") {
+TEST_CASE("tilted directions lie at the angle, all around the axis, directions and turns are as asked") {
   Rng rng(6);
   const Eigen::Vector3d axis = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), directions = sum;

@@ -34,7 +34,7 @@ std::string Run(const EvalRequest& request) {
   return out.str();
 }
 
-TEST_CASE("a run that is there is not made again; one of another configuration, or without its tables, is") {
+TEST_CASE("a run that is there is not made again, one of another configuration, or without its tables, is") {
   const TemporaryFolder folder;
   EvalRequest request = UpdateRequest(folder);
   CHECK_THAT(Run(request), Contains("mAA@0.5deg"));

@@ -122,7 +122,7 @@ TEST_CASE("interrupted seeds go on where they were, and those that are there sta
   CHECK(std::filesystem::last_write_time(point) == written);
 }
 
-TEST_CASE("one seed of several can be chosen; wrong ones, and shards of several, are refused") {
+TEST_CASE("one seed of several can be chosen, wrong ones, and shards of several, are refused") {
   const TemporaryFolder folder;
   const std::atomic<bool> stop{false};
   std::ostringstream out;

@@ -134,7 +134,7 @@ void BeKilledWriting(const std::string& file) {
   ::waitpid(child, nullptr, 0);
 }
 
-TEST_CASE("What killed processes left goes with the next first file; what others write stays") {
+TEST_CASE("What killed processes left goes with the next first file, what others write stays") {
   const TemporaryFolder other;
   BeKilledWriting(other.File("a.txt"));
   BeKilledWriting(other.File("a.txt"));

@@ -9,7 +9,7 @@
 namespace diffsac {
 namespace {
 
-TEST_CASE("small copies are in the file byte for byte; empty ones are not") {
+TEST_CASE("small copies are in the file byte for byte, empty ones are not") {
   const TemporaryFolder folder;
   const std::string bytes("\xff\xd8\0 any bytes \xff", 14);
   WriteThumbnails(folder.path(), {"a", "none", "b"},

@@ -115,7 +115,7 @@ TEST_CASE("the text and the JSON have no digits of a translation that is not det
   CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());
 }
 
-TEST_CASE("the other motion of a plane is told; a turn's homography has its rotation, one without cameras no pose") {
+TEST_CASE("the other motion of a plane is told, a turn's homography has its rotation, one without cameras no pose") {
   Answered answered = AnsweredPair(Task::kEssential, 60);
   answered.estimate.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitY()};
   CHECK_THAT(PairText(answered.pair, answered.estimate, {}),
@@ -161,7 +161,7 @@ TEST_CASE("the text of an absolute pose says where the camera is") {
                  !Contains("E ="));
 }
 
-TEST_CASE("the JSON has the images, the method, the seed, K and the matches; no text has a number of 300 digits") {
+TEST_CASE("the JSON has the images, the method, the seed, K and the matches, no text has a number of 300 digits") {
   Answered answered = AnsweredPair(TaskFromString("essential"), 60);
   const Problem& problem = answered.pair.problem;
   const PairRun run{"photos/a.jpg", "photos/b.jpg", "learned_prosac", 7};

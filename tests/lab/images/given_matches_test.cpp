@@ -32,7 +32,7 @@ std::string Rows(int count, const std::string& more = "") {
   return text;
 }
 
-TEST_CASE("a folder of matches is a folder of pairs; bad files are left out, and what only some have") {
+TEST_CASE("a folder of matches is a folder of pairs, bad files are left out, and what only some have") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("a-b.txt"), Rows(20, "0.5"));
   WriteFileAtomically(folder.File("b-c.csv"), Rows(12));

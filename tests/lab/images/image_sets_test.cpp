@@ -30,7 +30,7 @@ bool PreparedByConverter(const SetsRequest& request, const std::atomic<bool>& st
   }
 }
 
-TEST_CASE("image sets are read; those with descriptors are sets of their own") {
+TEST_CASE("image sets are read, those with descriptors are sets of their own") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("sets.yaml"), R"(
 sets:
@@ -94,7 +94,7 @@ TEST_CASE(
   CHECK(problem.points.rightCols(2).isApprox(keypoints));
 }
 
-TEST_CASE("a set that is converted needs no format; what cannot be converted is named") {
+TEST_CASE("a set that is converted needs no format, what cannot be converted is named") {
   const TemporaryFolder folder;
   MakeFolder(folder.File("data/rooms"));
   WriteFileAtomically(folder.File("data/rooms/lsd_lines_0000.csv"),

@@ -61,7 +61,7 @@ TEST_CASE("permuting the points permutes the weights") {
   }
 }
 
-TEST_CASE("weights do not depend on batch mates; padding has none") {
+TEST_CASE("weights do not depend on batch mates, padding has none") {
   for (auto& network : Networks()) {
     const auto small = RandomFeatures(7, kColumns, Rng(2)), large = RandomFeatures(33, kColumns, Rng(3));
     const auto together = Weigh(*network, BatchOf({small, large}));

@@ -94,7 +94,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
     }
 }
 
-TEST_CASE("a batch of learned weights gives what single calls give; budgets are counted") {
+TEST_CASE("a batch of learned weights gives what single calls give, budgets are counted") {
   for (const std::string type : {"ng_ransac", "clnet"})
     for (const Task task : {Task::kLine, Task::kEssential}) {
       auto options = DefaultWeightedOptions(type);

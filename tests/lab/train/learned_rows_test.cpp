@@ -100,7 +100,7 @@ TEST_CASE("NG-RANSAC's training by the expected loss alone lowers it") {
   CHECK(Mean(table, "loss_expected", 81, 120) < 0.85 * Mean(table, "loss_expected", 1, 20));
 }
 
-TEST_CASE("CLNet's training lowers its losses; pruning keeps a larger share of the inliers than of the outliers") {
+TEST_CASE("CLNet's training lowers its losses, pruning keeps a larger share of the inliers than of the outliers") {
   const TemporaryFolder folder;
   const auto output = folder / "run";
   REQUIRE(Train(Request(kClnet, output, {"train.iterations=100", "data.outlier_ratio=0.7"}), kNever) ==
