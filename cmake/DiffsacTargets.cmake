@@ -147,7 +147,7 @@ function(diffsac_test name)
   else()
     diffsac_use_catch(${name}_test)
   endif()
-  # A name that Catch2 2 does not find again, by a bracket that closes nothing, is no test that passed. Catch2 3 fails by itself.
+  # A name that Catch2 2 does not find again, by a semicolon or a bracket that closes nothing, is no test that passed. Catch2 3 fails by itself.
   if(Catch2_VERSION VERSION_LESS 3)
     set(_warned EXTRA_ARGS --warn NoTests)
   endif()

@@ -13,8 +13,6 @@ readonly PACKAGES=(
   libboost-dev libboost-graph-dev libopencv-features2d-dev libopencv-imgcodecs-dev libexif-dev liblensfun-dev libsqlite3-dev
   nettle-dev zlib1g-dev python3-matplotlib python3-jinja2 python3-pandas python3-h5py python3-yaml python3-scipy python3-pil
   fonts-dejavu-core)
-# Its output differs from version to version; where the system has another, the format is not checked.
-[[ ! -e /etc/debian_version || "$(</etc/debian_version)" != 12.* ]] || readonly FORMATTER=clang-format-14
 
 usage() {
   cat <<'END'
@@ -115,7 +113,9 @@ setup_libtorch() {
 }
 
 prefix=""
-packages=("${PACKAGES[@]}" ${FORMATTER:-})
+packages=("${PACKAGES[@]}")
+# Its output differs from version to version; where the system has another, the format is not checked.
+[[ ! -e /etc/debian_version || "$(</etc/debian_version)" != 12.* ]] || packages+=(clang-format-14)
 while (($#)); do
   case "$1" in
     --prefix) [[ -n "${2:-}" ]] || fail "--prefix needs a folder"; prefix=$2; shift 2 ;;
