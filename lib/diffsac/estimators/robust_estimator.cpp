@@ -68,7 +68,8 @@ Eigen::Matrix3d EssentialOf(const RigidMotion& motion) {
 void TellOtherPose(const Problem& problem, Estimate* estimate) {
   if (estimate->turn || !IsTwoView(problem.task)) return;
   if (IsPoseOfPlane(*estimate, problem)) {
-    if (const auto poses = PosesOf(*estimate, problem)) estimate->other_pose = poses->other;
+    const auto poses = PosesOf(*estimate, problem);
+    if (poses && poses->ambiguous()) estimate->other_pose = poses->other;
     return;
   }
   const auto pose = PoseOfEstimate(*estimate, problem);
@@ -76,13 +77,16 @@ void TellOtherPose(const Problem& problem, Estimate* estimate) {
   if (!pose || !cameras || problem.task == Task::kFundamental) return;
   const Eigen::Matrix3d f = FundamentalFromEssential(EssentialOf(*pose), cameras->K1, cameras->K2);
   if (TestPlane(problem.points, AsParameters(f), estimate->inliers).translation != Translation::kPlane) return;
-  const auto poses = PosesOfPlane({problem.points, estimate->inliers, *cameras, problem.inlier_threshold});
+  const PlaneViews views{problem.points, estimate->inliers, *cameras, estimate->inlier_threshold};
+  const auto poses = PosesOfPlane(views);
   if (!poses || !poses->other) return;
   const auto degrees = [&](const RigidMotion& motion) {
     return std::max(RotationAngleDegrees(motion.rotation, pose->rotation),
                     DirectionAngleDegrees(motion.translation, pose->translation));
   };
-  estimate->other_pose = degrees(poses->pose) <= degrees(*poses->other) ? *poses->other : poses->pose;
+  const RigidMotion& other = degrees(poses->pose) <= degrees(*poses->other) ? *poses->other : poses->pose;
+  if (!(LogOdds(*pose, other, views) < std::log(kClearOdds))) return;
+  estimate->other_pose = other;
   estimate->pose_covariance.reset();
 }
 
@@ -130,6 +134,19 @@ double LogChanceOfPoints(const Problem& problem, const Estimate& estimate, const
   return std::log10(2.0) + std::min(log_chance(problem), log_chance(PartOf(problem, SurerHalf(problem))));
 }
 
+/// The verdict on the motion of inliers that are more than chance, and a plane's other motion.
+void Diagnose(const Problem& problem, Estimate* estimate) {
+  const ParallaxTest test = VerdictOf(problem, *estimate);
+  estimate->translation = test.translation;
+  estimate->turn = test.turn;
+  if (IsUndetermined(test.translation)) {
+    // Where t is anything, what lies behind the cameras is so as well.
+    estimate->pose_covariance.reset();
+    estimate->share_behind = 0.0;
+  }
+  TellOtherPose(problem, estimate);
+}
+
 /// What every estimate of usable rows says, whatever found it.
 void Complete(const UsableRows& rows, Estimate* estimate) {
   const Problem& problem = rows.problem();
@@ -147,24 +164,18 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   const bool several = !estimate->structures.empty();
   std::vector<std::uint8_t> of_first;
   for (const std::int32_t label : estimate->assignment) of_first.push_back(label == 1);
-  if (!several) {
-    const ParallaxTest test = VerdictOf(problem, *estimate);
-    estimate->translation = test.translation;
-    estimate->turn = test.turn;
-    if (IsUndetermined(test.translation)) {
-      // Where t is anything, what lies behind the cameras is so as well.
-      estimate->pose_covariance.reset();
-      estimate->share_behind = 0.0;
-    }
-    TellOtherPose(problem, estimate);
-  }
   const std::vector<std::uint8_t>& inliers = several ? of_first : estimate->inliers;
-  if (estimate->share_behind > kMostBehind)
+  estimate->log_false_alarms = IsOfTwoClouds(problem.task) ? LogChanceMotions(problem.points, estimate->model, inliers,
+                                                                              estimate->inlier_threshold)
+                                                           : LogChanceOfPoints(problem, *estimate, inliers);
+  if (!several && !estimate->MayBeChance()) Diagnose(problem, estimate);
+  if (estimate->share_behind > kMostBehind) {
     estimate->log_false_alarms = std::numeric_limits<double>::infinity();
-  else if (IsOfTwoClouds(problem.task))
-    estimate->log_false_alarms = LogChanceMotions(problem.points, estimate->model, inliers, estimate->inlier_threshold);
-  else
-    estimate->log_false_alarms = LogChanceOfPoints(problem, *estimate, inliers);
+    estimate->translation = Translation::kNotTested;
+    estimate->other_pose.reset();
+  }
+  // Noise does not bound the error of a model that may be of nothing.
+  if (estimate->MayBeChance()) estimate->pose_covariance.reset();
   estimate->posteriors = PosteriorsOf(problem, *estimate);
 }
 

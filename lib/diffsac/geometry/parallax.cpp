@@ -1,16 +1,18 @@
 #include "diffsac/geometry/parallax.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/robust_map.h"
 #include "diffsac/geometry/some_rows.h"
+#include "diffsac/geometry/svd3.h"
 
 namespace diffsac {
 namespace {
@@ -19,7 +21,7 @@ namespace {
 /// principal point that is half a pixel off would otherwise make parallax of a turn whose matches are exact.
 constexpr double kLeastLength = 5e-5;
 
-/// What the matches say of parallax, by their distances to a map and to epipolar lines.
+/// Compares parallax with its absence, by the matches' distances to a map and to epipolar lines.
 class Evidence {
  public:
   /// parameters: of the model, which the inliers' distances to lines were made small by. least: of a noise. chance: how
@@ -40,26 +42,77 @@ class Evidence {
     needed_ = -std::log(chance) + std::log(1.0 + std::numbers::pi * parallax / (sigma_ * sigma_));
   }
 
+  double sigma() const { return sigma_; }
+
   bool IsParallax() const {
-    double greatest = 0.0;
-    for (const double share : kShares) greatest = std::max(greatest, LogRatio(share));
-    return greatest - std::log(std::size(kShares)) > needed_;
+    double sum = 0.0;
+    for (const auto& [octave, rows] : Octaves())
+      sum += std::max(0.0, LogRatio(rows, [](double ratio, Eigen::Index) { return ratio; }) - kFreedom);
+    return sum > needed_;
+  }
+
+  /// The same where most matches are noise about the map: what is left of them, compression's errors or another window
+  /// of a façade, may prefer the lines' direction, but only parallax prefers one sense of it (`along`, N values).
+  bool IsOneSided(const Eigen::VectorXd& along) const {
+    double sums[2] = {0.0, 0.0};
+    for (const auto& [octave, rows] : Octaves()) {
+      const double either = LogRatio(rows, [](double ratio, Eigen::Index) { return ratio; });
+      for (const int side : {0, 1}) {
+        const double one = LogRatio(
+            rows, [&](double ratio, Eigen::Index i) { return (along[i] > 0.0) == (side == 0) ? 2.0 * ratio : 0.0; });
+        sums[side] += std::max(0.0, one - either - kFreedom);
+      }
+    }
+    return std::max(sums[0], sums[1]) - std::log(2.0) > needed_;
   }
 
  private:
-  /// Of the matches, that may have parallax.
-  static constexpr double kShares[] = {1.0, 0.3, 0.1, 0.03};
+  using Rows = std::vector<Eigen::Index>;
 
-  double LogRatio(double share) const {
-    const double one = std::sqrt(0.5);
-    double sum = 0.0;
-    for (Eigen::Index i = 0; i < to_map_.size(); ++i) {
-      if (!(to_map_[i] > sigma_)) continue;
-      const double of_noise = 2.0 / std::numbers::pi * std::asin(sigma_ / to_map_[i]);
-      const double of_parallax = std::erf(one) / std::erf(one * to_map_[i] / sigma_);
-      const double ratio = to_lines_[i] <= sigma_ ? of_parallax / of_noise : (1.0 - of_parallax) / (1.0 - of_noise);
-      sum += std::log(1.0 - share + share * ratio);
+  static constexpr double kFreedom = 1.0;  ///< What the best share of an octave explains by chance.
+
+  /// Matches by the octave of their distance to the map. Wrong ones lie anywhere, right ones as far as their parallax.
+  std::map<int, Rows> Octaves() const {
+    std::map<int, Rows> octaves;
+    for (Eigen::Index i = 0; i < to_map_.size(); ++i)
+      if (to_map_[i] > sigma_) octaves[std::ilogb(to_map_[i] / sigma_)].push_back(i);
+    return octaves;
+  }
+
+  /// How much likelier the distance to the line is if it is noise than if it is that of any direction, in steps of σ.
+  double Ratio(Eigen::Index i) const {
+    constexpr double kSteps[] = {0.5, 1.0, 2.0, 3.0};
+    constexpr double kTail = 0.02;  // Of right matches, farther than noise goes.
+    const double reach = to_map_[i] / sigma_, root = std::sqrt(0.5);
+    double low = 0.0, high = reach;
+    for (const double step : kSteps) {
+      if (step >= reach) break;
+      if (to_lines_[i] <= step * sigma_) {
+        high = step;
+        break;
+      }
+      low = step;
     }
+    const double any = 2.0 / std::numbers::pi * (std::asin(std::min(1.0, high / reach)) - std::asin(low / reach));
+    const double noise = (std::erf(root * high) - std::erf(root * low)) / std::erf(root * reach);
+    return (1.0 - kTail) * noise / any + kTail;
+  }
+
+  /// The log likelihood ratio of the best share of matches that have parallax (expectation maximisation). of: its
+  /// ratio for a match, given Ratio's.
+  template <class Function>
+  double LogRatio(const Rows& rows, const Function& of) const {
+    constexpr int kRounds = 30;
+    std::vector<double> ratios;
+    for (const Eigen::Index i : rows) ratios.push_back(of(Ratio(i), i));
+    double share = 0.5;
+    for (int round = 0; round < kRounds; ++round) {
+      double sum = 0.0;
+      for (const double ratio : ratios) sum += share * ratio / (1.0 - share + share * ratio);
+      share = sum / static_cast<double>(ratios.size());
+    }
+    double sum = 0.0;
+    for (const double ratio : ratios) sum += std::log(1.0 - share + share * ratio);
     return sum;
   }
 
@@ -67,70 +120,129 @@ class Evidence {
   double sigma_ = 0.0, needed_ = 0.0;
 };
 
-/// Whether the identity explains the inliers that the map explains as well as this does, but for its own parameters.
-bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, double least, double greatest) {
-  // Far beyond χ² of three or eight parameters, which the choice of the inliers favours.
-  constexpr double kMostDeviation = 30.0;
+/// Whether the identity explains the inliers about as well as the map, which has `freedom` parameters, and leaves them
+/// no more than noise of `sigma`.
+bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, int freedom, double sigma, double least,
+              double greatest) {
+  // Far beyond χ², which the choice of the inliers favours; and half of the noise is no motion.
+  constexpr double kMostDeviation = 10.0, kLeastShare = 0.25, kMostNoise = 8.0;
   const Eigen::VectorXd moved = MapDistances(map, rows, least, greatest);
   const Eigen::VectorXd still = MapDistances(Eigen::Matrix3d::Identity(), rows, least, greatest);
+  if (Median(still) > kMostNoise * sigma) return false;
   const auto near = (moved.array() <= 3.0 * Median(moved)).cast<double>();
   const double of_map = (near * moved.array().square()).sum(), of_identity = (near * still.array().square()).sum();
-  return of_identity <= of_map * (1.0 + kMostDeviation / (2.0 * near.sum()));
+  return of_identity <= of_map * (1.0 + std::max(kLeastShare, kMostDeviation * freedom / (2.0 * near.sum())));
 }
 
-/// `fit` makes the map of what no translation would show, `without` says what that is.
+/// Whether most of these matches are as near to the map as keypoints are exact, whose errors go together.
+bool Dominates(const Eigen::Matrix3d& map, const PointMatrix& rows, double least, double greatest) {
+  constexpr double kExact = 6e-4, kMost = 0.75;
+  const auto near = (MapDistances(map, rows, least, greatest).array() <= kExact * greatest).count();
+  return static_cast<double>(near) >= kMost * static_cast<double>(rows.rows());
+}
+
+/// How far each match is from the map in the direction of the epipole of the model.
+Eigen::VectorXd TowardsEpipole(const Eigen::Matrix3d& map, const PointMatrix& points, const Matrix3Parameters& model) {
+  const Eigen::Vector3d epipole = ComputeRotationSvd3(AsMatrix(model)).u.col(2);
+  Eigen::VectorXd along(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector2d y = (map * Eigen::Vector3d(points(i, 0), points(i, 1), 1.0)).hnormalized();
+    along[i] = (points.row(i).tail<2>().transpose() - y).dot(epipole.head<2>() - epipole[2] * y);
+  }
+  return along;
+}
+
+/// What a test compares with epipolar geometry of so many `parameters`: the map that `fit` makes, of `freedom` ones. It
+/// is all that there is without a translation, or else that of a plane.
+struct Compared {
+  int parameters, freedom;
+  MapFit fit;
+  Translation without;
+  double chance;  ///< How often parallax may be found of none; bounds are not sharp, of planes least.
+};
+
 ParallaxTest TestAll(const PointMatrix& points, const Matrix3Parameters& model,
-                     const std::vector<std::uint8_t>& inliers, int parameters, MapFit fit, Translation without,
-                     double chance) {
+                     const std::vector<std::uint8_t>& inliers, const Compared& compared, double chance) {
   ParallaxTest test;
   const PointMatrix rows = RowsOf(points, inliers);
   if (rows.rows() < 2 || !points.allFinite()) return test;
   const double greatest = Extent(points), least = kLeastLength * greatest;
   Eigen::Matrix3d map;
-  if (!(greatest > 0.0) || !FitRobustly(rows, least, greatest, fit, &map)) return test;
-  const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
+  if (!(greatest > 0.0) || !FitRobustly(rows, least, greatest, compared.fit, &map)) return test;
   const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
   test.translation = Translation::kDetermined;
-  if (Evidence(to_map, to_lines, inliers, parameters, least, chance).IsParallax()) return test;
-  test.translation = IsStatic(rows, map, least, greatest) ? Translation::kStatic : without;
+  const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
+  const bool is_still = Dominates(still, rows, least, greatest);
+  if (is_still) map = still;
+  const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
+  const Evidence found(to_map, to_lines, inliers, compared.parameters, least, chance);
+  const bool sided = is_still || (compared.without == Translation::kTurn && Dominates(map, rows, least, greatest));
+  if (sided ? found.IsOneSided(TowardsEpipole(map, points, model)) : found.IsParallax()) return test;
+  const bool is_static = is_still || IsStatic(rows, map, compared.freedom, found.sigma(), least, greatest);
+  test.translation = is_static ? Translation::kStatic : compared.without;
   test.turn = map;
   return test;
 }
 
 /// Of many matches some are asked first: most parallax shows in them.
 ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, const std::vector<std::uint8_t>& inliers,
-                  int parameters, MapFit fit, Translation without) {
-  constexpr double kChance = 0.01, kChanceOfSome = 1e-4;
+                  const Compared& compared) {
+  constexpr double kChanceOfSome = 1e-4;
   constexpr Eigen::Index kSome = 400;
   if (points.rows() > 2 * kSome) {
     const auto some = SomeRows(points.rows(), kSome);
     std::vector<std::uint8_t> own(some.size());
     for (Eigen::Index i = 0; i < some.size(); ++i) own[i] = inliers[some[i]];
-    const ParallaxTest test = TestAll(points(some, Eigen::all), model, own, parameters, fit, without, kChanceOfSome);
+    const ParallaxTest test = TestAll(points(some, Eigen::all), model, own, compared, kChanceOfSome);
     if (test.translation == Translation::kDetermined) return test;
   }
-  return TestAll(points, model, inliers, parameters, fit, without, kChance);
+  return TestAll(points, model, inliers, compared, compared.chance);
 }
 
 }  // namespace
 
 ParallaxTest TestTurn(const PointMatrix& points, const Matrix3Parameters& essential,
                       const std::vector<std::uint8_t>& inliers) {
-  constexpr int kMotion = 5;
-  return Test(points, essential, inliers, kMotion, FitRotation, Translation::kTurn);
+  return Test(points, essential, inliers, {5, 3, FitRotation, Translation::kTurn, 0.003});
 }
 
 ParallaxTest TestPlane(const PointMatrix& points, const Matrix3Parameters& fundamental,
                        const std::vector<std::uint8_t>& inliers) {
-  constexpr int kFundamental = 7;
-  ParallaxTest test = Test(points, fundamental, inliers, kFundamental, FitHomography, Translation::kPlane);
+  ParallaxTest test = Test(points, fundamental, inliers, {7, 8, FitHomography, Translation::kPlane, 0.1});
   test.turn.reset();
   return test;
 }
 
-bool FindFocalOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>& inliers, bool first, bool second,
-                     double* factor) {
-  constexpr int kSteps = 16, kSections = 40;
+namespace {
+
+/// The x in [low, high] where a function of one minimum is smallest: a grid, then golden sections (Kiefer 1953).
+template <class Function>
+double Minimize(double low, double high, int steps, int sections, const Function& function) {
+  const double step = (high - low) / steps;
+  double best = low, smallest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= steps; ++i) {
+    const double found = function(low + i * step);
+    if (!(found < smallest)) continue;
+    smallest = found;
+    best = low + i * step;
+  }
+  const double golden = 1.0 / std::numbers::phi;
+  low = best - step;
+  high = best + step;
+  for (int i = 0; i < sections; ++i) {
+    const double below = high - golden * (high - low), above = low + golden * (high - low);
+    const bool is_below = function(below) < function(above);
+    (is_below ? high : low) = is_below ? above : below;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+bool FindFocalsOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>& inliers, TurnFocals unknown,
+                      Eigen::Vector2d* factors) {
+  constexpr double kOctaves = 2.0;
+  constexpr int kSteps = 16, kSections = 25, kRounds = 3;
   const double greatest = Extent(points), least = 1e-4 * kLeastLength * greatest;
   PointMatrix rows = SpreadRows(RowsOf(points, inliers));
   Eigen::Matrix3d map;
@@ -142,35 +254,28 @@ bool FindFocalOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>&
   for (const double distance : to_map) near.push_back(distance <= reach);
   rows = RowsOf(rows, near);
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(rows.rows());
-  const auto distance = [&](double octaves) {
-    const double by = std::exp2(octaves);
+  const auto distance = [&](const Eigen::Vector2d& octaves) {
     PointMatrix scaled = rows;
-    if (first) scaled.leftCols(2) /= by;
-    if (second) scaled.rightCols(2) /= by;
+    scaled.leftCols(2) /= std::exp2(octaves[0]);
+    scaled.rightCols(2) /= std::exp2(octaves[1]);
     Eigen::Matrix3d turn;
     if (!FitRotation(scaled, ones, &turn)) return greatest;
-    return MapDistances(turn, scaled, least, greatest).norm() * (second ? by : 1.0);
+    return MapDistances(turn, scaled, least, greatest).norm() * std::exp2(octaves[1]);
   };
-  double best = 0.0, smallest = std::numeric_limits<double>::infinity();
-  const double step = 4.0 / kSteps;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double found = distance(i * step - 2.0);
-    if (!(found < smallest)) continue;
-    smallest = found;
-    best = i * step - 2.0;
+  Eigen::Vector2d octaves = Eigen::Vector2d::Zero();
+  const auto search = [&](const Eigen::Vector2d& along) {
+    octaves += along * Minimize(-kOctaves, kOctaves, kSteps, kSections,
+                                [&](double by) { return distance(octaves + by * along); });
+  };
+  const Eigen::Vector2d both(1.0, 1.0), first(1.0, 0.0), second(0.0, 1.0);
+  if (unknown == TurnFocals::kBothAlike) search(both);
+  if (unknown == TurnFocals::kFirst) search(first);
+  if (unknown == TurnFocals::kSecond) search(second);
+  for (int round = 0; round < kRounds && unknown == TurnFocals::kEach; ++round) {
+    search(second);
+    search(both);
   }
-  // Golden sections (Kiefer 1953).
-  const double golden = 1.0 / std::numbers::phi;
-  double low = best - step, high = best + step;
-  for (int i = 0; i < kSections; ++i) {
-    const double below = high - golden * (high - low), above = low + golden * (high - low);
-    if (distance(below) < distance(above)) {
-      high = above;
-    } else {
-      low = below;
-    }
-  }
-  *factor = std::exp2(0.5 * (low + high));
+  *factors = Eigen::Vector2d(std::exp2(octaves[0]), std::exp2(octaves[1]));
   return true;
 }
 

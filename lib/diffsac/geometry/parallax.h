@@ -20,12 +20,13 @@ struct ParallaxTest {
 
 /// Of an essential matrix. points: N × 4, normalised coordinates; inliers: N values, not 0 for those of E.
 ///
-/// Compared are a rotation, fitted robustly to the inliers, and E. What the rotation leaves of a match has a length ρ,
-/// in the unit of its noise. Where the camera only turned that is noise, or, of a wrong match, anything: it has no
-/// preferred direction, so that E's Sampson distance is within δ with probability 2/π asin(δ/ρ). Parallax points along
-/// the epipolar line: the distance is noise, whatever ρ is. δ is the inliers' root mean square. The test is the ratio
-/// of the two likelihoods over all matches, some share of which has parallax; it must exceed what the best direction of
-/// t gives by chance. It knows no threshold and no noise, and a few wrong inliers prove nothing.
+/// Compares a rotation, fitted robustly to the inliers, with E. What the rotation leaves of a match has a length ρ, in
+/// the unit of its noise. Of a camera that only turned it is noise, or, of a wrong match, anything: it has no preferred
+/// direction, so that E's Sampson distance is within δ with probability 2/π asin(δ/ρ). Parallax points along the
+/// epipolar line: the distance is noise, whatever ρ is. σ is the inliers' root mean square. The test is the ratio of
+/// the two likelihoods. In each octave of ρ some share of the matches has parallax, the likeliest one: wrong matches,
+/// of which few are as far from the map as right ones, count neither for nor against it. The ratio must exceed what the
+/// best direction of t gives by chance.
 ParallaxTest TestTurn(const PointMatrix& points, const Matrix3Parameters& essential,
                       const std::vector<std::uint8_t>& inliers);
 
@@ -33,10 +34,13 @@ ParallaxTest TestTurn(const PointMatrix& points, const Matrix3Parameters& essent
 ParallaxTest TestPlane(const PointMatrix& points, const Matrix3Parameters& fundamental,
                        const std::vector<std::uint8_t>& inliers);
 
-/// Of which points are of unknown focal length: by how much those of one image, or of both, must be divided for a
-/// rotation to explain the inliers best, from 1/4 to 4. False where none does.
-bool FindFocalOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>& inliers, bool first, bool second,
-                     double* factor);
+/// Which focal lengths of two views are unknown.
+enum class TurnFocals { kFirst, kSecond, kBothAlike, kEach };
+
+/// By how much the points of either image must be divided for a rotation to explain the inliers best, each from 1/4 to
+/// 4 in one step of the search; 1 for a known focal length. False where no homography fits them.
+bool FindFocalsOfTurn(const PointMatrix& points, const std::vector<std::uint8_t>& inliers, TurnFocals unknown,
+                      Eigen::Vector2d* factors);
 
 /// Which of the points (`columns`: two of them) are beside the line on which most of the inliers lie; N values. A point
 /// is beside it that is farther away than `reach`, or than rounding errors.

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,11 +12,17 @@
 
 namespace diffsac {
 
+/// Of motions that are so much likelier than a plane's other one at least 95 % are right (docs/estimates.md).
+inline constexpr double kClearOdds = 20.0;
+
 /// How two calibrated cameras that see a plane moved; |t| = 1, or 0 of a turn in place.
 struct PlanePoses {
   RigidMotion pose;
-  /// Most planes have two motions. The other one is here where the matches beside the plane do not decide.
+  /// Most planes have two motions.
   std::optional<RigidMotion> other = {};
+  double log_odds = std::numeric_limits<double>::infinity();  ///< LogOdds of `pose` against `other`.
+  /// Whether the matches do not decide between the two: the odds are below kClearOdds.
+  bool ambiguous() const { return other && log_odds < std::log(kClearOdds); }
 };
 
 /// Matches of two calibrated images, in pixels, and which of them a model explains to `threshold`.
@@ -26,10 +34,13 @@ struct PlaneViews {
 };
 
 /// Of a homography in pixels and its inliers (DecomposeHomography): the motions for which the plane is before the
-/// camera where the inliers are. Of two the one is `pose` whose epipolar lines more of all matches lie on, and it is
-/// alone where chance gives so many more once in twenty times (McNemar 1947). Nothing of a matrix that is singular or
-/// not finite.
+/// camera where the inliers are, the likelier one first (LogOdds). Nothing of a matrix that is singular or not finite.
 std::optional<PlanePoses> PosesOfPlane(const Eigen::Matrix3d& homography, const PlaneViews& views);
+
+/// log of how many times likelier one motion is than another: by the distances of all matches from the epipolar lines
+/// of either, once it is refined on them. Outliers have the same density under both. Points off the plane decide, and
+/// so does what a plane of no two motions leaves of the noise.
+double LogOdds(const RigidMotion& motion, const RigidMotion& other, const PlaneViews& views);
 
 /// The same by the homography of the inliers of another model (FitRobustly), with which a plane is better known than by
 /// epipolar geometry.

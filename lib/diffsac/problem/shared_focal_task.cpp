@@ -140,19 +140,22 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
   if (test.translation != Translation::kDetermined) return test;
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
-  const bool swapped = space.swapped, both = unknown != UnknownFocal::kSecond;
-  const bool first = both || swapped, second = both || !swapped;
-  double factor = 1.0;
-  if (!FindFocalOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, first, second, &factor))
+  const bool both = unknown != UnknownFocal::kSecond;
+  const TurnFocals turning = unknown == UnknownFocal::kEach ? TurnFocals::kEach
+                             : both                         ? TurnFocals::kBothAlike
+                             : space.swapped                ? TurnFocals::kFirst
+                                                            : TurnFocals::kSecond;
+  Eigen::Vector2d factors;
+  if (!FindFocalsOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, turning, &factors))
     return test;
   for (int k = both ? 0 : 1; k < 2; ++k) {
+    const double factor = factors[space.swapped ? 1 - k : k];
     // 0: nothing is known of it.
     const bool known = space.log_sigma[k] > 0.0 && space.log_sigma[k] <= kKnownSigma;
     if (known && std::abs(std::log(factor * model[9 + k])) > 3.0 * kKnownSigma) return test;
   }
-  const Eigen::DiagonalMatrix<double, 3> change(factor, factor, 1.0);
-  if (first) cameras.K1 = cameras.K1 * change;
-  if (second) cameras.K2 = cameras.K2 * change;
+  cameras.K1 = cameras.K1 * Eigen::DiagonalMatrix<double, 3>(factors[0], factors[0], 1.0);
+  cameras.K2 = cameras.K2 * Eigen::DiagonalMatrix<double, 3>(factors[1], factors[1], 1.0);
   const ParallaxTest turned =
       CalibratedParallax(EssentialFromFundamental(f, cameras.K1, cameras.K2), cameras, inliers, problem.points);
   return IsUndetermined(turned.translation) ? turned : test;
