@@ -70,9 +70,9 @@ struct PointOptions : EstimateOptions {
 /// Of matches of two clouds.
 struct CloudOptions : EstimateOptions {
   /// The greatest distance of an inlier, in the second cloud's unit. Noise is looked for from a quarter of it to half
-  /// as much again. 0: twice the resolution of the second cloud's matched points (the median distance to the nearest
-  /// other one), which is what clouds that were thinned out to that resolution need; where few points are matched, give
-  /// it.
+  /// as much again. 0: twice the resolution of the second cloud's matched points (the median distance of their places
+  /// to the nearest other one; many matches that end in one place are one), which is what clouds that were thinned out
+  /// to that resolution need; where few points are matched, give it.
   double max_distance = 0.0;
   CloudOptions() = default;
   /// `max_distance`.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include "diffsac/estimators/cloud_resolution.h"
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
@@ -126,7 +127,7 @@ Problem ProblemOf(Task task, const CloudMatches& matches, const CloudFrames& fra
   problem.points.resize(count, 6);
   problem.points << frames.from.Apply(matches.points1), frames.to.Apply(matches.points2);
   double distance = options.max_distance;
-  if (distance == 0.0) distance = kResolutions * Resolution(matches.points2);
+  if (distance == 0.0) distance = kResolutions * CloudResolution(matches.points2);
   problem.inlier_threshold = distance > 0.0 ? distance / frames.to.unit : 1.0;
   SetRatiosOrScores(matches, &problem);
   return problem;

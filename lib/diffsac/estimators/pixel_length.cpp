@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "diffsac/problem/tasks.h"
@@ -33,22 +32,6 @@ double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
   if (median >= kNearest && median <= kFarthest) return 1.0;
   const double share = ShareOfExtent(points);
   return share > 0.0 ? share : 1.0;
-}
-
-double Resolution(const Eigen::Matrix<double, Eigen::Dynamic, 3>& cloud) {
-  constexpr Eigen::Index kAsked = 64;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd nearest(std::min(kAsked, cloud.rows()));
-  for (Eigen::Index k = 0; k < nearest.size(); ++k) {
-    const Eigen::RowVector3d point = cloud.row(k * cloud.rows() / nearest.size());
-    double least = kNone;
-    for (Eigen::Index i = 0; i < cloud.rows(); ++i) {
-      const double square = (cloud.row(i) - point).squaredNorm();
-      if (square > 0.0 && square < least) least = square;
-    }
-    nearest[k] = std::sqrt(least);
-  }
-  return Quantile(nearest, 0.5);
 }
 
 double LengthInResiduals(Task task, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points1,

@@ -19,10 +19,6 @@ double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
 /// full resolution) ShareOfExtent, or 1 where that is 0.
 double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points);
 
-/// The resolution of a cloud (N × 3): the median distance of some of its points from the nearest other one that is not
-/// in the same place. Rows that are not finite do not count; 0 without two places.
-double Resolution(const Eigen::Matrix<double, Eigen::Dynamic, 3>& cloud);
-
 /// One of the two lengths, of two images in unlike units: residuals of E are of both, by their mean focal length,
 /// others in the smaller unit.
 double LengthInResiduals(Task task, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points1,
