@@ -29,9 +29,18 @@ inline constexpr double kBeside = 12.0;
 /// A structure is so many times as dense as what is beside it; the best model of a cluster is not.
 inline constexpr double kDenser = 3.0;
 /// A model of whose points so large a share is near other models, in a space so many times as large as that within ε,
-/// is one of them, seen twice: real surfaces are thicker than ε.
+/// is one of them, seen twice: real surfaces are thicker than ε. Not where a gap parts them
+/// (StructuresSearch::IsApart).
 inline constexpr double kNear = 3.0;
 inline constexpr double kSame = 0.7;
+/// In the gap between two surfaces the points are so many times less dense than on the lesser one, beyond chance; so
+/// small a share of that one's points is within ε of the other too.
+inline constexpr double kSparser = 2.0;
+inline constexpr double kCommon = 0.1;
+
+/// Lines and planes.
+template <class Model>
+concept IsHyperplane = std::same_as<Model, Hyperplane<Model::kDimension>>;
 
 /// How many ε a space so many times as large as that within ε reaches: a residual in the image plane has two
 /// dimensions.
@@ -79,7 +88,7 @@ class ChanceSpace {
 /// reaches kBeside thresholds however flat the data is, that of one plane, say. Its section by the model counts, and
 /// half of its largest one at least: data of another shape goes on where the ellipsoid ends.
 template <MinimalModel Model>
-requires std::same_as<Model, Hyperplane<Model::kDimension>>
+requires IsHyperplane<Model>
 class ChanceSpace<Model> {
  public:
   ChanceSpace(const PointMatrix& points, double threshold, const Rng&)
@@ -435,12 +444,40 @@ class StructuresSearch {
       support.beside += r > threshold_ && r <= Reach<Model>(kBeside) * threshold_;
     }
     support.inside = static_cast<int>(inside.size());
-    const std::vector<std::size_t> above = Above(k);
-    support.shared = static_cast<int>(std::count_if(inside.begin(), inside.end(), [&](int i) {
+    std::vector<std::size_t> above = Above(k);
+    support.shared = CountShared(inside, above);
+    if (!support.IsSame()) return support;
+    std::erase_if(above, [&](std::size_t j) { return IsApart(model, models_[j]); });
+    support.shared = CountShared(inside, above);
+    return support;
+  }
+
+  int CountShared(const std::vector<int>& inside, const std::vector<std::size_t>& above) const {
+    return static_cast<int>(std::count_if(inside.begin(), inside.end(), [&](int i) {
       return std::any_of(above.begin(), above.end(),
                          [&](std::size_t j) { return ResidualOf(models_[j], i) <= Reach<Model>(kNear) * threshold_; });
     }));
-    return support;
+  }
+
+  /// Whether a line or plane is another surface than the greater one, as the sides of a thin wall are: of all points
+  /// hardly any is halfway between the two, where those of one thick surface are denser than on the lesser.
+  bool IsApart(const ModelParameters& lesser, const ModelParameters& greater) const {
+    if constexpr (IsHyperplane<Model>) {
+      constexpr int kDimension = Model::kDimension;
+      const double side = lesser.head(kDimension).dot(greater.head(kDimension)) < 0.0 ? -1.0 : 1.0;
+      const double layer = 0.5 * threshold_;  // As thick as what is counted of either.
+      int inside = 0, common = 0, middle = 0, between = 0;
+      for (Eigen::Index i = 0; i < points_.rows(); ++i) {
+        const double to_lesser = side * (points_.row(i).dot(lesser.head(kDimension)) + lesser[kDimension]);
+        const double to_greater = points_.row(i).dot(greater.head(kDimension)) + greater[kDimension];
+        inside += std::abs(to_lesser) <= threshold_;
+        common += std::max(std::abs(to_lesser), std::abs(to_greater)) <= threshold_;
+        middle += std::abs(to_lesser) <= 0.5 * layer;
+        between += to_lesser * to_greater < 0.0 && std::abs(to_lesser + to_greater) <= layer;
+      }
+      return common <= kCommon * inside && kSparser * (between + 2.0 * std::sqrt(between + 1.0)) < middle;
+    }
+    return false;
   }
 
   bool IsChance(const ModelParameters& model, int points, int inside) const {
