@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -311,6 +312,63 @@ TEST_CASE("walls thicker than the threshold are one plane each (they gave 7 to 2
       CAPTURE(ToString(search), seed);
       CHECK(PlanesFound(Room(0.03, 300, seed), 0.03, search) == 4);
     }
+}
+
+// A wall of 5 × 3, or a line of 5, at heights of its own.
+PointMatrix Wall(const Eigen::VectorXd& heights, int dimension, Rng rng) {
+  PointMatrix points(heights.size(), dimension);
+  for (Eigen::Index i = 0; i < heights.size(); ++i) {
+    points(i, 0) = rng.Uniform(0.0, 5.0);
+    points(i, 1) = heights[i];
+    if (dimension == 3) points(i, 2) = rng.Uniform(0.0, 3.0);
+  }
+  return points;
+}
+
+template <class Model>
+std::size_t SurfacesFound(const Eigen::VectorXd& heights, double threshold, StructureSearch search, std::uint64_t seed,
+                          double unit = 1.0) {
+  StructureSearchOptions structures;
+  structures.search = search;
+  const SamplerOfRows uniform = [](const std::vector<int>& rows, int number) {
+    return std::make_unique<UniformSampler>(static_cast<int>(rows.size()), Model::kMinimalSize,
+                                            Rng(7).Fork("search", number));
+  };
+  const PointMatrix points = unit * Wall(heights, Model::kDimension, Rng(50).Fork("wall", seed));
+  return FindStructures<Model>(points, unit * threshold, uniform, Options(1000), structures, Rng(3)).models.size();
+}
+
+// Distances of the sides, and thresholds below half of them.
+constexpr std::pair<double, double> kDoubleWalls[] = {{0.006, 0.0025}, {0.008, 0.003}, {0.008, 0.0035}, {0.01, 0.0035},
+                                                      {0.01, 0.004},   {0.02, 0.008},  {0.02, 0.0096}};
+
+TEMPLATE_TEST_CASE("both sides of a thin wall are found", "", Line, Plane) {
+  for (const auto& [distance, threshold] : kDoubleWalls)
+    for (const int count : {200, 800, 2000})
+      for (const StructureSearch search : {StructureSearch::kSequential, StructureSearch::kAtOnce}) {
+        CAPTURE(distance, threshold, count, ToString(search));
+        Rng rng(51);
+        Eigen::VectorXd heights(count);
+        for (Eigen::Index i = 0; i < count; ++i) heights[i] = distance * (i % 2) + 0.001 * rng.Normal();
+        CHECK(SurfacesFound<TestType>(heights, threshold, search, 1) == 2);
+        CHECK(SurfacesFound<TestType>(heights.reverse(), threshold, search, 1) == 2);
+        CHECK(SurfacesFound<TestType>(heights, threshold, search, 2, 1000.0) == 2);
+      }
+}
+
+TEMPLATE_TEST_CASE("one thick wall is found once", "", Line, Plane) {
+  constexpr double kAllowed = 0.003;
+  for (const double sigma : {0.3, 0.6, 1.0})
+    for (const int count : {60, 200, 800})
+      for (const bool uniform : {false, true})
+        for (std::uint64_t seed = 0; seed < 5; ++seed) {
+          CAPTURE(sigma, count, uniform, seed);
+          Rng rng = Rng(52).Fork("heights", seed);
+          Eigen::VectorXd heights(count);
+          for (double& height : heights)
+            height = kAllowed * sigma * (uniform ? std::sqrt(3.0) * rng.Uniform(-1.0, 1.0) : rng.Normal());
+          CHECK(SurfacesFound<TestType>(heights, kAllowed, StructureSearch::kAtOnce, seed) == 1);
+        }
 }
 
 // The definition, every pair looked at anew in every round.

@@ -34,9 +34,9 @@ inline constexpr double kDenser = 3.0;
 inline constexpr double kNear = 3.0;
 inline constexpr double kSame = 0.7;
 /// In the gap between two surfaces the points are so many times less dense than on the lesser one, beyond chance; so
-/// small a share of that one's points is within ε of the other too.
+/// large a share of that one's points is on one side of the other, beyond ε and no farther than points near it reach.
 inline constexpr double kSparser = 2.0;
-inline constexpr double kCommon = 0.1;
+inline constexpr double kAlongside = 0.9;
 
 /// Lines and planes.
 template <class Model>
@@ -459,23 +459,27 @@ class StructuresSearch {
     }));
   }
 
-  /// Whether a line or plane is another surface than the greater one, as the sides of a thin wall are: of all points
-  /// hardly any is halfway between the two, where those of one thick surface are denser than on the lesser.
+  /// Whether a line or plane is another surface than the greater one, as the sides of a thin wall are: it lies beside
+  /// it, and of all points hardly any is in a layer halfway between the two, where those of one thick surface are
+  /// denser than in such a layer about the lesser.
   bool IsApart(const ModelParameters& lesser, const ModelParameters& greater) const {
     if constexpr (IsHyperplane<Model>) {
       constexpr int kDimension = Model::kDimension;
       const double side = lesser.head(kDimension).dot(greater.head(kDimension)) < 0.0 ? -1.0 : 1.0;
-      const double layer = 0.5 * threshold_;  // As thick as what is counted of either.
-      int inside = 0, common = 0, middle = 0, between = 0;
+      const double layer = 0.5 * threshold_, reach = (kNear + 1.0) * threshold_;
+      int inside = 0, left = 0, right = 0, middle = 0, between = 0;
       for (Eigen::Index i = 0; i < points_.rows(); ++i) {
         const double to_lesser = side * (points_.row(i).dot(lesser.head(kDimension)) + lesser[kDimension]);
         const double to_greater = points_.row(i).dot(greater.head(kDimension)) + greater[kDimension];
-        inside += std::abs(to_lesser) <= threshold_;
-        common += std::max(std::abs(to_lesser), std::abs(to_greater)) <= threshold_;
+        const bool is_inside = std::abs(to_lesser) <= threshold_, is_near = std::abs(to_greater) <= reach;
+        inside += is_inside;
+        left += is_inside && is_near && to_greater < -threshold_;
+        right += is_inside && is_near && to_greater > threshold_;
         middle += std::abs(to_lesser) <= 0.5 * layer;
         between += to_lesser * to_greater < 0.0 && std::abs(to_lesser + to_greater) <= layer;
       }
-      return common <= kCommon * inside && kSparser * (between + 2.0 * std::sqrt(between + 1.0)) < middle;
+      return std::max(left, right) >= kAlongside * inside &&
+             kSparser * (between + 2.0 * std::sqrt(between + 1.0)) < middle;
     }
     return false;
   }
