@@ -131,7 +131,7 @@ class RigidMotionEstimate(Estimate):
     """A motion between two clouds: points2 ≈ R points1 + t."""
 
     motion: Pose  # As `model`; the identity unless the status is OK.
-    covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), ω in the second cloud's frame, t in its unit; or None.
+    covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), ω in the second cloud's frame, t as in `motion`; or None.
     other_motion: Optional[Pose]  # Of a symmetric thing: another motion, of other matches, that may be right; else None.
 
     @property

@@ -4,7 +4,7 @@
 
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/geometry/absolute_pose.h"
-#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/motion_errors.h"
 #include "diffsac/geometry/some_rows.h"
 
 namespace diffsac {
@@ -51,13 +51,9 @@ void RestoreMotions(const SceneFrame& from, const SceneFrame& to, Estimate* esti
   for (ModelParameters& model : estimate->structures) model = restored_model(model);
   if (auto& other = estimate->other_pose) other->translation = restored(other->rotation, other->translation);
   if (!estimate->pose_covariance) return;
-  // t is unit · t' − s exp([ω]ₓ) R origin, and the other origin.
   const Eigen::Vector3d lever = RotationOf(AbsolutePose::Parameters(estimate->model)) * from.origin;
-  const Eigen::Index size = estimate->pose_covariance->rows();
-  Eigen::MatrixXd change = Eigen::MatrixXd::Identity(size, size);
-  change.block<3, 3>(3, 0) = CrossMatrix(lever);
+  Eigen::MatrixXd change = ErrorsFromOrigin(lever, estimate->pose_covariance->rows());
   change.block<3, 3>(3, 3) *= to.unit;
-  if (size == 7) change.block<3, 1>(3, 6) = -lever;
   estimate->pose_covariance = change * *estimate->pose_covariance * change.transpose();
 }
 

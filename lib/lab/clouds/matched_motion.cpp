@@ -1,8 +1,11 @@
 #include "lab/clouds/matched_motion.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "diffsac/geometry/motion_errors.h"
 #include "lab/eval/format.h"
 #include "lab/images/pair_text.h"
 
@@ -39,6 +42,22 @@ std::string UnusedText(const Found& found) {
 
 std::string NoneText(Status status) { return "no motion: " + std::string(ToString(status)) + "\n"; }
 
+Eigen::Vector3d MiddleOf(const CloudMatches& matches, const RigidMotionEstimate& estimate) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
+    if (estimate.inliers[i] == 1)
+      middle += matches.points1.row(static_cast<Eigen::Index>(i)).transpose() / estimate.num_inliers;
+  return middle;
+}
+
+std::string SpreadText(const MotionSpread& spread) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> variances(spread.of_middle.block<3, 3>(3, 3),
+                                                                 Eigen::EigenvaluesOnly);
+  return PoseSpreadText(spread.of_t) +
+         Format("  where the middle of the inliers, (%.7g, %.7g, %.7g), moves to: within %.2g\n", spread.middle[0],
+                spread.middle[1], spread.middle[2], std::sqrt(std::max(0.0, variances.eigenvalues()[2])));
+}
+
 RigidMotion MotionOf(const Eigen::Matrix<double, 3, 4>& model) { return {model.leftCols<3>(), model.col(3)}; }
 
 }  // namespace
@@ -47,6 +66,7 @@ MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const Clou
   MatchedMotion found{task, static_cast<int>(matches.points1.rows()), {}};
   if (task == Task::kRigid) {
     found.estimate = EstimateRigidMotion(matches, options);
+    found.middle = MiddleOf(matches, found.estimate);
     return found;
   }
   SimilarityEstimate similarity = EstimateSimilarity(matches, options);
@@ -54,10 +74,23 @@ MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const Clou
   found.estimate.motion = similarity.motion;
   found.estimate.covariance = similarity.covariance;
   static_cast<ModelEstimate<Eigen::Matrix<double, 3, 4>>&>(found.estimate) = std::move(similarity);
+  found.middle = MiddleOf(matches, found.estimate);
   return found;
 }
 
-std::string MotionText(const MatchedMotion& found, const RigidMotion& motion) {
+std::optional<MotionSpread> SpreadOf(const MatchedMotion& found, const RigidMotion& motion,
+                                     const Eigen::Vector3d& origin) {
+  const std::optional<Eigen::MatrixXd>& covariance = found.estimate.covariance;
+  if (!covariance) return std::nullopt;
+  const Eigen::Matrix3d turn = found.scale * motion.rotation;
+  const auto moved = [&](const Eigen::Vector3d& from) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd change = ErrorsFromOrigin(turn * from, covariance->rows());
+    return change * *covariance * change.transpose();
+  };
+  return MotionSpread{moved(origin), moved(-found.middle), found.middle + origin};
+}
+
+std::string MotionText(const MatchedMotion& found, const RigidMotion& motion, const Eigen::Vector3d& origin) {
   const RigidMotionEstimate& estimate = found.estimate;
   std::string text = "matches: " + std::to_string(found.matches) + UnusedText(estimate) + "\n";
   if (!estimate.ok()) return text + NoneText(estimate.status);
@@ -69,17 +102,23 @@ std::string MotionText(const MatchedMotion& found, const RigidMotion& motion) {
   if (scaled && estimate.covariance)
     text += Format(", within %.2g %%", 100.0 * std::sqrt((*estimate.covariance)(6, 6)));
   if (scaled) text += "\n";
-  return estimate.covariance ? text + PoseSpreadText(*estimate.covariance) : text;
+  const auto spread = SpreadOf(found, motion, origin);
+  return spread ? text + SpreadText(*spread) : text;
 }
 
-Json MotionJson(const MatchedMotion& found, const RigidMotion& motion) {
+Json MotionJson(const MatchedMotion& found, const RigidMotion& motion, const Eigen::Vector3d& origin) {
   const RigidMotionEstimate& estimate = found.estimate;
   Json json = {{"status", ToString(estimate.status)}, {"matches", found.matches}, {"inliers", estimate.num_inliers}};
   if (!estimate.ok()) return json;
   json["rotation"] = Rows(motion.rotation);
   json["translation"] = Rows(motion.translation.transpose())[0];
   if (found.task == Task::kSimilarity) json["scale"] = found.scale;
-  json["covariance"] = estimate.covariance ? Rows(*estimate.covariance) : Json();
+  const auto spread = SpreadOf(found, motion, origin);
+  json["covariance"] = spread ? Rows(spread->of_t) : Json();
+  if (spread) {
+    json["middle"] = Rows(spread->middle.transpose())[0];
+    json["covariance_at_middle"] = Rows(spread->of_middle);
+  }
   json["noise_scale"] = estimate.noise_scale;
   json["log_false_alarms"] = estimate.log_false_alarms;
   json["may_be_chance"] = estimate.may_be_chance();

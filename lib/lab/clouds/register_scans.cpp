@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "diffsac/geometry/rotation.h"
+#include "diffsac/geometry/motion_errors.h"
 #include "lab/images/image_features.h"
 
 namespace diffsac {
@@ -81,11 +81,12 @@ std::optional<Eigen::Matrix<double, 6, 6>> Information(const Registration& regis
                                                        const Eigen::Vector3d& first_middle) {
   const std::optional<Eigen::MatrixXd>& covariance = registration.estimate.covariance;
   if (!covariance) return std::nullopt;
-  // An error e of g2o's, (translation, half a turn) in the first frame, turns by ω = 2 R e₂ and moves the middle by
-  // R (e₁ + 2 e₂ × middle).
+  // An error e of g2o's, (translation, half a turn) in the first frame, turns by ω = 2 R e₂ and moves t by R e₁; the
+  // covariance is of the motion of the points about the middle.
   const Eigen::Matrix3d& R = registration.motion.rotation;
   Eigen::Matrix<double, 6, 6> of_error;
-  of_error << Eigen::Matrix3d::Zero(), 2.0 * R, R, -2.0 * R * CrossMatrix(first_middle);
+  of_error << Eigen::Matrix3d::Zero(), 2.0 * R, R, Eigen::Matrix3d::Zero();
+  of_error = ErrorsFromOrigin(-R * first_middle, 6) * of_error;
   const Eigen::LDLT<Eigen::MatrixXd> factors(*covariance);
   if (!factors.isPositive()) return std::nullopt;
   const Eigen::Matrix<double, 6, 6> information = of_error.transpose() * factors.solve(of_error);

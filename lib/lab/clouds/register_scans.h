@@ -6,7 +6,7 @@
 namespace diffsac {
 
 /// How the first scan moves onto the second: by the matches, between points about the scans' middles (Scan::middle),
-/// and by the clouds.
+/// and by the clouds. SpreadOf with the first one's middle has the covariance of `motion`.
 struct Registration : MatchedMotion {
   /// Between the files' frames: y = R x + t, after point-to-plane ICP where that brings no fewer points together.
   RigidMotion motion;

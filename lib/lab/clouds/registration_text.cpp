@@ -76,7 +76,8 @@ std::string UpperText(const Eigen::Matrix<double, 6, 6>& matrix) {
 }  // namespace
 
 std::string RegistrationText(const Scan& first, const Scan& second, const Registration& registration) {
-  const std::string text = SizesText(first) + SizesText(second) + MotionText(registration, registration.motion);
+  const std::string text =
+      SizesText(first) + SizesText(second) + MotionText(registration, registration.motion, first.middle);
   if (!registration.estimate.ok()) return text;
   return text +
          Format("overlap: %.0f %% of the first, %.0f %% of the second; RMSE %.2g", 100.0 * registration.overlap1,
@@ -86,8 +87,7 @@ std::string RegistrationText(const Scan& first, const Scan& second, const Regist
 
 std::string RegistrationJson(const Scan& first, const Scan& second, const Registration& registration) {
   Json json = {{"first", first.path}, {"second", second.path}};
-  // The covariance is about the middles of the scans.
-  json.update(MotionJson(registration, registration.motion));
+  json.update(MotionJson(registration, registration.motion, first.middle));
   if (registration.estimate.ok()) {
     json["overlap"] = {registration.overlap1, registration.overlap2};
     json["rmse"] = registration.rmse;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -70,6 +71,43 @@ TEST_CASE("matches in a file give the motion, and with a scale the similarity, w
     CHECK(json.contains("scale") == (task == Task::kSimilarity));
     CHECK(MotionText(found, found.estimate.motion).find(task == Task::kRigid ? "rigid motion: " : "similarity: ") !=
           std::string::npos);
+  }
+}
+
+TEST_CASE("the covariance told is of the t told") {
+  const Eigen::Vector3d far(331250.0, 5712480.0, 105.0);
+  const auto matches = [](const PointMatrix& rows) { return CloudMatches{rows.leftCols(3), rows.rightCols(3)}; };
+  for (const auto& [task, scale] : {std::pair(Task::kRigid, 1.0), std::pair(Task::kSimilarity, 2.5)}) {
+    PointMatrix rows = Rows(scale);
+    const MatchedMotion near = EstimateMatched(task, matches(rows), CloudOptions(0.05));
+    rows.leftCols(3).rowwise() += far.transpose();
+    const MatchedMotion there = EstimateMatched(task, matches(rows), CloudOptions(0.05));
+    const RigidMotion& motion = there.estimate.motion;
+    // As of scans: estimated about a middle, told between the files' frames.
+    const auto about = SpreadOf(near, motion, far), of_near = SpreadOf(near, near.estimate.motion),
+               of_far = SpreadOf(there, motion);
+    REQUIRE((about && of_near && of_far));
+    const auto same = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+      return (a - b).norm() < 0.01 * b.norm();
+    };
+    CHECK(of_near->of_t == *near.estimate.covariance);
+    CHECK(of_far->of_t == *there.estimate.covariance);
+    CHECK(same(about->of_t, of_far->of_t));
+    CHECK(same(about->of_middle, of_near->of_middle));
+    CHECK(same(of_far->of_middle, of_near->of_middle));
+    CHECK((of_far->middle - of_near->middle - far).norm() < 1e-3);
+    const auto sigma = [](const Eigen::MatrixXd& covariance) {
+      return std::sqrt(covariance.block<3, 3>(3, 3).trace());
+    };
+    const Eigen::Vector3d truth = kTranslation - scale * Turn() * far;
+    CHECK((motion.translation - truth).norm() < 4.0 * sigma(about->of_t));
+    CHECK(sigma(about->of_t) > 100.0);
+    CHECK(sigma(about->of_middle) < 0.01);
+    const auto json = nlohmann::json::parse(MotionJson(near, motion, far).dump());
+    CHECK(json["covariance"][3][3] == about->of_t(3, 3));
+    CHECK(json["covariance_at_middle"][3][3] == about->of_middle(3, 3));
+    CHECK(json["middle"][1] == about->middle[1]);
+    CHECK(MotionText(near, motion, far).find("the middle of the inliers, (3312") != std::string::npos);
   }
 }
 
