@@ -1,12 +1,15 @@
 // Motions between clouds: what is found, how certain, and what is said where nothing is.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "core/errors.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
+#include "diffsac/estimators/cloud_resolution.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/geometry/motion_errors.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/tasks.h"
@@ -40,6 +43,32 @@ Eigen::VectorXd MotionError(const Rigid::Parameters& truth, const Eigen::Matrix<
   error.segment<3>(3) = TranslationOf(truth) - model.col(3);
   if (size == 7) error[6] = std::log(scale / found);
   return error;
+}
+
+PointMatrix WithRows(const PointMatrix& points, const PointMatrix& more) {
+  PointMatrix all(points.rows() + more.rows(), 6);
+  all << points, more;
+  return all;
+}
+
+/// The default distance is near that of the scene alone, and the motion as right as with that one given.
+template <class Result>
+void CheckDefault(Result (*estimate)(const CloudMatches&, const CloudOptions&), const CloudScene& scene,
+                  const PointMatrix& points, double nearness) {
+  const double alone = estimate(MatchesOf(scene.points), {}).inlier_threshold;
+  const Result found = estimate(MatchesOf(points), {}), given = estimate(MatchesOf(points), CloudOptions(alone));
+  REQUIRE(found.ok());
+  CHECK(found.inlier_threshold < nearness * alone);
+  CHECK(found.inlier_threshold > alone / nearness);
+  if (given.may_be_chance()) return;  // A similarity may shrink all of a cloud to one place.
+  CHECK_FALSE(found.may_be_chance());
+  CHECK(DegreesOff(found.motion, scene.truth) < DegreesOff(given.motion, scene.truth) + 0.1);
+}
+
+void CheckDefaults(const CloudScene& scene, const PointMatrix& points, double nearness) {
+  CheckDefault(&EstimateRigidMotion, scene, points, nearness);
+  CheckDefault(&EstimateSimilarity, scene, points, nearness);
+  CHECK(DegreesOff(EstimateRigidMotion(MatchesOf(points)).motion, scene.truth) < 0.3);
 }
 
 }  // namespace
@@ -228,6 +257,81 @@ TEST_CASE("the share of a cloud's places that a ball takes is of the volume that
   CHECK(OccupiedShare(box, 1e-9) < 1e-6);
   CHECK(OccupiedShare(PointMatrix::Zero(5, 3), 0.1) == 1.0);
   CHECK(OccupiedShare(PointMatrix::Zero(1, 3), 0.1) == 1.0);
+}
+
+TEST_CASE("many matches to one place leave the default distance") {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    Rng rng = Rng(41).Fork("scene", seed);
+    const CloudScene scene = MakeCloudScene(450, 0.6, 0.01, rng.Fork("scene"));
+    for (const double share : {0.3, 0.5, 0.7})
+      for (const int hubs : {1, 5}) {
+        CAPTURE(seed, share, hubs);
+        PointMatrix more(std::lround(450 * share / (1.0 - share)), 6);
+        const PointMatrix places = PointMatrix::NullaryExpr(hubs, 3, [&] { return rng.Uniform(-1.0, 1.0); });
+        for (Eigen::Index i = 0; i < more.rows(); ++i)
+          for (int k = 0; k < 3; ++k) {
+            more(i, k) = rng.Uniform(-2.0, 2.0);
+            more(i, 3 + k) = places(i % hubs, k) + 0.004 * rng.Normal();
+          }
+        CheckDefaults(scene, WithRows(scene.points, more), 1.5);
+      }
+  }
+}
+
+TEST_CASE("invalid returns and repeated rows leave the default distance") {
+  const CloudScene scene = MakeCloudScene(450, 0.6, 0.01, Rng(42));
+  for (const int returns : {1, 200, 440, 460, 700}) {
+    CAPTURE(returns);
+    CheckDefaults(scene, WithRows(scene.points, PointMatrix::Zero(returns, 6)), 1.02);
+  }
+  const double one = EstimateRigidMotion(MatchesOf(scene.points)).inlier_threshold;
+  const PointMatrix thrice = scene.points.replicate(3, 1), reversed = scene.points.colwise().reverse();
+  for (const PointMatrix& points : {thrice, reversed, WithRows(scene.points, scene.points.topRows(100))})
+    CHECK(EstimateRigidMotion(MatchesOf(points)).inlier_threshold == one);
+  for (const double unit : {1e-3, 3.0, 1e6})
+    CHECK(EstimateRigidMotion(MatchesOf(unit * scene.points)).inlier_threshold == Approx(unit * one));
+}
+
+TEST_CASE("the resolution of a cloud is the spacing of its places") {
+  PointMatrix grid(900, 3);
+  for (Eigen::Index i = 0; i < 900; ++i) grid.row(i) << static_cast<double>(i % 30), static_cast<double>(i / 30), 5.0;
+  CHECK(CloudResolution(0.2 * grid) == Approx(0.2));
+  CHECK(CloudResolution(grid.topRows(2)) == Approx(1.0));
+  CHECK(CloudResolution(grid.topRows(1).replicate(9, 1)) == 0.0);
+  CHECK(CloudResolution(PointMatrix(0, 3)) == 0.0);
+  PointMatrix broken = grid;
+  broken.topRows(300).col(1).setConstant(std::nan(""));
+  CHECK(CloudResolution(broken) == Approx(1.0));
+  Rng rng(43);
+  PointMatrix crowd = grid.replicate(5, 1);
+  for (double& value : crowd.reshaped()) value += 1e-3 * rng.Normal();
+  CHECK(CloudResolution(crowd) == Approx(1.0).epsilon(0.02));
+}
+
+TEST_CASE("covariances of far clouds are of the t given") {
+  const Eigen::RowVector3d far(331250.0, 5712480.0, 105.0);
+  const CloudScene scene = MakeCloudScene(300, 0.5, 0.01, Rng(44));
+  PointMatrix moved = scene.points;
+  moved.leftCols(3).rowwise() += far;
+  moved.rightCols(3).rowwise() += 0.3 * far;
+  const auto check = [&](const auto& near, const auto& there) {
+    REQUIRE(near.covariance);
+    REQUIRE(there.covariance);
+    const auto size = near.covariance->rows();
+    // t of the near clouds, R far + t of the far ones: the same place.
+    const Eigen::MatrixXd change = ErrorsFromOrigin(-there.model.template leftCols<3>() * far.transpose(), size),
+                          back = change * *there.covariance * change.transpose();
+    CHECK((back - *near.covariance).norm() < 0.02 * near.covariance->norm());
+    const double turned = std::sqrt(near.covariance->template topLeftCorner<3, 3>().trace());
+    CHECK(std::sqrt(there.covariance->template block<3, 3>(3, 3).trace()) > 0.3 * turned * far.norm());
+    const Eigen::Vector3d truth =
+        TranslationOf(scene.truth) - RotationOf(scene.truth) * far.transpose() + 0.3 * far.transpose();
+    CHECK((truth - there.model.col(3)).norm() < 4.0 * std::sqrt(there.covariance->template block<3, 3>(3, 3).trace()));
+  };
+  check(EstimateRigidMotion(MatchesOf(scene.points), CloudOptions(0.05)),
+        EstimateRigidMotion(MatchesOf(moved), CloudOptions(0.05)));
+  check(EstimateSimilarity(MatchesOf(scene.points), CloudOptions(0.05)),
+        EstimateSimilarity(MatchesOf(moved), CloudOptions(0.05)));
 }
 
 }  // namespace diffsac
