@@ -196,8 +196,8 @@ struct AbsolutePoseEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
 /// model: [R | t], points2 ≈ R points1 + t.
 struct RigidMotionEstimate : ModelEstimate<Eigen::Matrix<double, 3, 4>> {
   RigidMotion motion = {};  ///< The same; identity unless status is kOk.
-  /// 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second cloud's frame, t in its unit. Absent where
-  /// the inliers do not determine the motion.
+  /// 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the second cloud's frame, t, that of `motion`, in its
+  /// unit. Absent where the inliers do not determine the motion.
   std::optional<Eigen::MatrixXd> covariance = {};
   /// Of a symmetric thing: another motion, which explains other matches and hardly fewer (by no more than 1.645 √n of
   /// the n that one of the two alone explains). There is no covariance then.
