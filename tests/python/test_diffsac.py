@@ -19,6 +19,7 @@ import unittest
 import numpy as np
 
 import diffsac
+from diffsac._calls import ARGUMENTS
 
 K = np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]])
 ANGLE = 0.1
@@ -453,6 +454,15 @@ class TestMistakes(unittest.TestCase):
         self.assertEqual(list(signature.parameters), ["points", "max_distance", "max_iterations", "seed"])
         self.assertEqual(signature.parameters["seed"].default, 0)
         self.assertIs(pickle.loads(pickle.dumps(diffsac.estimate_line)), diffsac.estimate_line)
+
+    def test_help_explains_every_argument(self):
+        told = set()
+        for name in (name for name in diffsac.__all__ if name.startswith("estimate_")):
+            function = getattr(diffsac, name)
+            for argument in inspect.signature(function).parameters:
+                self.assertRegex(function.__doc__, rf"(?m)^{argument}: .{{10}}", name)
+                told.add(argument)
+        self.assertEqual(told, set(ARGUMENTS))
 
     def test_models_folder(self):
         s = self.scene

@@ -3,11 +3,14 @@ the other library's shapes. Torch, pycolmap, PoseLib and glue-factory are replac
 installed; cv2 is OpenCV's own, without which its tests are skipped."""
 
 import importlib.util
+import inspect
 import pathlib
+import re
 import sys
 import tempfile
 import types
 import unittest
+import warnings
 from unittest import mock
 
 import numpy as np
@@ -98,12 +101,93 @@ class TestCv2(DropIns):
         np.testing.assert_array_equal(ours.findFundamentalMat(s.x1, s.x2, cv2.FM_8POINT)[0], F)
         self.assertIs(ours.imread, cv2.imread)
 
+    def test_what_is_given_to_be_filled_is_filled(self):
+        s, n = self.scene, 200
+        for shape in ((n, 1), (n,), (1, n), (n + 1, 1)):
+            for call in (
+                lambda cv, mask: cv.findEssentialMat(s.x1, s.x2, K, cv2.RANSAC, 0.999, 1.0, 1000, mask),
+                lambda cv, mask: cv.findEssentialMat(s.x1, s.x2, K, None, K, None, mask=mask),
+                lambda cv, mask: cv.findFundamentalMat(s.x1, s.x2, cv2.FM_RANSAC, 1.0, 0.99, mask),
+                lambda cv, mask: cv.findFundamentalMat(s.x1, s.x2, cv2.FM_RANSAC, 1.0, 0.99, 2000, mask),
+                lambda cv, mask: cv.findHomography(s.x1, s.x2, cv2.RANSAC, 3.0, mask),
+            ):
+                theirs, mine = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+                call(cv2, theirs)
+                _, mask = call(ours, mine)
+                self.assertEqual(mask.size, n)
+                if theirs.any():
+                    self.assertIs(mask, mine)
+                if mask is mine:
+                    self.assertGreater(mine.sum(), 80)
+        rvec, tvec = np.full((3, 1), 0.5), np.full((3, 1), 0.5)
+        found = ours.solvePnPRansac(s.points3d, s.x2, K, None, rvec, tvec, True, 200, 4.0)
+        self.assertIs(found[1], rvec)
+        self.assertIs(found[2], tvec)
+        self.assertLess(angle_deg(cv2.Rodrigues(rvec)[0], ROTATION), 0.5)
+        inliers = np.zeros_like(found[3])
+        self.assertIs(ours.solvePnPRansac(s.points3d, s.x2, K, None, reprojectionError=4.0, inliers=inliers)[3], inliers)
+        np.testing.assert_array_equal(inliers, found[3])
+
+    @unittest.skipUnless(hasattr(cv2, "UsacParams"), "OpenCV is older than UsacParams")
+    def test_usac_params_in_the_place_of_a_method(self):
+        s, params, wide = self.scene, cv2.UsacParams(), np.diag([0.9, 0.9, 1]) @ K
+        params.threshold, params.maxIterations, params.randomGeneratorState = 0.5, 200, 3
+        options = {"max_residual_px": 0.5, "max_iterations": 200, "seed": 3}
+        mask = np.zeros((200, 1), np.uint8)
+        F = diffsac.estimate_fundamental(s.x1, s.x2, **options)
+        np.testing.assert_allclose(ours.findFundamentalMat(s.x1, s.x2, params, mask)[0], F.model / F.model[2, 2])
+        np.testing.assert_array_equal(mask[:, 0] > 0, F.inliers)
+        H = diffsac.estimate_homography(s.x1, s.x2, **options)
+        np.testing.assert_allclose(ours.findHomography(s.x1, s.x2, params=params)[0], H.model / H.model[2, 2])
+        E = diffsac.estimate_essential(s.x1, s.x2, K, wide, **options)
+        for lens in (None, np.zeros(5)):
+            np.testing.assert_array_equal(ours.findEssentialMat(s.x1, s.x2, K, wide, lens, lens, params)[0], E.model)
+        theirs = cv2.solvePnPRansac(s.points3d, s.x2, K, None, params=params)
+        for mine in (
+            ours.solvePnPRansac(s.points3d, s.x2, K, None, params=params),
+            ours.solvePnPRansac(s.points3d, s.x2, K, None, None, None, None, params),
+        ):
+            self.assertEqual([np.shape(one) for one in mine[:4]], [np.shape(one) for one in theirs[:4]])
+
+    def test_too_few_points_and_noise_are_answered_as_cv2_does(self):
+        def answer(call, *arguments):
+            try:
+                return type(call(*arguments)[0])
+            except cv2.error as error:
+                return error.code
+
+        s = self.scene
+        for n in (0, 1, 3, 4):
+            for name, arguments in (
+                ("findEssentialMat", (s.x1[:n], s.x2[:n], K)),
+                ("findEssentialMat", (s.x1[:n], s.x2[:n], K, cv2.RANSAC, 0.999, 1.0)),
+                ("findFundamentalMat", (s.x1[:n], s.x2[:n], cv2.FM_RANSAC)),
+                ("findHomography", (s.x1[:n], s.x2[:n], cv2.RANSAC)),
+                ("solvePnPRansac", (s.points3d[1 : 1 + n], s.x2[1 : 1 + n], K, None)),
+                ("findEssentialMat", (s.x1, s.x2[:n], K)),
+                ("findHomography", (s.x1, s.x2[:n], cv2.RANSAC)),
+            ):
+                self.assertEqual(answer(getattr(ours, name), *arguments), answer(getattr(cv2, name), *arguments), (name, n))
+        noise = np.random.default_rng(4).uniform((0, 0), SIZE, (12, 2))
+        found, _, _, inliers = ours.solvePnPRansac(s.points3d[:12], noise, K, None, reprojectionError=3.0)
+        self.assertEqual((found, inliers), (False, None))
+
+    def test_help_has_the_orders_of_cv2_and_every_argument(self):
+        for name in ("findEssentialMat", "findFundamentalMat", "findHomography", "solvePnPRansac"):
+            function, theirs = getattr(ours, name), re.findall(rf"^{name}\((.*)\) ->", getattr(cv2, name).__doc__, re.M)
+            orders = re.findall(rf"^    {name}\((.*)\)", function.__doc__, re.M)
+            mine = [[argument.split("=")[0] for argument in re.split(r", (?=[a-z])", order, flags=re.I)] for order in orders]
+            for order in theirs:
+                self.assertIn(re.findall(r"\w+", order), mine)
+            parameters = inspect.signature(function).parameters
+            self.assertEqual([key for key, one in parameters.items() if one.kind is one.POSITIONAL_OR_KEYWORD], mine[0])
+            for key in parameters:
+                self.assertTrue(key in mine[0] or f"\n{key}: " in function.__doc__, key)
+
     def test_trouble(self):
         s = self.scene
-        E, mask = ours.findEssentialMat(s.x1[:3], s.x2[:3], K)
-        self.assertIsNone(E)
-        self.assertEqual(mask.sum(), 0)
-        self.assertFalse(ours.solvePnPRansac(s.points3d[:2], s.x2[:2], K, None)[0])
+        with self.assertRaisesRegex(TypeError, r"findHomography: expected \(srcPoints, dstPoints, method=0"):
+            ours.findHomography(s.x1, s.x2, "RANSAC")
         with self.assertRaisesRegex(ValueError, "scores: expected"):
             ours.findEssentialMat(s.x1, s.x2, K, scores=20 * self.scores)
         with self.assertRaisesRegex(TypeError, "no argument 'treshold'"):
@@ -143,8 +227,27 @@ class TestPoselib(DropIns):
         np.testing.assert_array_equal(H, diffsac.estimate_homography(s.x1[:100], s.x2[:100]).model)
         _, info = diffsac.poselib.estimate_relative_pose(s.x1[:3], s.x2[:3], CAMERA, CAMERA)
         self.assertEqual(info["num_inliers"], 0)
+        self.assertLessEqual({"refinements", "iterations", "num_inliers", "inlier_ratio", "model_score", "inliers"}, set(info))
         with self.assertRaisesRegex(ValueError, "camera: expected SIMPLE_PINHOLE"):
             diffsac.poselib.estimate_relative_pose(s.x1, s.x2, {"model": "FOV", "params": [1, 2, 3, 4, 5]}, CAMERA)
+
+    def test_cameras_of_another_number_of_parameters(self):
+        s = self.scene
+        for model, right in {"SIMPLE_PINHOLE": 3, "PINHOLE": 4, "SIMPLE_RADIAL": 4, "RADIAL": 5, "OPENCV": 8}.items():
+            for n in (0, right - 1, right + 1):
+                with self.assertRaisesRegex(ValueError, f"^camera: {model} has {right} parameters, got {n}$"):
+                    diffsac.poselib.estimate_absolute_pose(s.x2, s.points3d, {"model": model, "params": [600.0] * n})
+
+    def test_what_is_poselib_own_says_so(self):
+        theirs = types.SimpleNamespace(estimate_hybrid_pose=lambda: 7, RansacOptions=dict)
+        with mock.patch.dict(sys.modules, poselib=theirs):
+            with self.assertWarnsRegex(UserWarning, "estimate_hybrid_pose is PoseLib's own"):
+                self.assertEqual(diffsac.poselib.estimate_hybrid_pose(), 7)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                self.assertIs(diffsac.poselib.RansacOptions, dict)
+        with mock.patch.dict(sys.modules, poselib=None), self.assertRaisesRegex(AttributeError, "PoseLib is not installed"):
+            diffsac.poselib.estimate_hybrid_pose
 
 
 class Tensor:
@@ -291,6 +394,16 @@ class TestHloc(DropIns):
                 np.testing.assert_array_equal(geometry.inlier_matches, fake.rows[expected.inliers])
                 self.assertEqual(fake.written[1, 3].config, "DEGENERATE")
                 self.assertEqual(len(fake.written[1, 3].inlier_matches), 0)
+
+    def test_names_that_the_database_does_not_have(self):
+        fake = FakePycolmap(self.scene, True)
+        with tempfile.TemporaryDirectory() as folder, mock.patch.dict(sys.modules, pycolmap=fake):
+            pairs = pathlib.Path(folder) / "pairs.txt"
+            pairs.write_text("a/1.jpg a/2.jpg\na/1.jpg b/9.jpg\n1.jpg a/2.jpg\n")
+            with self.assertRaisesRegex(ValueError, r"pairs.txt: the database has no image 1.jpg \(2 such names\)$"):
+                diffsac.hloc.verification()("database.db", pairs)
+        self.assertEqual(fake.written, {})
+        self.assertTrue(fake.closed)
 
     def test_query_localizer(self):
         s = self.scene

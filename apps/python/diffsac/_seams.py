@@ -6,6 +6,7 @@ import numpy as np
 
 from ._results import Floats
 
+_PARAMETERS = {"SIMPLE_PINHOLE": 3, "PINHOLE": 4, "SIMPLE_RADIAL": 4, "RADIAL": 5, "OPENCV": 8}
 OUR_BUDGET = 1000  # Minimal samples, unless a caller asks for fewer: others' defaults go up to 100000.
 
 
@@ -23,16 +24,14 @@ def budget_of(iterations: Optional[float]) -> Dict[str, Any]:
 
 def calibration_of(model: str, params: Sequence[float]) -> Tuple[Floats, Tuple[float, float, float, float]]:
     """K, and k1 k2 p1 p2 of the lens, of a camera as COLMAP, PoseLib and hloc name it."""
-    p, lens = [float(value) for value in params], (0.0, 0.0, 0.0, 0.0)
-    if model in ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"):
-        fx, fy, cx, cy = p[0], *p[0:3]
-        lens = (*p[3:], *[0.0] * (7 - len(p)))  # type: ignore[assignment]
-    elif model in ("PINHOLE", "OPENCV"):
-        fx, fy, cx, cy = p[:4]
-        lens = (*p[4:], *[0.0] * (8 - len(p)))  # type: ignore[assignment]
-    else:
-        raise ValueError(f"camera: expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV, got {model}")
-    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), lens
+    if model not in _PARAMETERS:
+        raise ValueError(f"camera: expected {', '.join(_PARAMETERS)}, got {model}")
+    p = [float(value) for value in params]
+    if len(p) != _PARAMETERS[model]:
+        raise ValueError(f"camera: {model} has {_PARAMETERS[model]} parameters, got {len(p)}")
+    fx, fy, cx, cy, *lens = p if model in ("PINHOLE", "OPENCV") else [p[0], *p]
+    k1, k2, p1, p2 = lens + [0.0] * (4 - len(lens))
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), (k1, k2, p1, p2)
 
 
 def straightened(points: Floats, K: Floats, lens: Tuple[float, float, float, float]) -> Floats:

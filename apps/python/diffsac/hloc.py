@@ -28,7 +28,12 @@ def verification(matches: Optional[Any] = None, **options: Any) -> Callable[...,
         database = pycolmap.Database.open(str(database_path))
         images = {image.name: image for image in database.read_all_images()}
         cameras = {camera.camera_id: camera for camera in database.read_all_cameras()}
-        for name1, name2 in (line.split()[:2] for line in Path(pairs_path).read_text().splitlines() if line.split()):
+        pairs = [line.split()[:2] for line in Path(pairs_path).read_text().splitlines() if line.split()]
+        unknown = sorted({name for pair in pairs for name in pair} - set(images))
+        if unknown:
+            database.close()
+            raise ValueError(f"{pairs_path}: the database has no image {unknown[0]}" + f" ({len(unknown)} such names)" * (len(unknown) > 1))
+        for name1, name2 in pairs:
             both = images[name1], images[name2]
             ids = [image.image_id for image in both]
             rows = np.asarray(database.read_matches(*ids))

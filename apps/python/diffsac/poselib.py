@@ -2,10 +2,12 @@
 
 Calls written for 2.0.5, `(..., ransac_opt, bundle_opt, initial)`, and for 3.0, `(..., opt, initial)`, run. Of the options
 max_epipolar_error or max_reproj_error, max_error, max_iterations and seed are read, none of how PoseLib searches and refines, nor an
-initial model. `scores`, `ratio`, `size1`, `size2` and `use_network` go by name. What is not here is PoseLib's, where it is installed.
+initial model. `scores`, `ratio`, `size1`, `size2` and `use_network` go by name. What is not here is PoseLib's, where it is installed;
+of a function that is, a warning says so.
 """
 
 import importlib
+import warnings
 from types import SimpleNamespace
 from typing import Any, Dict, Tuple
 
@@ -22,7 +24,13 @@ Info = Dict[str, Any]
 def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
-    return getattr(importlib.import_module("poselib"), name)
+    try:
+        theirs = getattr(importlib.import_module("poselib"), name)
+    except ImportError:
+        raise AttributeError(f"diffsac.poselib has no {name} of its own, and PoseLib is not installed") from None
+    if callable(theirs) and not isinstance(theirs, type):
+        warnings.warn(f"diffsac.poselib.{name} is PoseLib's own: diffsac has no such function", stacklevel=2)
+    return theirs
 
 
 def estimate_relative_pose(points2D_1: Any, points2D_2: Any, camera1: Any, camera2: Any, *args: Any, **kwargs: Any) -> Tuple[Any, Info]:
@@ -77,4 +85,5 @@ def _camera_pose(pose: Pose) -> Any:
 def _info(estimate: Estimate) -> Info:
     ratio = estimate.num_inliers / max(1, len(estimate.inliers))
     info = {"inliers": estimate.inliers.tolist(), "num_inliers": estimate.num_inliers, "inlier_ratio": ratio}
-    return {**info, "iterations": estimate.cost.draws, "estimate": estimate}
+    info.update(iterations=estimate.cost.draws, refinements=estimate.cost.hypotheses, model_score=estimate.log_false_alarms)
+    return {**info, "estimate": estimate}
