@@ -73,11 +73,36 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${_share} COMPONENT l
   PATTERN "xfeat/*")
 
 # The pages that --help names, in the folders in which they name each other.
+set(_pages README.md CHANGELOG.md CONTRIBUTING.md data_tools/README.md benchmarks/README.md models/README.md)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs
   FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.jpg" PATTERN recorded EXCLUDE)
 foreach(_folder data_tools benchmarks models)
   install(FILES ${_folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${_folder} COMPONENT docs)
+endforeach()
+# And what else they link to: examples, licences, headers.
+file(GLOB_RECURSE _more RELATIVE ${PROJECT_SOURCE_DIR} docs/*.md)
+foreach(_page ${_pages} ${_more})
+  file(READ ${_page} _text)
+  string(REPLACE "](" "<to>" _text "${_text}")  # Lists of CMake have brackets of their own.
+  string(REGEX MATCHALL "<to>[^]#: ;)]+[#)]" _links "${_text}")
+  get_filename_component(_folder ${_page} DIRECTORY)
+  foreach(_link ${_links})
+    string(REGEX REPLACE "^<to>|/?[#)]$" "" _link ${_link})
+    get_filename_component(_link ./${_folder}/${_link} ABSOLUTE)
+    file(RELATIVE_PATH _link ${PROJECT_SOURCE_DIR} ${_link})
+    list(APPEND _linked ${_link})
+  endforeach()
+endforeach()
+list(REMOVE_DUPLICATES _linked)
+list(FILTER _linked EXCLUDE REGEX "^docs/.*(md|png|jpg)$|^docs/results$|^[^/]*(md|cff)$|^[^/]*/README.md$")
+foreach(_link ${_linked})
+  get_filename_component(_folder ${_link} DIRECTORY)
+  set(_kind FILES)
+  if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${_link})
+    set(_kind DIRECTORY)
+  endif()
+  install(${_kind} ${_link} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${_folder} COMPONENT docs)
 endforeach()
 
 # The programs of the build find theirs in the same way.

@@ -68,6 +68,7 @@ diffsac_deb(data libdiffsac-data COMPONENTS models TEXT "Trained networks, by wh
 set(CPACK_DEBIAN_DATA_PACKAGE_ARCHITECTURE all)
 diffsac_deb(tools diffsac-tools COMPONENTS programs docs DEPENDS "${_data}"
   RECOMMENDS "python3-matplotlib, python3-jinja2, python3-pandas, python3-h5py, python3-yaml, python3-scipy, python3-pil"
+  OVERRIDES extra-license-file  # That pages link to.
   TEXT "Programs: motions, matrices and vanishing points of photographs and of files of\nmatches.")
 if(DIFFSAC_PYTHON)
   find_package(Python REQUIRED COMPONENTS Interpreter)

@@ -57,6 +57,10 @@ if [[ -x "$build/bin/diffsac_train" ]]; then
   run_expecting 0 lab eval --limit 2 --output table
   expect_file run/checkpoints/last.safetensors table/table.md
 fi
+# What installed pages link to is installed.
+while IFS=: read -r page link; do
+  [[ -e "$(dirname "$page")/${link:2:-1}" ]] || fail "$page links to ${link:2:-1}, which is not installed"
+done < <(grep -roE '\]\([^]#: ;)]+[#)]' --include='*.md' "$own/mo ved/share/doc/diffsac")
 for program in "$own/mo ved/bin/"*; do
   "$program" --help >../help
   for file in $(grep -oE '(docs|data_tools)/[A-Za-z_/]+\.md' ../help); do expect_file "$own/mo ved/share/doc/diffsac/$file"; done

@@ -74,8 +74,8 @@ def _fits(name: str, value: Any, default: Any) -> bool:
     if name == "params":
         return isinstance(value, getattr(_cv2, "UsacParams", ()))  # OpenCV before 4.5 has none.
     if name.startswith("cameraMatrix"):
-        return np.shape(value) == (3, 3)
-    return value is None or isinstance(value, (numbers.Number, np.bool_)) == isinstance(default, numbers.Number)
+        return bool(np.shape(value) == (3, 3))
+    return value is None or isinstance(value, (numbers.Number, np.bool_)) is isinstance(default, numbers.Number)
 
 
 def _options(given: Given) -> Dict[str, Any]:
