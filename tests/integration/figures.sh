@@ -4,6 +4,10 @@
 python=$(report_python) || { echo "skipped: there is no python3 with the modules of scripts/report"; exit 4; }
 docs() { "$python" "$source/scripts/report/docs.py" "$@"; }
 run_expecting 0 docs --check --check-pages --eval "$build/bin/diffsac_eval" README.md docs/*.md docs/results/claims.md
+# The layout's table has every file that is read.
+for file in $(grep -ohE '"[A-Za-z0-9_]+\.h5"' lib/lab/files/{correspondence_files,thumbnails}*.cpp | tr -d '"'); do
+  grep -q "^| .*\`$file\`.* |" data_tools/README.md || fail "data_tools/README.md: the table of files has no $file"
+done
 # Texts alone: Doxygen would find pictures twice.
 mkdir -p "$own/here/docs/results"
 cp README.md "$own/here"
