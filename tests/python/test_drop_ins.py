@@ -188,6 +188,10 @@ class TestCv2(DropIns):
         s = self.scene
         with self.assertRaisesRegex(TypeError, r"findHomography: expected \(srcPoints, dstPoints, method=0"):
             ours.findHomography(s.x1, s.x2, "RANSAC")
+        with self.assertRaisesRegex(ValueError, "points: expected N x 2"):
+            ours.findHomography(None, s.x2, cv2.RANSAC)
+        with self.assertRaisesRegex(ValueError, "K1: expected"):
+            ours.findEssentialMat(s.x1, s.x2, K[:2])
         with self.assertRaisesRegex(ValueError, "scores: expected"):
             ours.findEssentialMat(s.x1, s.x2, K, scores=20 * self.scores)
         with self.assertRaisesRegex(TypeError, "no argument 'treshold'"):

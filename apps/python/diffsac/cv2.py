@@ -48,7 +48,7 @@ def _drop_in(fewest: int, estimate: Callable[..., Any], *orders: str, fits: Tupl
             given = next((one for one in (_bound(way, args, kwargs) for way in ways) if one is not None), None)
             if given is None:
                 raise TypeError(f"{name}: expected " + ", or ".join(f"({order})" for order in orders))
-            count, other = (len(points_of(given[key], 3 if key == "objectPoints" else 2)) for key in list(first)[:2])
+            count, other = (len(points_of(given.get(key), 3 if key == "objectPoints" else 2)) for key in list(first)[:2])
             if count < fewest or count != other or ("params" not in given and given.get("method") in fits):
                 return getattr(_cv2, name)(*args, **kwargs)
             return function(given, {**_options(given), **ours})
@@ -74,7 +74,7 @@ def _fits(name: str, value: Any, default: Any) -> bool:
     if name == "params":
         return isinstance(value, getattr(_cv2, "UsacParams", ()))  # OpenCV before 4.5 has none.
     if name.startswith("cameraMatrix"):
-        return bool(np.shape(value) == (3, 3))
+        return np.ndim(value) == 2
     return value is None or isinstance(value, (numbers.Number, np.bool_)) is isinstance(default, numbers.Number)
 
 
