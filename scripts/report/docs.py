@@ -294,12 +294,13 @@ def numbered(names):
 
 
 def differences(page, again):
-    """What differs between a page and the same page made again, a line each; times are passed over."""
+    """What differs between a page and the same page made again, a line each; times, and tables that the page has not, are passed over."""
     def only(a, b, where):
         yield from (f"{where}: only the page has '{name}'" for name in a if name not in b)
         yield from (f"{where}: only the new one has '{name}'" for name in b if name not in a)
 
-    yield from only([one.heading for one in page.tables], [one.heading for one in again.tables], page.path)
+    new = {one.heading for one in again.tables}  # What it has beside the page's tables, a later version reports.
+    yield from (f"{page.path}: only the page has '{one.heading}'" for one in page.tables if one.heading not in new)
     others = dict(zip(numbered(one.heading for one in again.tables), again.tables))
     for key, table in zip(numbered(one.heading for one in page.tables), page.tables):
         other = others.get(key)

@@ -4,6 +4,8 @@ _WORDS = (  # What occurs in a heading or a column; the term; its meaning.
     ("mAA@", "mAA@c",
      "Mean average accuracy, 0 to 1: the share of errors up to c/10, 2c/10, ... c, averaged over these ten. 1: "
      "all are within a tenth of c. @0.5deg: c is half a degree."),
+    ("mAA_pose@", "mAA_pose@c",
+     "The same of the pose that a person is given, with the sign of t: none, or one without t where the camera moved, is wrong."),
     ("AUC@", "AUC@c", "Area under the curve of the share of errors below a limit, for limits up to c; 0 to 1."),
     ("median error", "median error", "Half of the problems have a smaller error. Without a model it is the worst there is."),
     ("median degrees", "median degrees", "The same for rotation or translation alone."),

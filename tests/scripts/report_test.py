@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 BUILD, SOURCE = sys.argv[1:3]
@@ -16,9 +17,9 @@ try:
     import numpy as np
     import PIL.Image
 
-    examples, files, html_page, match_pictures, pictures, problem_list, run_report, runs, tables, told_tables, training_report, words = (
-        importlib.import_module(name) for name in ("examples", "files", "html_page", "match_pictures", "pictures", "problem_list",
-                                                   "run_report", "runs", "tables", "told_tables", "training_report", "words"))
+    docs, examples, files, html_page, match_pictures, pictures, problem_list, run_report, runs, tables, told_tables, training_report, verdicts, words = (
+        importlib.import_module(name) for name in ("docs", "examples", "files", "html_page", "match_pictures", "pictures", "problem_list",
+                                                   "run_report", "runs", "tables", "told_tables", "training_report", "verdicts", "words"))
 except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(4)
@@ -371,6 +372,63 @@ class PartsTest(unittest.TestCase):
             self.assertNotIn('http-equiv="refresh"', page.html)
             self.assertIn('data-value="30">30</td>', page.body)
             self.assertIn("To iteration 30.", page.body)
+
+
+class VerdictsTest(unittest.TestCase):
+    PROBLEMS = (  # condition, status, angle_deg, failed, log_false_alarms, pose_deg, translation, has_other_pose
+        "all,ok,1,0,-9,1,determined,0", "all,ok,2,0,-9,170,determined,0",  # The second's t has the wrong sign.
+        "all,ok,3,0,-9,180,turn_in_place,0", "all,ok,4,0,-9,4,turn_in_place,0",  # Taken back; a turn that is one.
+        "all,ok,5,0,2,180,static,0",  # Taken back, and flagged.
+        "all,ok,7,0,-9,7,determined,1", "all,ok,30,0,-9,30,determined,0", "all,ok,40,0,1,40,determined,1", "all,no_model,180,1,,180,not_tested,0",
+        "hard,ok,20,0,,20,not_tested,0", "hard,ok,,0,,,determined,0")  # The last one's truth is not known.
+
+    def run_folder(self, folder, columns="translation,has_other_pose"):
+        files.write_whole(os.path.join(folder, "results.json"), json.dumps(
+            {"title": "", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}]}))
+        lines = [f"p{i},s,a,{line}" for i, line in enumerate(self.PROBLEMS)]
+        header = f"id,scene,method,condition,status,angle_deg,failed,log_false_alarms,pose_deg,{columns}"
+        files.write_whole(os.path.join(folder, "problems.csv"), "\n".join([header, *lines]) + "\n")
+        return runs.Run(folder)
+
+    def test_verdicts_beside_the_truth(self):
+        with tempfile.TemporaryDirectory() as folder:
+            cells = dict(zip(("all", "hard"), (cell for _, cell in verdicts.cells_of(self.run_folder(folder), []))))
+            rows = {row.cells[0]: row.cells[1:] for row in verdicts.verdict_table(cells["all"]).rows}
+            self.assertEqual(rows["determined"], ["2", "0", "1", "3", "1"])
+            self.assertEqual(rows["turn in place"], ["2", "0", "0", "2", "1"])
+            self.assertEqual(rows["static"], ["0"] * 5)  # May be chance comes first.
+            self.assertEqual(rows["may be chance"], ["1", "0", "1", "2", "0"])
+            self.assertEqual(rows["ambiguous"], ["0", "1", "0", "1", "1"])
+            self.assertEqual(rows["failed"], ["0", "0", "1", "1", "0"])
+            self.assertEqual(rows["all"], ["5", "1", "3", "9", "3"])
+            self.assertEqual(verdicts.shares(cells["all"]), ((2, 5), (2, 4)))
+            self.assertEqual(verdicts.shares(cells["hard"]), ((0, 0), (1, 1)))
+            page = os.path.join(folder, "pages", "verdicts.md")
+            verdicts.main([folder], ["a"], page)
+            with open(page, encoding="utf-8") as file:
+                self.assertIn("2 of 5: 40.0 % [11.8, 76.9]", file.read())
+
+    def test_runs_and_rows_that_cannot_be_told_are_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaisesRegex(ValueError, "has no row b, but: a"):
+                list(verdicts.cells_of(self.run_folder(folder), ["b"]))
+            with self.assertRaisesRegex(ValueError, "problems.csv has no translation: not of two views, or of an earlier version"):
+                list(verdicts.cells_of(self.run_folder(folder, "verdict,has_other_pose"), []))
+
+    def test_wilson_intervals(self):
+        for count, of, low, high in ((0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0), (81, 263, 0.2553, 0.3662)):
+            for end, expected in zip(verdicts.wilson(count, of), (low, high)):
+                self.assertAlmostEqual(end, expected, places=4)
+
+
+class PageDifferencesTest(unittest.TestCase):
+    def test_tables_that_a_page_has_not_leave_it_valid(self):
+        def page(*headings, value="0.5"):
+            return types.SimpleNamespace(path="page", tables=[tables.Table(one, ["method", "all"], [tables.Row(["a", value])]) for one in headings])
+
+        self.assertEqual(list(docs.differences(page("mAA"), page("mAA", "pose"))), [])
+        self.assertEqual(list(docs.differences(page("mAA", "pose"), page("mAA"))), ["page: only the page has 'pose'"])
+        self.assertEqual(len(list(docs.differences(page("mAA"), page("mAA", "pose", value="0.7")))), 1)
 
 
 if __name__ == "__main__":

@@ -367,14 +367,15 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   record.draws = estimate.report.draws;
   if (record.points > 0) record.largest_coordinate = example.problem.points.cwiseAbs().maxCoeff();
   record.log_false_alarms = estimate.log_false_alarms;
-  if (estimate.status != Status::kOk || !whole) return record;
+  if (estimate.status != Status::kOk) return record;
+  record.translation = estimate.translation;
+  if (!whole) return record;
   record.model = estimate.model;
   record.pose = PoseOfEstimate(estimate, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inlier_rows.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
-  record.translation = estimate.translation;
   record.other_pose = estimate.other_pose;
   record.share_behind = estimate.share_behind;
   record.focal = estimate.focal;

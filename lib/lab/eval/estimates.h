@@ -66,7 +66,7 @@ struct EstimateFile {
 Status StatusFromText(const std::string& text);
 
 /// `whole`: false where an experiment keeps no estimates: what was found is left out, but for its status, inliers'
-/// number and draws.
+/// number, draws and what is said of the translation.
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool whole = true);
 
 /// qw, qx, qy, qz, tx, ty, tz: x2 = R x1 + t with R as a unit quaternion, qw >= 0. NaN without a pose, and of a

@@ -9,7 +9,7 @@ namespace diffsac {
 
 /// The numbers of a record (ProblemRecord, const or not) by the names of their columns in problems.csv, in their order:
 /// the one list for writing and reading that file and the lines of shards. visit(name, value): value is a double, a
-/// count (int, std::int64_t), a bool or, of VisitStructures, a list of doubles.
+/// count (int, std::int64_t), a bool, of VisitPose a Translation, of VisitStructures a list of doubles.
 template <class Record, class Visit>
 void VisitRecord(Record& record, const Visit& visit) {
   visit("angle_deg", record.error.angle_deg);
@@ -62,6 +62,16 @@ void VisitLevels(Record& record, const Visit& visit) {
   visit("translation_level", record.levels.translation);
 }
 
+/// Of two views: what a person is given and told.
+template <class Record, class Visit>
+void VisitPose(Record& record, const Visit& visit) {
+  visit("pose_rotation_deg", record.error.pose_rotation_deg);
+  visit("pose_translation_deg", record.error.pose_translation_deg);
+  visit("pose_deg", record.error.pose_deg);
+  visit("translation", record.translation);
+  visit("has_other_pose", record.has_other_pose);
+}
+
 /// Those of several structures, which problems.csv has where these are judged.
 template <class Record, class Visit>
 void VisitStructures(Record& record, const Visit& visit) {
@@ -81,6 +91,7 @@ void VisitAll(Record& record, const Visit& visit) {
   VisitChance(record, visit);
   VisitQuantities(record, visit);
   VisitLevels(record, visit);
+  VisitPose(record, visit);
   VisitStructures(record, visit);
 }
 

@@ -108,6 +108,8 @@ void AddPoseMetrics(SceneMetricsOf* all) {
   if (const double focal = Median(focals); !std::isnan(focal)) all->Add("median_focal_percent", 100.0 * focal);
 }
 
+Tolerance PoseTolerance(const Tolerance& tolerance) { return tolerance.pixels ? Tolerance(10.0) : tolerance; }
+
 void AddStructureMetrics(bool angles_known, SceneMetricsOf* all) {
   const Tolerance& c = all->tolerance;
   const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
@@ -161,6 +163,10 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
   all.Median("ms_consensus", [](const ProblemRecord& r) { return r.report.ms_consensus; });
   all.Median("ms_total", [](const ProblemRecord& r) { return r.report.ms_total; });
   if (kinds.poses) AddPoseMetrics(&all);
+  if (kinds.given)
+    all.Add(PoseAccuracyMetric(tolerance),
+            MeanAverageAccuracy(ValuesOf(records, [](const ProblemRecord& r) { return r.error.pose_deg; }),
+                                PoseTolerance(tolerance).value));
   if (kinds.structures) AddStructureMetrics(kinds.angles, &all);
   return all.metrics;
 }
@@ -190,9 +196,15 @@ bool JudgesPoses(const ExperimentResults& results) {
 
 namespace {
 
+bool KnowsGivenPose(const ProblemRecord& record) { return !std::isnan(record.error.pose_deg); }
 bool KnowsRecall(const ProblemRecord& record) { return !std::isnan(record.error.recall); }
 
 }  // namespace
+
+bool JudgesGivenPoses(const Cell& cell) { return AnyRecord(cell, KnowsGivenPose); }
+bool JudgesGivenPoses(const ExperimentResults& results) { return AnyRecord(results, KnowsGivenPose); }
+
+std::string PoseAccuracyMetric(const Tolerance& tolerance) { return MetricName("mAA_pose", PoseTolerance(tolerance)); }
 
 bool JudgesStructures(const Cell& cell) { return AnyRecord(cell, KnowsRecall); }
 bool JudgesStructures(const ExperimentResults& results) { return AnyRecord(results, KnowsRecall); }
@@ -250,7 +262,8 @@ void AddDeviations(const Cell& cell, const Tolerance& tolerance, std::vector<Met
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell)};
+  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell),
+                          JudgesGivenPoses(cell)};
   for (const std::string& scene : ScenesOf(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)

@@ -33,6 +33,8 @@ struct ProblemRecord : EstimateRecord {
   EstimateError error;
   int inliers = 0;    ///< How many.
   PoseLevels levels;  ///< By the estimate's own covariance.
+  /// Two views: whether another pose explains the inliers as well (Estimate::other_pose).
+  bool has_other_pose = false;
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the
@@ -156,6 +158,7 @@ struct MetricKinds {
   bool poses = false;       ///< Rotation and translation on their own.
   bool structures = false;  ///< Several structures at once.
   bool angles = false;      ///< The angles of these.
+  bool given = false;       ///< The pose that a person is given (PoseAccuracyMetric).
 };
 
 /// The metrics of one scene's records, in the order of the files (docs/metrics.md).
@@ -187,6 +190,14 @@ std::vector<std::string> ScenesOf(const ExperimentResults& results, std::size_t 
 /// rotation.
 bool JudgesPoses(const Cell& cell, const Tolerance& tolerance);
 bool JudgesPoses(const ExperimentResults& results);
+
+/// Whether the pose that a person is given is judged (AddPoseError), in two views of known cameras or unknown focal
+/// lengths: some problem's is known.
+bool JudgesGivenPoses(const Cell& cell);
+bool JudgesGivenPoses(const ExperimentResults& results);
+
+/// "mAA_pose@10deg", of that pose: at the tolerance of the tables, or at 10 degrees where that is in pixels.
+std::string PoseAccuracyMetric(const Tolerance& tolerance);
 
 /// Whether several structures are judged: some problem's recall is known.
 bool JudgesStructures(const Cell& cell);

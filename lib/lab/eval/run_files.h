@@ -15,7 +15,8 @@ std::string ResultsCsv(const Report& report);
 /// and where the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz,model: σ, the pose x2 = R x1 + t
 /// (docs/estimates.md), R as a unit quaternion, qw ≥ 0, and the model's parameters, blanks between them; then
 /// log_false_alarms, what is known of the problem (problem_quantities.h), rotation_level and translation_level
-/// (PoseLevels). Unknown values are empty.
+/// (PoseLevels); of two views pose_rotation_deg,pose_translation_deg,pose_deg (AddPoseError), translation and
+/// has_other_pose (1: Estimate::other_pose is there). Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// Markdown with aligned columns, ready to read on a terminal.

@@ -71,6 +71,7 @@ struct ReadValues {
   void operator()(const char* name, Count& value) const {
     value = line.Count(name);
   }
+  void operator()(const char* name, Translation& value) const { value = FromString<Translation>(line.Text(name)); }
   void operator()(const char* name, std::vector<double>& values) const {
     if (line.Has(name)) values = line.Numbers(name);  // Runs of before have none.
   }
@@ -90,6 +91,7 @@ ProblemRecord RecordOf(const Line& line) {
   if (line.Has("log_false_alarms")) VisitChance(record, read);
   if (line.Has("inlier_share")) VisitQuantities(record, read);
   if (line.Has("rotation_level")) VisitLevels(record, read);
+  if (line.Has("pose_deg")) VisitPose(record, read);
   if (line.Has("recall")) VisitStructures(record, read);
   record.done = true;
   return record;

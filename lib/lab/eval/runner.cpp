@@ -23,6 +23,7 @@
 #include "lab/eval/merge.h"
 #include "lab/eval/problem_quantities.h"
 #include "lab/eval/structures_error.h"
+#include "lab/truth/pose_error.h"
 
 namespace diffsac {
 namespace {
@@ -83,6 +84,8 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
   record.scene = experiment.GroupOf(example.scene);
   record.error = MeasureError(estimate, example);
+  AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
+  record.has_other_pose = estimate.other_pose.has_value();
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "diffsac shard 9";
+constexpr const char* kFormat = "diffsac shard 10";
 
 // The whole of a text as a number, or 0, which is never valid here.
 int PositiveNumber(const std::string& text) {
@@ -57,6 +57,7 @@ struct AppendToLine {
   void operator()(const char*, Count value) const {
     line.push_back(value);
   }
+  void operator()(const char*, Translation value) const { line.push_back(std::string(ToString(value))); }
   void operator()(const char*, const std::vector<double>& values) const { line.push_back(values); }
 };
 
@@ -68,6 +69,7 @@ class TakeValues {
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
   void operator()(const char*, bool& value) const { value = Next().get<bool>(); }
+  void operator()(const char*, Translation& value) const { value = FromString<Translation>(Next().get<std::string>()); }
   void operator()(const char*, std::vector<double>& values) const { values = Next().get<std::vector<double>>(); }
   template <std::integral Count>
   void operator()(const char*, Count& value) const {

@@ -66,6 +66,17 @@ std::vector<MetricTable> AreaKinds(const ExperimentResults& results, bool poses)
   return KindsOf(results, of + ": exact AUC and failures", of, metrics);
 }
 
+// Two views: the pose that a person is given, beside the model's where both are angles and there is room.
+std::vector<MetricTable> GivenPoseKinds(const ExperimentResults& results) {
+  const Tolerance c = results.experiment.tolerance();
+  const bool beside = !c.pixels && results.experiment.conditions.size() <= kMostConditionsTogether;
+  std::vector<MetricColumn> metrics;
+  if (beside) metrics.push_back({MetricName("mAA", c), 0, "mean", MetricName("mAA", c)});
+  metrics.push_back({PoseAccuracyMetric(c), 0, "mean", PoseAccuracyMetric(c)});
+  const std::string of = "the pose that is given (R, t with its sign)";
+  return KindsOf(results, of + (beside ? " beside the model's" : ""), of, metrics);
+}
+
 MetricTable SetsKind(const ExperimentResults& results) {
   MetricTable kind{"share of all-inlier sets among the first 20 minimal sets", {}};
   AddConditions(results, {"", 0, "mean", "all_inlier_sets"}, "", &kind);
@@ -177,6 +188,7 @@ std::vector<Table> MakeTables(const Report& report) {
              poses = JudgesPoses(results) && !structures;
   std::vector<MetricTable> kinds = MainKinds(results, truth);
   const auto add = [&](const std::vector<MetricTable>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
+  if (!structures && JudgesGivenPoses(results)) add(GivenPoseKinds(results));
   if (poses) add(PoseKinds(results, "rotation", "R"));
   if (poses) add(PoseKinds(results, "translation", "t"));
   if (truth && !structures && IsTwoView(experiment.task)) add(AreaKinds(results, poses));

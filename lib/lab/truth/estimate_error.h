@@ -9,6 +9,8 @@ namespace diffsac {
 inline constexpr double kWorstAngleDeg = 90.0;
 inline constexpr double kWorstRotationDeg = 180.0;
 inline constexpr double kWorstTranslationDeg = 90.0;
+/// Of the pose that a person is given: of a rotation, and of a direction with its sign.
+inline constexpr double kWorstPoseDeg = 180.0;
 
 /// How wrong one estimate is; NaN where the ground truth is unknown or the task has no such error.
 struct EstimateError {
@@ -32,6 +34,11 @@ struct EstimateError {
   /// The same, of lines, planes and vanishing points: degrees between each true structure and the estimate that is
   /// matched to it, in the order of the truth (docs/metrics.md#angles-of-several-structures).
   std::vector<double> structure_angles_deg = {};
+  /// Two views: of the pose that a person is given, not of the model (AddPoseError), in [0, 180]: of R, of t with its
+  /// sign, and the larger of the two.
+  double pose_rotation_deg = std::numeric_limits<double>::quiet_NaN();
+  double pose_translation_deg = std::numeric_limits<double>::quiet_NaN();
+  double pose_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace diffsac

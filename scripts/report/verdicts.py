@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+"""verdicts.py RUN... [--methods A,B] [--output PAGE.md]: what estimates say of themselves beside the truth (docs/metrics.md#verdicts-beside-the-truth).
+
+Of each run folder, condition and row: how often the model is right (at most 5 degrees), nearly right (10) or wrong, by what is said of it.
+The runs are of diffsac_eval over two views whose poses are known. Prints the page, or writes it.
+"""
+import argparse
+import math
+import os
+import sys
+
+from files import run_script, write_whole
+from runs import Run
+from tables import UNKNOWN, Table, markdown_table
+
+RIGHT, NEARLY = 5.0, 10.0  # Degrees.
+UNDETERMINED = ("turn in place", "static", "plane", "line")
+VERDICTS = ("determined", *UNDETERMINED, "may be chance", "ambiguous", "not tested", "failed")
+NEEDED = ("angle_deg", "pose_deg", "translation", "has_other_pose")
+
+
+def verdicts_of(problems):
+    """One of VERDICTS for each problem; the first that holds of failed, may be chance, what is said of t, ambiguous."""
+    verdict = problems["translation"].str.replace("_", " ")
+    verdict = verdict.mask((verdict == "determined") & (problems["has_other_pose"] == 1), "ambiguous")
+    verdict = verdict.mask(problems["log_false_alarms"] > 0, "may be chance")
+    return verdict.mask((problems["status"] != "ok") | (problems["failed"] == 1), "failed")
+
+
+def wilson(count, of, z=1.959964):
+    """The 95 % interval of a share (Wilson, JASA 1927)."""
+    share, spread = count / of, z * z / of
+    middle, half = share + spread / 2, z * math.sqrt((share * (1 - share) + spread / 4) / of)
+    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
+
+
+def share_text(count, of):
+    if of == 0:
+        return UNKNOWN
+    low, high = wilson(count, of)
+    return f"{count} of {of}: {100 * count / of:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def shares(cell):
+    """(count, of): right models whose pose is taken back; wrong poses without any warning."""
+    right, off = cell["angle_deg"] <= RIGHT, cell["pose_deg"] > NEARLY
+    taken_back = right & off & cell["translation"].str.replace("_", " ").isin(UNDETERMINED)
+    unwarned = off & cell["verdict"].isin(("determined", "not tested"))  # Of right models too: a t of the wrong sign, or where there is none.
+    wrong = (cell["angle_deg"] > NEARLY) | unwarned
+    return (int(taken_back.sum()), int(right.sum())), (int(unwarned.sum()), int(wrong.sum()))
+
+
+def verdict_table(cell):
+    table = Table("", ["verdict", "model right", "nearly", "wrong", "all", "given pose ≤ 10°"])
+    right, nearly = cell["angle_deg"] <= RIGHT, cell["angle_deg"] <= NEARLY
+    for verdict in (*VERDICTS, "all"):
+        of = cell["verdict"].eq(verdict) | (verdict == "all")
+        counts = [of & right, of & nearly & ~right, of & ~nearly, of, of & (cell["pose_deg"] <= NEARLY)]
+        if of.any() or verdict not in ("not tested", "line"):
+            table.add([verdict] + [str(int(count.sum())) for count in counts])
+    return table
+
+
+def cells_of(run, methods):
+    """(heading, problems) of each condition and row, of the problems whose pose is known."""
+    problems = run.problems
+    missing = [name for name in NEEDED if name not in problems]
+    if missing:
+        raise ValueError(f"{run.folder}: problems.csv has no {', '.join(missing)}: not of two views, or of an earlier version")
+    problems = problems[problems["pose_deg"].notna() & problems["angle_deg"].notna()]
+    problems = problems.assign(verdict=verdicts_of(problems))
+    labels = {one["name"]: one["label"] for one in run.results["methods"]}
+    unknown = [name for name in methods if name not in labels]
+    if unknown:
+        raise ValueError(f"{run.folder} has no row {', '.join(unknown)}, but: {', '.join(labels)}")
+    for (condition, method), cell in problems.groupby(["condition", "method"], sort=False):
+        if not methods or method in methods:
+            yield [run.results["experiment"], run.results["task"], condition, labels[method]], cell
+
+
+def page(runs, methods):
+    summary = Table("", ["run", "task", "condition", "row", "right poses taken back", "wrong poses without warning"])
+    parts = []
+    for run in runs:
+        for names, cell in cells_of(run, methods):
+            summary.add(names + [share_text(*share) for share in shares(cell)])
+            parts.append(f"## {names[1]}: {names[0]}, {names[2]}, {names[3]}\n\n{markdown_table(verdict_table(cell))}")
+    if not parts:
+        raise ValueError("no run has a problem whose pose is known")
+    return (f"# Verdict × truth\n\nA model is right if it is off by at most {RIGHT:g}°, nearly right up to {NEARLY:g}° (the larger of R and t, t of either sign). "
+            f"A right pose is taken back where the verdict leaves t open and the pose that is given is off by more than {NEARLY:g}°. A wrong pose has no "
+            "warning where the verdict is `determined`, or the row has none (`not tested`). Brackets: 95 % intervals (Wilson), in which several seeds of a problem count as so many problems.\n\n"
+            + markdown_table(summary) + "\n" + "\n".join(parts))
+
+
+def main(folders, methods, output):
+    try:
+        text = page([Run(folder) for folder in folders], methods)
+    except (OSError, ValueError) as error:
+        sys.exit(f"verdicts: {error}")
+    if output:
+        os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
+        write_whole(output, text)
+    else:
+        print(text, end="")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("runs", nargs="+", help="folders of diffsac_eval")
+    parser.add_argument("--methods", default="", help="rows, by their names; default: all")
+    parser.add_argument("--output", help="the page, Markdown")
+    arguments = parser.parse_args()
+    run_script(main, arguments.runs, [name for name in arguments.methods.split(",") if name], arguments.output)
