@@ -76,7 +76,7 @@ std::vector<Pair> ThreePairs() {
 
 }  // namespace
 
-TEST_CASE("the given pose is judged and not the model") {
+TEST_CASE("the given pose is judged not the model") {
   for (const bool estimates : {true, false}) {
     const ExperimentResults results = ResultsOf(ThreePairs(), estimates);
     const auto& records = results.cells[0].records;
@@ -94,7 +94,7 @@ TEST_CASE("the given pose is judged and not the model") {
   }
 }
 
-TEST_CASE("a camera that turned is right as a turn alone") {
+TEST_CASE("a turned camera is right as a turn") {
   std::vector<Pair> pairs(2, TrueEssential());
   for (Pair& pair : pairs) pair.example.truth.pose->translation.setZero();
   SayTurn(&pairs[0]);
@@ -122,12 +122,12 @@ TEST_CASE("tables and files have the given pose") {
                  Contains(",180,180,turn_in_place,0\n") && Contains(",180,180,180,not_tested,0\n"));
 }
 
-TEST_CASE("in pixels the given pose is judged at ten degrees") {
+TEST_CASE("pixel tables judge the pose at ten degrees") {
   CHECK(PoseAccuracyMetric(Tolerance(20.0, true)) == "mAA_pose@10deg");
   CHECK(PoseAccuracyMetric(Tolerance(5.0)) == "mAA_pose@5deg");
 }
 
-TEST_CASE("the given pose is read back from runs and shards") {
+TEST_CASE("runs and shards keep the given pose") {
   std::vector<Pair> pairs = ThreePairs();
   pairs[0].estimate.other_pose = RigidMotion{};
   const ExperimentResults results = ResultsOf(pairs);
@@ -145,7 +145,7 @@ TEST_CASE("the given pose is read back from runs and shards") {
   }
 }
 
-TEST_CASE("runs without the given pose are read as before") {
+TEST_CASE("runs without given poses are read") {
   const TemporaryFolder folder;
   testing::WriteRun(ResultsOf(ThreePairs()), folder.File("run"));
   const std::string path = folder.File("run/problems.csv");

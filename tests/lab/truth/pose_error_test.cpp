@@ -31,7 +31,7 @@ EstimateError ErrorOf(const std::optional<RigidMotion>& pose, const Example& exa
 
 }  // namespace
 
-TEST_CASE("a right pose has no error in any task") {
+TEST_CASE("a right pose has no error") {
   for (const Task task : kTwoViewTasks) {
     const EstimateError error = ErrorOf(RigidMotion{kTurn, 3.0 * kStep}, Views(kStep, task));
     CHECK(error.pose_rotation_deg < 1e-5);
@@ -41,7 +41,7 @@ TEST_CASE("a right pose has no error in any task") {
   }
 }
 
-TEST_CASE("a known turn of R or t is the error") {
+TEST_CASE("a known turn is the error") {
   const Eigen::Matrix3d three(Eigen::AngleAxisd(3.0 * std::numbers::pi / 180.0, Eigen::Vector3d::UnitY()));
   EstimateError error = ErrorOf(RigidMotion{three * kTurn, kStep}, Views(kStep));
   CHECK(error.pose_rotation_deg == Approx(3.0));
@@ -58,14 +58,14 @@ TEST_CASE("the sign of t counts") {
   CHECK(error.pose_deg == Approx(180.0));
 }
 
-TEST_CASE("a turn is wrong where there is a baseline") {
+TEST_CASE("a turn is wrong with a baseline") {
   const EstimateError error = ErrorOf(RigidMotion{kTurn, Eigen::Vector3d::Zero()}, Views(kStep));
   CHECK(error.pose_rotation_deg < 1e-5);
   CHECK(error.pose_translation_deg == kWorstPoseDeg);
   CHECK(error.pose_deg == kWorstPoseDeg);
 }
 
-TEST_CASE("a turn is right where there is none") {
+TEST_CASE("a turn is right without a baseline") {
   const Example turned = Views(Eigen::Vector3d::Zero());
   EstimateError error = ErrorOf(RigidMotion{kTurn, Eigen::Vector3d::Zero()}, turned);
   CHECK(error.pose_translation_deg == 0.0);
@@ -75,7 +75,7 @@ TEST_CASE("a turn is right where there is none") {
   CHECK(error.pose_translation_deg == kWorstPoseDeg);
 }
 
-TEST_CASE("a pose that is absent or not finite is the worst") {
+TEST_CASE("an absent or infinite pose is the worst") {
   for (const Eigen::Vector3d& truth : {kStep, Eigen::Vector3d(0.0, 0.0, 0.0)})
     for (const bool absent : {true, false}) {
       const RigidMotion broken{kTurn, Eigen::Vector3d(0.0, std::numeric_limits<double>::quiet_NaN(), 1.0)};
@@ -86,7 +86,7 @@ TEST_CASE("a pose that is absent or not finite is the worst") {
     }
 }
 
-TEST_CASE("without a true pose or cameras nothing is judged") {
+TEST_CASE("without true poses or cameras nothing is judged") {
   const RigidMotion right{kTurn, kStep};
   Example example = Views(kStep);
   example.truth.pose.reset();
