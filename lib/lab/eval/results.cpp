@@ -80,7 +80,7 @@ struct SceneMetricsOf {
 };
 
 // Rotation and translation on their own, and the exact AUC at the usual thresholds, of the records with a pose error.
-void AddPoseMetrics(SceneMetricsOf* all) {
+void AddPoseMetrics(bool focals_known, SceneMetricsOf* all) {
   const Tolerance& c = all->tolerance;
   std::vector<double> rotations, translations, worst, focals;
   std::vector<const ProblemRecord*> posed;
@@ -105,7 +105,7 @@ void AddPoseMetrics(SceneMetricsOf* all) {
     all->Add("held_R_" + std::to_string(percent), AccuracyWithin(turns, 0.01 * percent));
     all->Add("held_t_" + std::to_string(percent), AccuracyWithin(shifts, 0.01 * percent));
   }
-  if (const double focal = Median(focals); !std::isnan(focal)) all->Add("median_focal_percent", 100.0 * focal);
+  if (focals_known) all->Add("median_focal_percent", 100.0 * Median(focals));
 }
 
 Tolerance PoseTolerance(const Tolerance& tolerance) { return tolerance.pixels ? Tolerance(10.0) : tolerance; }
@@ -162,7 +162,7 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
   all.Median("ms_network", [](const ProblemRecord& r) { return r.report.ms_network; });
   all.Median("ms_consensus", [](const ProblemRecord& r) { return r.report.ms_consensus; });
   all.Median("ms_total", [](const ProblemRecord& r) { return r.report.ms_total; });
-  if (kinds.poses) AddPoseMetrics(&all);
+  if (kinds.poses) AddPoseMetrics(kinds.focals, &all);
   if (kinds.given)
     all.Add(PoseAccuracyMetric(tolerance),
             MeanAverageAccuracy(ValuesOf(records, [](const ProblemRecord& r) { return r.error.pose_deg; }),
@@ -197,6 +197,7 @@ bool JudgesPoses(const ExperimentResults& results) {
 namespace {
 
 bool KnowsGivenPose(const ProblemRecord& record) { return !std::isnan(record.error.pose_deg); }
+bool KnowsFocal(const ProblemRecord& record) { return !std::isnan(record.error.focal); }
 bool KnowsRecall(const ProblemRecord& record) { return !std::isnan(record.error.recall); }
 
 }  // namespace
@@ -263,7 +264,7 @@ std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& toleranc
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
   const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell),
-                          JudgesGivenPoses(cell)};
+                          JudgesGivenPoses(cell), AnyRecord(cell, KnowsFocal)};
   for (const std::string& scene : ScenesOf(cell)) {
     std::vector<const ProblemRecord*> records;
     for (const ProblemRecord& record : cell.records)

@@ -159,6 +159,7 @@ struct MetricKinds {
   bool structures = false;  ///< Several structures at once.
   bool angles = false;      ///< The angles of these.
   bool given = false;       ///< The pose that a person is given (PoseAccuracyMetric).
+  bool focals = false;      ///< Focal lengths.
 };
 
 /// The metrics of one scene's records, in the order of the files (docs/metrics.md).

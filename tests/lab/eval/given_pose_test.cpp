@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
@@ -160,6 +162,25 @@ TEST_CASE("runs without given poses are read") {
   CHECK(std::isnan(read.cells[0].records[1].error.pose_deg));
   CHECK(read.cells[0].records[1].error.angle_deg < 1e-4);
   CHECK_THAT(testing::CsvOf(read), !Contains("mAA_pose"));
+}
+
+TEST_CASE("means have every metric of the scenes") {
+  // Scene a has two records of each row, b six; what only some records know is a metric all the same.
+  for (const std::size_t focal : {8, 0, 5})
+    for (const std::size_t given : {8, 0, 5})
+      for (const bool one_scene : {true, false}) {
+        Cell cell = testing::MadeUpPoses().cells[0];
+        if (focal < 8) cell.records[focal].error.focal = 0.02;
+        if (given < 8) cell.records[given].error.pose_deg = 3.0;
+        if (one_scene) cell.records.erase(cell.records.begin() + 1, cell.records.begin() + 5);
+        for (ProblemRecord& record : cell.records) record.scene = one_scene ? "a" : record.scene;
+        std::map<std::string, std::set<std::string>> names;
+        for (const MetricValue& value : CellMetrics(cell, Tolerance(10.0))) names[value.scene].insert(value.metric);
+        REQUIRE(names.size() == (one_scene ? 2 : 4));
+        for (const auto& [scene, metrics] : names) CHECK(metrics == names["mean"]);
+        CHECK(names["mean"].contains("median_focal_percent") == (focal < 8));
+        CHECK(names["mean"].contains("mAA_pose@10deg") == (given < 8));
+      }
 }
 
 }  // namespace diffsac
