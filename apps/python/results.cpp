@@ -114,6 +114,7 @@ nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
   fields["inlier_probabilities"] =
       estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
   fields["posteriors"] = Array(VectorOf(estimate.posteriors));
+  fields["scores_ignored"] = estimate.scores_ignored;
   SetCounts(estimate, &fields);
   return fields;
 }

@@ -150,6 +150,9 @@ struct ModelEstimate {
   EstimateReport cost;    ///< Hypotheses, milliseconds.
   int rows_left_out = 0;  ///< That have a value that is not finite.
   int repeated_rows = 0;  ///< That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.
+  /// Whether the matches' ratios or scores were not used, because they are worse than none: right matches are not the
+  /// better scored (costs passed as scores, say), or a search without them found what one with them did not.
+  bool scores_ignored = false;
   /// Whether there is a model.
   bool ok() const { return status == Status::kOk; }
   /// Whether points without any model would give one like this: better not relied upon.

@@ -22,6 +22,7 @@ struct Answer {
   std::vector<int> labels;              ///< The mask, or the assignment.
   double log_false_alarms = 0.0;        ///< Of one model.
   int rows_left_out = 0, repeated_rows = 0;
+  bool scores_ignored = false;
   bool is_certain() const { return status == Status::kOk && !(log_false_alarms > 0.0); }
 };
 
@@ -54,6 +55,7 @@ Answer AnswerOf(const Result& result) {
     if (result.ok()) answer.models.push_back(result.model);
     answer.labels.assign(result.inliers.begin(), result.inliers.end());
     answer.log_false_alarms = result.log_false_alarms;
+    if constexpr (requires { result.scores_ignored; }) answer.scores_ignored = result.scores_ignored;
   } else {
     answer.labels.assign(result.assignment.begin(), result.assignment.end());
     if constexpr (requires { result.points; }) {

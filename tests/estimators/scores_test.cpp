@@ -4,6 +4,7 @@
 #include "core/errors.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 #include "estimators/public_functions.h"
@@ -12,6 +13,8 @@
 namespace diffsac {
 namespace {
 
+using testing::Answer;
+using testing::AnswerOf;
 using testing::SceneRows;
 
 /// Matches of which `wrong` of each ten are wrong. Scores of right ones are higher, mostly, and of 1/64.
@@ -86,7 +89,179 @@ TEST_CASE("Scores that all are alike, 0 and 1 too, are as good as none") {
     const TwoViewEstimate estimate = EstimateEssential(scored.matches, scored.cameras);
     REQUIRE(estimate.ok());
     CHECK(estimate.num_inliers >= 140);
+    CHECK_FALSE(estimate.scores_ignored);
   }
+}
+
+/// Which rows of MakeScored are right.
+bool IsRight(std::size_t row, int wrong) { return row % 4 != 3 && static_cast<int>(row % 10) >= wrong; }
+
+/// 1 − score.
+template <class Input>
+Input Reversed(Input input) {
+  input.scores = 1.0 - input.scores.array();
+  return input;
+}
+
+/// Scores that say nothing.
+template <class Input>
+Input Shuffled(Input input, std::uint64_t seed) {
+  Rng rng = Rng(seed).Fork("shuffled");
+  for (double& score : input.scores) score = rng.Uniform(0.0, 1.0);
+  return input;
+}
+
+CloudMatches MovedCloud(const Scored& scored, int wrong) {
+  Rng rng(5);
+  CloudMatches clouds;
+  clouds.points1 = scored.points.points3d;
+  clouds.points2 = clouds.points1.rowwise() + Eigen::RowVector3d(1.0, 2.0, 3.0);
+  for (Eigen::Index i = 0; i < clouds.points2.rows(); ++i)
+    if (!IsRight(static_cast<std::size_t>(i), wrong))
+      clouds.points2.row(i) << rng.Uniform(-5.0, 5.0), rng.Uniform(-5.0, 5.0), rng.Uniform(0.0, 9.0);
+  clouds.scores = scored.points.scores;
+  return clouds;
+}
+
+/// What every kind of matches says. change: of scores.
+std::vector<Answer> AnswersOf(const Scored& general, const Scored& flat, int wrong, auto change) {
+  return {AnswerOf(EstimateEssential(change(general.matches), general.cameras)),
+          AnswerOf(EstimateFundamental(change(general.matches))), AnswerOf(EstimateHomography(change(flat.matches))),
+          AnswerOf(EstimateAbsolutePose(change(general.points), testing::kCamera)),
+          AnswerOf(EstimateRigidMotion(change(MovedCloud(general, wrong))))};
+}
+
+void CheckRight(const Answer& answer, int wrong) {
+  int right = 0, found = 0;
+  for (std::size_t i = 0; i < answer.labels.size(); ++i) {
+    right += IsRight(i, wrong);
+    found += IsRight(i, wrong) && answer.labels[i] != 0;
+  }
+  CHECK(answer.is_certain());
+  CHECK(found >= 0.9 * right);
+}
+
+TEST_CASE("Reversed scores and ratios cost no model and are said") {
+  constexpr int kWrong = 5;
+  const Scored flat = MakeScored(1, kWrong);
+  for (const std::uint64_t seed : {3, 4, 5, 6}) {
+    const Scored general = MakeScored(0, kWrong, seed);
+    const auto reversed = [](auto input) { return Reversed(input); };
+    for (const Answer& answer : AnswersOf(general, flat, kWrong, reversed)) {
+      CheckRight(answer, kWrong);
+      CHECK(answer.scores_ignored);
+    }
+    for (const Answer& answer :
+         AnswersOf(general, flat, kWrong, [](auto input) { return AsRatios(Reversed(input)); })) {
+      CheckRight(answer, kWrong);
+      CHECK(answer.scores_ignored);
+    }
+    for (const Answer& answer : AnswersOf(general, flat, kWrong, [](auto input) { return input; })) {
+      CheckRight(answer, kWrong);
+      CHECK_FALSE(answer.scores_ignored);
+    }
+  }
+}
+
+TEST_CASE("Scores that say nothing are mostly not used") {
+  constexpr int kWrong = 5;
+  int ignored = 0, all = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const Scored general = MakeScored(0, kWrong, seed), flat = MakeScored(1, kWrong, seed);
+    for (const Answer& answer : AnswersOf(general, flat, kWrong, [&](auto input) { return Shuffled(input, seed); })) {
+      CheckRight(answer, kWrong);
+      ignored += answer.scores_ignored;
+      ++all;
+    }
+  }
+  CHECK(ignored >= 0.8 * all);
+}
+
+TEST_CASE("A search without scores needs no network and repeats itself") {
+  Scored scored = MakeScored(0, 5);
+  scored.matches = Reversed(scored.matches);
+  ImageOptions options;
+  options.models_folder = "/none";
+  const TwoViewEstimate without_network = EstimateEssential(scored.matches, scored.cameras, options);
+  CheckRight(AnswerOf(without_network), 5);
+  CHECK(without_network.scores_ignored);
+  const TwoViewEstimate once = EstimateEssential(scored.matches, scored.cameras);
+  CHECK(SameModel(once, EstimateEssential(scored.matches, scored.cameras)));
+  Matches none = scored.matches;
+  none.scores = {};
+  const TwoViewEstimate of_none = EstimateEssential(none, scored.cameras);
+  CHECK(SameModel(once, of_none));
+  CHECK(once.posteriors == of_none.posteriors);
+  CHECK(once.cost.draws > of_none.cost.draws);
+}
+
+/// An estimate of `count` rows that chance does not give. Every third row is an inlier.
+Estimate EveryThird(Eigen::Index count) {
+  Estimate estimate;
+  estimate.status = Status::kOk;
+  estimate.log_false_alarms = -50.0;
+  for (Eigen::Index i = 0; i < count; ++i) estimate.inliers.push_back(i % 3 == 0);
+  return estimate;
+}
+
+TEST_CASE("Scores are doubted by their order alone and by sure estimates only against it") {
+  Problem problem;
+  problem.task = Task::kFundamental;
+  problem.points = SceneRows(150, 0, 1).rightCols(4);
+  Rng rng(2);
+  problem.match_ratio.resize(150);
+  for (Eigen::Index i = 0; i < 150; ++i) problem.match_ratio[i] = 0.1 + rng.Uniform(0.0, i % 3 == 0 ? 0.5 : 0.8);
+  Estimate estimate = EveryThird(150);
+  CHECK_FALSE(DoubtsScores(problem, estimate));
+  Problem other = problem;
+  const auto doubts = [&](const Eigen::VectorXd& ratios) {
+    other.match_ratio = ratios;
+    return DoubtsScores(other, estimate);
+  };
+  CHECK_FALSE(doubts(problem.match_ratio.array().cube()));
+  CHECK(doubts(1.0 - problem.match_ratio.array()));
+  CHECK(doubts(1.0 - problem.match_ratio.array().cube()));
+  CHECK(doubts(Shuffled(Matches{.scores = problem.match_ratio}, 7).scores));
+  CHECK_FALSE(doubts({}));
+  // A row that is not finite may have any ratio.
+  other.points(1, 0) = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd with_nan = problem.match_ratio;
+  with_nan[1] = std::numeric_limits<double>::quiet_NaN();
+  CHECK_FALSE(doubts(with_nan));
+  estimate.log_false_alarms = 1.0;
+  CHECK(doubts(problem.match_ratio));
+  CHECK_FALSE(doubts(Eigen::VectorXd::Constant(150, 0.5)));
+  estimate.status = Status::kDegenerate;
+  CHECK_FALSE(doubts(problem.match_ratio));
+}
+
+TEST_CASE("An estimate without scores is taken by its support") {
+  Problem problem;
+  problem.task = Task::kFundamental;
+  problem.points = SceneRows(150, 0, 1).rightCols(4);
+  problem.match_ratio = Eigen::VectorXd::LinSpaced(150, 0.0, 1.0);
+  Eigen::VectorXd reversed(150);
+  for (Eigen::Index i = 0; i < 150; ++i) reversed[i] = i % 3 == 0 ? 0.9 : 0.1 + 0.001 * static_cast<double>(i);
+  const auto taken = [&](double with, double without) {
+    Estimate estimate = EveryThird(150), other = EveryThird(150);
+    estimate.log_false_alarms = with;
+    other.log_false_alarms = without;
+    estimate.report.draws = 5, other.report.draws = 7;
+    PreferWithoutScores(problem, other, &estimate);
+    CHECK(estimate.report.draws == 12);
+    return estimate.scores_ignored;
+  };
+  problem.match_ratio = 1.0 - reversed.array();
+  CHECK_FALSE(taken(-50.0, -50.0));
+  CHECK(taken(-50.0, -70.0));
+  CHECK(taken(3.0, -70.0));
+  CHECK_FALSE(taken(3.0, -5.0));
+  CHECK_FALSE(taken(3.0, 2.0));
+  problem.match_ratio = reversed;
+  CHECK(taken(-50.0, -50.0));
+  CHECK(taken(3.0, -5.0));
+  CHECK_FALSE(taken(-50.0, -10.0));
+  CHECK_FALSE(taken(3.0, 2.0));
 }
 
 TEST_CASE("trouble: scores that are none, of another number, or beside ratios") {

@@ -81,6 +81,7 @@ class Estimate:
     cost: Cost
     rows_left_out: int  # That have a value that is not finite, or masked.
     repeated_rows: int  # That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.
+    scores_ignored: bool  # Whether scores or ratios were not used: right matches are not the better scored, or none were found by them.
 
     @property
     def ok(self) -> bool:

@@ -166,6 +166,7 @@ void Take(Estimate estimate, Result* result) {
   result->cost = estimate.report;
   result->rows_left_out = estimate.rows_left_out;
   result->repeated_rows = estimate.repeated_rows;
+  result->scores_ignored = estimate.scores_ignored;
 }
 
 /// What the two kinds of motions between clouds share; the estimate's other_pose stays.

@@ -11,6 +11,7 @@
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
+#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -93,14 +94,34 @@ const RobustEstimator& Estimator::For(Known known) const {
   return *made;
 }
 
-/// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.
+const RobustEstimator& Estimator::WithoutScores(bool scored) const {
+  try {
+    return For(kNothing);
+  } catch (const Error&) {
+    // Of matches with scores no network was asked for, so that there may be none.
+    if (scored) return For(kScores);
+    throw;
+  }
+}
+
 Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
-  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
   Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
   const RobustEstimator& estimator = For(problem.match_ratio.size() == 0 ? kNothing
                                          : problem.scored                ? kScores
                                                                          : kRatios);
   if (several_) return estimator.Run(problem, seed);
+  Estimate estimate = Search(estimator, problem, seed, threshold_asked);
+  if (!DoubtsScores(problem, estimate)) return estimate;
+  Problem without = problem;
+  without.match_ratio = {};
+  PreferWithoutScores(problem, Search(WithoutScores(problem.scored), without, seed, threshold_asked), &estimate);
+  return estimate;
+}
+
+/// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.
+Estimate Estimator::Search(const RobustEstimator& estimator, const Problem& problem, std::uint64_t seed,
+                           bool threshold_asked) const {
+  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
   Problem scaled = problem;
   const auto run = [&](const ScalesFor& scales) {
     scaled.least_scale_factor = scales.least / UsualThreshold(task_);
@@ -115,9 +136,7 @@ Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool thresho
   const double suited = kSuited * estimate.noise_scale;
   Estimate again = run({suited, suited});
   if (again.status != Status::kOk) return estimate;
-  again.report.hypotheses += estimate.report.hypotheses;
-  again.report.draws += estimate.report.draws;
-  again.report.ms_total += estimate.report.ms_total;
+  AddCost(estimate.report, &again.report);
   return again;
 }
 

@@ -131,7 +131,9 @@ double LogChanceOfPoints(const Problem& problem, const Estimate& estimate, const
     return LogFalseAlarms(static_cast<int>(part.points.rows()), Witnesses(part, within.inside),
                           MinimalSetSize(part.task), within.wrong_share);
   };
-  return std::log10(2.0) + std::min(log_chance(problem), log_chance(PartOf(problem, SurerHalf(problem))));
+  const double of_all = log_chance(problem);
+  const bool ordered = problem.match_ratio.size() == problem.points.rows();
+  return std::log10(2.0) + (ordered ? std::min(of_all, log_chance(PartOf(problem, SurerHalf(problem)))) : of_all);
 }
 
 /// The verdict on the motion of inliers that are more than chance, and a plane's other motion.

@@ -80,6 +80,8 @@ struct Estimate {
   int rows_left_out = 0;
   /// Rows that equal another one, which counts once in all that is found and said of N points; N values have all.
   int repeated_rows = 0;
+  /// Whether the ratios or scores of the matches were found to be worse than none, and were not used (score_check.h).
+  bool scores_ignored = false;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
 };
